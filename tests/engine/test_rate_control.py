@@ -15,12 +15,12 @@ from tests.engine.test_pacing import WallClock
 
 
 def test_time_passes_until_a_pause() -> None:
-    tempo = RateControl()
-    assert tempo.take()
-    tempo.pause()
-    assert not tempo.take()
-    tempo.resume()
-    assert tempo.take()
+    rate_control = RateControl()
+    assert rate_control.take()
+    rate_control.pause()
+    assert not rate_control.take()
+    rate_control.resume()
+    assert rate_control.take()
 
 
 def test_a_tempo_may_begin_with_a_pause() -> None:
@@ -29,37 +29,37 @@ def test_a_tempo_may_begin_with_a_pause() -> None:
 
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=4))
 def test_as_many_ticks_pass_as_were_requested(requested: list[int]) -> None:
-    tempo = RateControl(paused=True)
+    rate_control = RateControl(paused=True)
     for ticks in requested:
-        tempo.step(ticks)
+        rate_control.step(ticks)
     taken = 0
-    while tempo.take():
+    while rate_control.take():
         taken += 1
     assert taken == sum(requested)
-    assert tempo.is_paused
+    assert rate_control.is_paused
 
 
 def test_a_step_while_time_passes_is_the_last_one() -> None:
-    tempo = RateControl()
-    tempo.step()
-    assert [tempo.take() for _ in range(3)] == [True, False, False]
+    rate_control = RateControl()
+    rate_control.step()
+    assert [rate_control.take() for _ in range(3)] == [True, False, False]
 
 
 def test_a_pause_takes_back_the_ticks_that_were_asked_for() -> None:
-    tempo = RateControl(paused=True)
-    tempo.step(100)
-    tempo.pause()
-    assert not tempo.take()
+    rate_control = RateControl(paused=True)
+    rate_control.step(100)
+    rate_control.pause()
+    assert not rate_control.take()
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_speed_is_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):
         RateControl(speed)
-    tempo = RateControl(2.0)
+    rate_control = RateControl(2.0)
     with pytest.raises(UsageError, match="speed"):
-        tempo.set_speed(speed)
-    assert tempo.speed == 2.0
+        rate_control.set_speed(speed)
+    assert rate_control.speed == 2.0
 
 
 def test_less_than_a_tick_cannot_be_asked_for() -> None:
@@ -68,26 +68,26 @@ def test_less_than_a_tick_cannot_be_asked_for() -> None:
 
 
 def test_no_tick_is_lost_between_threads() -> None:
-    tempo, taken = RateControl(paused=True), 0
+    rate_control, taken = RateControl(paused=True), 0
 
     def ask() -> None:
         for _ in range(200):
-            tempo.step()
+            rate_control.step()
 
     threads = [Thread(target=ask) for _ in range(4)]
     for thread in threads:
         thread.start()
-    while any(thread.is_alive() for thread in threads) or tempo.ticks_left:
-        taken += tempo.take()
+    while any(thread.is_alive() for thread in threads) or rate_control.ticks_left:
+        taken += rate_control.take()
     assert taken == 800
 
 
 def test_another_speed_holds_from_then_on_without_a_rush() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(0.1)
+    simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(0.1)
     simulation.reset()
-    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
     for speed, ticks in ((0.1, 50), (10.0, 500), (1.0, 100)):
-        tempo.set_speed(speed)
+        rate_control.set_speed(speed)
         begun, since = wall.time, simulation.now
         for _ in range(ticks):
             pacer.step()
@@ -95,11 +95,11 @@ def test_another_speed_holds_from_then_on_without_a_rush() -> None:
 
 
 def test_as_fast_as_it_goes_is_no_wait_at_all() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(1.0)
+    simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
-    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
     pacer.step()
-    tempo.set_speed(None)
+    rate_control.set_speed(None)
     before = wall.slept
     assert [pacer.step() for _ in range(20)] == 20 * [False]
     assert wall.slept == before
@@ -107,28 +107,28 @@ def test_as_fast_as_it_goes_is_no_wait_at_all() -> None:
 
 
 def test_a_pause_is_not_made_good_and_does_not_count() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(1.0)
+    simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
-    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
     for pause in (0.3, 30.0):
         for _ in range(100):
             pacer.step()
-        tempo.pause()
+        rate_control.pause()
         wall.time += pause
-        tempo.resume()
+        rate_control.resume()
         assert pacer.step()
     assert pacer.max_lateness == 0.0
     assert pacer.factor == pytest.approx(1.0, rel=0.01)
 
 
 def test_a_reset_is_no_delay() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(1.0)
+    simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
-    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
     for _ in range(500):
         pacer.step()
     simulation.reset()
-    tempo.restart_pace()
+    rate_control.restart_pace()
     for _ in range(500):
         pacer.step()
     assert pacer.max_lateness == 0.0
@@ -136,13 +136,13 @@ def test_a_reset_is_no_delay() -> None:
 
 
 def test_a_long_wait_ends_when_the_tempo_changes() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(0.001)
+    simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(0.001)
     simulation.reset()
 
     def sleep(duration: float) -> None:
         wall.sleep(duration)
         if wall.time > 0.2:
-            tempo.set_speed(1.0)
+            rate_control.set_speed(1.0)
 
-    RealTimePacer(simulation, tempo, clock=wall.read, sleep=sleep).step()
+    RealTimePacer(simulation, rate_control, clock=wall.read, sleep=sleep).step()
     assert 0.2 < wall.time < 0.3

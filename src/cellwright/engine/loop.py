@@ -85,7 +85,7 @@ class ClientService(Protocol):
     def hold_time(self) -> bool:
         """Return True if time stands for a client that is behind."""
 
-    def answer(self, asked: Any, refused: BaseException | None = None) -> None:
+    def answer(self, request: Any, refused: BaseException | None = None) -> None:
         """Answer a request: with the time, or with an error."""
 
 
@@ -201,28 +201,28 @@ class SimulationLoop:
             if is_over and end == _FOREVER:
                 end = time.perf_counter() + self.timeout
                 continue
-            asked = service.advance_request
-            if asked is None:
+            request = service.advance_request
+            if request is None:
                 self._serve(_POLL / 2)
-            elif is_over and asked.until > clock.now:
-                service.answer(asked, RunEndedError(stop.reason))
+            elif is_over and request.until > clock.now:
+                service.answer(request, RunEndedError(stop.reason))
             else:
-                self._grant(service, asked)
+                self._grant(service, request)
             self._serve_and_poll()
 
-    def _grant(self, service: ClientService, asked: Any) -> None:
+    def _grant(self, service: ClientService, request: Any) -> None:
         """Advance time as a client requested; stop early if the client is gone."""
         clock, stop = self._simulation.clock, self.stop
-        while clock.now < asked.until and clock.now < stop.deadline:
+        while clock.now < request.until and clock.now < stop.deadline:
             while service.is_client_behind and not stop.is_requested:
                 self._serve(_POLL / 2)  # lockstep loses no message: a client that is behind has to read first
-            if asked.guest.is_gone or not self._wait_for_the_rate() or asked.guest.is_gone:
+            if request.client.is_gone or not self._wait_for_the_rate() or request.client.is_gone:
                 return
             self.pacer.step()
-            if asked.each_tick or asked.guest.has_news:
+            if request.each_tick or request.client.has_news:
                 break
             self._serve_and_poll()
-        service.answer(asked)
+        service.answer(request)
 
     def _serve_and_poll(self) -> None:
         """Serve and poll if their last turn is long enough ago."""

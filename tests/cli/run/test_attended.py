@@ -183,7 +183,7 @@ def test_a_run_that_cannot_restart_gives_the_reason(cell: Cell, apart: bool, rea
             control(link, action="reset")
 
     with looked_at(cell) as crowd:
-        crowd.hindrance = AGENT_IN_OWN_PROCESS if apart else ""
+        crowd.restart_refusal = AGENT_IN_OWN_PROCESS if apart else ""
         with looking(crowd, ask):
             pass
 

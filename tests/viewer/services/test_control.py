@@ -18,8 +18,8 @@ from tests.middleware.server.talk import served
 from tests.robot.talk import Talk
 
 
-def control(tempo: RateControl | None = None, **more: Any) -> Control:
-    return Control(tempo or RateControl(1.0), **more)
+def control(rate_control: RateControl | None = None, **more: Any) -> Control:
+    return Control(rate_control or RateControl(1.0), **more)
 
 
 def test_time_is_paused_stepped_and_let_go_again() -> None:
@@ -37,7 +37,7 @@ def test_time_is_paused_stepped_and_let_go_again() -> None:
 def test_a_speed_is_taken(factor: Any, speed: float | None) -> None:
     desk = control()
     assert desk.control({"action": "speed", "factor": factor})["speed"] == factor
-    assert desk.tempo.speed == speed
+    assert desk.rate_control.speed == speed
 
 
 @pytest.mark.parametrize("factor", [0, -1, 1e9, float("nan"), float("inf"), True, None, "fast", [1], {}])
@@ -45,7 +45,7 @@ def test_a_speed_that_is_none_is_refused(factor: Any) -> None:
     desk = control()
     with pytest.raises(RejectedCommandError, match="factor"):
         desk.control({"action": "speed", "factor": factor})
-    assert desk.tempo.speed == 1.0
+    assert desk.rate_control.speed == 1.0
 
 
 @pytest.mark.parametrize("ticks", [0, -3, 1.5, MAX_TICKS + 1, True, "all", None])
@@ -53,7 +53,7 @@ def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
     desk = control()
     with pytest.raises(RejectedCommandError, match="ticks"):
         desk.control({"action": "step", "ticks": ticks})
-    assert not desk.tempo.is_paused
+    assert not desk.rate_control.is_paused
 
 
 def test_after_the_run_all_actions_but_reset_are_refused() -> None:
@@ -73,7 +73,7 @@ def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -
     if message.get("action") not in ("pause", "resume", "step", "speed", "reset", "state"):
         with pytest.raises(UnknownNameError, match="action"):
             desk.control(message)
-        assert not desk.tempo.is_paused
+        assert not desk.rate_control.is_paused
 
 
 def test_a_refused_reset_has_a_reason() -> None:
@@ -87,10 +87,10 @@ def test_a_refused_reset_has_a_reason() -> None:
 def test_a_reset_is_counted() -> None:
     done: list[bool] = []
     desk = control(reset=Reset(lambda: done.append(True)))
-    before = desk.tempo.changes
+    before = desk.rate_control.changes
     assert desk.control({"action": "reset"})["resets"] == 1
     assert done == [True]
-    assert desk.tempo.changes > before
+    assert desk.rate_control.changes > before
 
 
 @pytest.mark.parametrize("action", ["pause", "resume", "step", "speed"])
@@ -102,9 +102,9 @@ def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
 
 
 def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> None:
-    talk, tempo = Talk(), RateControl(1.0)
+    talk, rate_control = Talk(), RateControl(1.0)
     with served(talk.node) as hall:
-        offer_panel(hall.server, lambda request: {"kind": "robot", "asked": request}, Control(tempo))
+        offer_panel(hall.server, lambda request: {"kind": "robot", "asked": request}, Control(rate_control))
         client = hall.guest()
 
         def ask(service: str, **request: Any) -> Frame:

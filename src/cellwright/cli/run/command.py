@@ -235,7 +235,7 @@ def run(
         options=run_options,
         **output.session_outputs(console, partial(progress.line, style="yellow")),
     )
-    session.hindrance = AGENT_IN_OWN_PROCESS if over else ""
+    session.restart_refusal = AGENT_IN_OWN_PROCESS if over else ""
     program = _program(agent, over, has_end=until is not None, is_verbose=verbose)
     with ExitStack() as leaving:
         out = sys.stdout

@@ -8,7 +8,7 @@ from itertools import takewhile
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Problems, Table, YamlNode
-from cellwright.config.robot.config import UNUSED, ArmConfig, RangeEnd, RobotConfig
+from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RangeEnd, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
 from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotModel, link_poses
 from cellwright.util.pose import Pose
@@ -61,10 +61,14 @@ def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[fl
     for number, gripper in enumerate(config.grippers):
         open_at = tuple(gripper.open_and_closed(config.robot.joint(name))[0] for name in gripper.joints)
         yield f"grippers[{number}]", gripper.joints, open_at
-    for name in ("head", "waist", "dorsal"):
-        group = getattr(config, name)
+    for name, group in _single_groups(config):
         if group is not None:
             yield name, group.joints, group.home
+
+
+def _single_groups(config: RobotConfig) -> tuple[tuple[str, Posture | None], ...]:
+    """Return head, waist and lift, each with its key in the file; None for one that the robot lacks."""
+    return ("head", config.head), ("waist", config.waist), ("dorsal", config.lift)
 
 
 def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
@@ -209,8 +213,7 @@ def _groups(config: RobotConfig) -> dict[str, Any]:
             for gripper in config.grippers
         ],
     }
-    for name in ("head", "waist", "dorsal"):
-        group = getattr(config, name)
+    for name, group in _single_groups(config):
         found[name] = None if group is None else {"joints": list(group.joints), "home": list(group.home)}
     if config.head is not None:
         found["head"]["axes"] = [AXES_OF_HEAD[axis] for axis in config.head_axes]

@@ -115,7 +115,7 @@ class SessionState:
     server: Server | None = None
     result: SessionResult | None = None
     number = 0
-    hindrance = ""
+    restart_refusal = ""
     """Reason why a run may not start again, besides those of its target."""
     restart_requested = False
     """True if a restart was requested, so that the run is run once more."""
@@ -220,7 +220,7 @@ class Target:
     def end(self, session: SessionState, result: SessionResult) -> None:
         """End the run; its clients are still connected."""
 
-    def hindrance(self) -> str:
+    def restart_refusal(self) -> str:
         """Return why the run may not start again; empty if it may."""
         return ""
 
@@ -240,7 +240,7 @@ class Target:
         assert session.server is not None
         self.control = Control(
             session.rate,
-            reset=Reset(session.reset, lambda: self.hindrance() or session.hindrance),
+            reset=Reset(session.reset, lambda: self.restart_refusal() or session.restart_refusal),
             refused=self.refused(),
             lockstep=session.lockstep,
         )
@@ -319,7 +319,7 @@ class CellTarget(Target):
         """Files of the trial."""
         return self._named_files()
 
-    def hindrance(self) -> str:
+    def restart_refusal(self) -> str:
         """Return why the run may not start again: a competition goes on."""
         return IN_COMPETITION if self.node.in_competition else ""
 

@@ -41,7 +41,7 @@ class Reset:
     """Reset action, and the reason why it is not possible now; empty when it is."""
 
     act: Callable[[], None]
-    hindrance: Callable[[], str] = lambda: ""
+    restart_refusal: Callable[[], str] = lambda: ""
 
 
 NO_RESET = Reset(lambda: None, lambda: "it cannot begin anew here")
@@ -51,7 +51,7 @@ class Control:
     """Time control for clients.
 
     Args:
-        tempo: rate control of the simulation.
+        rate_control: rate control of the simulation.
         reset: its reset action.
         refused: reasons why other actions are refused, by action; a real robot's time cannot be paused.
         lockstep: True if time advances only on request.
@@ -60,14 +60,14 @@ class Control:
 
     def __init__(
         self,
-        tempo: RateControl,
+        rate_control: RateControl,
         *,
         reset: Reset = NO_RESET,
         refused: Mapping[str, str] | None = None,
         lockstep: bool = False,
         acts: Mapping[str, Act] | None = None,
     ) -> None:
-        self.tempo = tempo
+        self.rate_control = rate_control
         self.resets = 0
         self.over = ""
         """Reason why time passes no more, such as the end of the run; empty while time may pass."""
@@ -78,13 +78,13 @@ class Control:
 
     def state(self) -> dict[str, Any]:
         """Return the state of time; its `refused` has a reason for each action that is refused."""
-        tempo = self.tempo
+        rate_control = self.rate_control
         ended = dict.fromkeys(_OF_TIME, self.over) if self.over else {}
-        refused = {**self._refused, **ended, "reset": self._reset.hindrance()}
+        refused = {**self._refused, **ended, "reset": self._reset.restart_refusal()}
         return {
-            "paused": tempo.is_paused,
-            "ticks_left": tempo.ticks_left,
-            "speed": UNLIMITED if tempo.speed is None else tempo.speed,
+            "paused": rate_control.is_paused,
+            "ticks_left": rate_control.ticks_left,
+            "speed": UNLIMITED if rate_control.speed is None else rate_control.speed,
             "lockstep": self._lockstep,
             "resets": self.resets,
             "over": self.over,
@@ -99,10 +99,10 @@ class Control:
             RejectedCommandError: the action is refused; the text says why.
         """
         acts: dict[str, Act] = {
-            "pause": lambda _: self.tempo.pause(),
-            "resume": lambda _: self.tempo.resume(),
-            "step": lambda request: self.tempo.step(_ticks(request.get("ticks", 1))),
-            "speed": lambda request: self.tempo.set_speed(_speed(request.get("factor"))),
+            "pause": lambda _: self.rate_control.pause(),
+            "resume": lambda _: self.rate_control.resume(),
+            "step": lambda request: self.rate_control.step(_ticks(request.get("ticks", 1))),
+            "speed": lambda request: self.rate_control.set_speed(_speed(request.get("factor"))),
             "reset": lambda _: self._perform_reset(),
             "state": lambda _: None,
             **self._acts,
@@ -119,7 +119,7 @@ class Control:
     def _perform_reset(self) -> None:
         self._reset.act()
         self.resets += 1
-        self.tempo.restart_pace()
+        self.rate_control.restart_pace()
 
 
 def _ticks(value: Any) -> int:

@@ -25,7 +25,7 @@ class Tab:
     """Tab, with a command queue behind it."""
 
     def __init__(self, *, is_real: bool = False) -> None:
-        self.clock, self.gui, self.stops, self.hindrance = Clock(), FakeGui(), 0, ""
+        self.clock, self.gui, self.stops, self.restart_refusal = Clock(), FakeGui(), 0, ""
         self.queue = CommandQueue(replace(seen(), is_real=is_real), self.clock)
         self.queue.see(state())
         self.handles = Handles(FakeScene(), "/scene", self.queue)
@@ -33,7 +33,7 @@ class Tab:
 
     def _stop(self) -> str:
         self.stops += 1
-        return self.hindrance
+        return self.restart_refusal
 
     def see(self, seconds: float = 1.0, **changes: Any) -> None:
         self.clock.now += seconds
@@ -150,7 +150,7 @@ def test_a_stop_that_does_not_get_through_notifies_its_browser(tab: Tab) -> None
     client = SimpleNamespace(add_notification=lambda **values: notices.append(values["body"]))
     button = tab.gui.find("button", "STOP")
     button.use(ME, client=client)
-    tab.hindrance = "the server is away"
+    tab.restart_refusal = "the server is away"
     button.use(ME, client=client)
     assert notices == ["the server is away"]
 

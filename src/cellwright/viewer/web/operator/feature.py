@@ -206,9 +206,9 @@ class Controls:
         button = self._keep(gui.add_button("STOP", color="red", icon="hand-stop", order=_TOP, hint=hint))
 
         def press(event: Any) -> None:  # in a thread of viser's, so it may block
-            hindrance = stop()
-            if hindrance and event.client is not None:
-                event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
+            refusal = stop()
+            if refusal and event.client is not None:
+                event.client.add_notification(title="Not stopped yet", body=refusal, color="red")
 
         button.on_click(press)
         self._state = self._keep(gui.add_html("", order=_TOP + 1))
