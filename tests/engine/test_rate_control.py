@@ -63,7 +63,7 @@ def test_a_speed_is_above_zero(speed: float) -> None:
 
 
 def test_less_than_a_tick_cannot_be_asked_for() -> None:
-    with pytest.raises(UsageError, match="at least one tick"):
+    with pytest.raises(UsageError, match="ticks must be at least 1"):
         RateControl().step(0)
 
 

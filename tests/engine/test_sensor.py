@@ -295,7 +295,7 @@ def test_settings_that_mean_nothing_are_refused() -> None:
     ):
         with pytest.raises(UsageError):
             ruler(**settings)
-    with pytest.raises(UsageError, match="not finite"):
+    with pytest.raises(UsageError, match="must be finite"):
         Ruler("ruler", Pose((float("nan"), 0.0, 0.0)))
     with pytest.raises(UsageError, match="not been added"):
         ruler().listen(lambda _: None)

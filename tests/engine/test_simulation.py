@@ -69,7 +69,7 @@ def test_events_happen_at_the_first_tick_at_or_after_they_are_due() -> None:
 def test_names_are_unique_and_unknown_ones_are_reported() -> None:
     simulation = make_simulation()
     simulation.add(Device("belt"))
-    with pytest.raises(UsageError, match="two devices named 'belt'"):
+    with pytest.raises(UsageError, match="two devices have the name 'belt'"):
         simulation.add(Device("belt"))
     with pytest.raises(UnknownNameError, match="did you mean belt"):
         simulation.device("bel")

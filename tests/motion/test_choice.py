@@ -62,7 +62,7 @@ def test_unusual_postures_only_on_request() -> None:
 
 
 def test_unreachable_poses_are_refused_with_place_and_reason() -> None:
-    with pytest.raises(UnreachableError, match=r"x 0\.500, y 3\.400, .*: .*mm beyond .* rail at 2\.100 m"):
+    with pytest.raises(UnreachableError, match=r"x 0\.500, y 3\.400, .*: .*mm out of reach .* rail at 2\.100 m"):
         solve(tool_down(0.5, 3.4, 0.76), INITIAL)
     with pytest.raises(UnreachableError, match="no rail position"):
         solve(tool_down(0.5, 3.0, 0.76), INITIAL, rail=())

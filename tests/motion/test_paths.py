@@ -87,7 +87,7 @@ def test_following_poses_with_a_rail_of_their_own() -> None:
     found = follow(ABOVE_BIN, [forward(ABOVE_BIN)] * 5, rails)
     assert [joints.rail for joints in found] == [ABOVE_BIN.rail, *rails]
     assert follow(ABOVE_BIN, [], []) == (ABOVE_BIN,)
-    with pytest.raises(UsageError, match="as many"):
+    with pytest.raises(UsageError, match="same length"):
         follow(ABOVE_BIN, [forward(ABOVE_BIN)], rails)
 
 

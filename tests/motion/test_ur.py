@@ -102,7 +102,7 @@ def test_wrist_3_yields_when_wrists_are_in_line() -> None:
 def test_far_poses_are_refused_with_the_distance() -> None:
     radius = A2 + A3 + D5
     assert inverse(tool_down(0.3 + math.hypot(radius - 1e-6, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
-    with pytest.raises(UnreachableError, match=r"10\.\d mm beyond"):
+    with pytest.raises(UnreachableError, match=r"10\.\d mm out of reach"):
         inverse(tool_down(0.3 + math.hypot(radius + 0.01, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
 
 

@@ -51,7 +51,7 @@ def test_unknown_names_are_ignored_and_reported_once(talk: Talk) -> None:
     assert talk.at("waist") == pytest.approx(0.1, abs=1e-4)
     assert talk.node.commander.notices.unknown == ["no such joint", "tip_left", "antenna"]
     assert len(talk.lines) == 2
-    assert "thumb_left follows finger_left" in talk.lines[0]
+    assert "thumb_left mimics finger_left" in talk.lines[0]
     assert "'no such joint' is not a joint of this robot, 'tip_left' is a fixed joint" in talk.lines[1]
     assert talk.node.refused == 0
 
@@ -66,8 +66,8 @@ def test_a_message_of_nothing_but_unknown_names_is_no_command(talk: Talk) -> Non
 @pytest.mark.parametrize(
     ("names", "positions", "reason"),
     [
-        (["waist", "head"], [0.5], "2 names and 1 positions"),
-        (["waist"], [0.5, 0.5], "1 names and 2 positions"),
+        (["waist", "head"], [0.5], "same length .got 2 and 1."),
+        (["waist"], [0.5, 0.5], "same length .got 1 and 2."),
         (["waist", "head"], [0.5, math.nan], "the position of 'head' must be finite .got nan."),
         (["head", "waist"], [math.inf, 0.5], "the position of 'head' must be finite .got inf."),
         (["waist", "waist"], [0.5, 0.5], "'waist' appears twice"),
@@ -209,7 +209,9 @@ def test_a_gripper_status_is_kept_between_0_and_1(talk: Talk) -> None:
     assert any("3 numbers for 2 grippers" in line for line in talk.lines)
 
 
-@pytest.mark.parametrize(("statuses", "reason"), [([0.5], "1 of 2 grippers"), ([0.5, math.nan], "from 0 to 1, not")])
+@pytest.mark.parametrize(
+    ("statuses", "reason"), [([0.5], "2 numbers, one a gripper"), ([0.5, math.nan], "from 0 to 1 .got")]
+)
 def test_a_gripper_message_that_does_not_fit_is_refused_whole(statuses: list[float], reason: str, talk: Talk) -> None:
     with pytest.raises(RejectedCommandError, match=reason):
         talk.grippers(*statuses)

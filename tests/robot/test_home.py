@@ -76,7 +76,7 @@ def test_in_the_middle_of_motion_and_twice_at_once() -> None:
     second = talk.reset()
     assert talk.wait_for(first).success
     assert second.response.success, "they are one way home"
-    assert sum("going home" in line for line in talk.lines) == 1
+    assert sum("goes home" in line for line in talk.lines) == 1
 
 
 def test_at_home_already_it_is_answered_in_the_next_tick() -> None:

@@ -69,5 +69,5 @@ def test_a_robot_of_which_nothing_is_seen_still_gives_a_picture(tmp_path: Path) 
 @pytest.mark.parametrize("shape", [(0, 100), (100, 0), (100, 100_000)])
 def test_an_impossible_size_is_refused(tmp_path: Path, shape: tuple[int, int]) -> None:
     world = build_robot(one_link())
-    with pytest.raises(UsageError, match="picture"):
+    with pytest.raises(UsageError, match="width and height"):
         save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), *shape)

@@ -54,7 +54,7 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
     if given > MAX_ENTRIES:
         raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {given})")
     if given < count:
-        raise RejectedCommandError(f"position must have {count} numbers, one a gripper: right, left (got {given})")
+        raise RejectedCommandError(f"position must have {count} numbers, one a gripper (right, left; got {given})")
     values: list[float] = message.position.tolist()
     if not all(map(math.isfinite, values)):
         raise RejectedCommandError(f"a gripper's status must be from 0 to 1 (got {values[:8]})")

@@ -57,7 +57,7 @@ IO_TELEOP = (
     publishes("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Availability.EACH_CAMERA,
          "Camera matrix of these images.", handler="camera_info", source=OWN),
     publishes("/io_teleop/status", "cellwright_msgs/TeleopStatus", Timing.ON_EVENT, ALWAYS,
-         "Whether commands are taken, from which nodes, and counts of refused ones.", latch=True, handler="status", source=OWN),
+         "Whether commands are taken, from which nodes, and refused ones.", latch=True, handler="status", source=OWN),
     accepts(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
           "Target positions of any joints, by name.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/target_joint_from_vr", JOINTS, ALWAYS,

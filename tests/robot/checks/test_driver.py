@@ -126,7 +126,7 @@ def broken(_config: RobotConfig) -> Any:
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
         (make(Stiff), "lift did not move by 0.02 within 0.2 s"),
         (make(Coupled), "lift moved together with elbow_left"),
-        (make(Slow), "and 100 are needed"),
+        (make(Slow), "must work 100 times"),
     ],
 )
 def test_findings(config: RobotConfig, maker: Any, found: str | None, clock: Clock) -> None:
