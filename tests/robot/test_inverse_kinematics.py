@@ -54,7 +54,7 @@ def refresh(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def at_home(model: mujoco.MjModel) -> mujoco.MjData:
-    return at(model, qinglong().start_posture)
+    return at(model, qinglong().start)
 
 
 def test_pose_and_frame_are_those_of_forward_kinematics(model: mujoco.MjModel) -> None:
@@ -157,8 +157,8 @@ def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
         model, joints=arm.joints, tip=arm.tip, reference="torso", home=np.array(arm.home),
         lower=-wide, upper=wide, velocity=wide, caps=USUAL,
     )  # fmt: skip
-    data = at(model, config.start_posture)
-    target = at(model, config.start_posture | {"shoulder_right": 0.6, "elbow_right": -0.9})
+    data = at(model, config.start)
+    target = at(model, config.start | {"shoulder_right": 0.6, "elbow_right": -0.9})
     goal = solver.pose(target)
     for _ in range(240):
         data.qpos[solver.qpos] += solver.step(data, goal, STEP)

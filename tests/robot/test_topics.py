@@ -53,7 +53,7 @@ def test_state_is_published_a_hundred_times_a_second_as_forward_kinematics_gives
     assert len(messages) == 50
     assert messages[0].header.frame_id == "base"
     assert messages[0].header.stamp.nanosec == pytest.approx(10_000_000, abs=5_000_000)
-    for message, expected in zip(messages[-1].poses, tips(node.config, node.config.start_posture), strict=True):
+    for message, expected in zip(messages[-1].poses, tips(node.config, node.config.start), strict=True):
         p, q = message.position, message.orientation
         assert apart(Pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)), expected) == pytest.approx((0.0, 0.0), abs=1e-6)
 

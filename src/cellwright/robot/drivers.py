@@ -84,7 +84,7 @@ class LiveDriver:
         self.count = 0
         """Number of readings."""
         still = np.zeros(len(self.joints))
-        start = np.array([config.start_posture.get(name, 0.0) for name in self.joints])
+        start = np.array([config.start.get(name, 0.0) for name in self.joints])
         self._readings = JointArrays(start, still, still)
         self._targets: Array | None = None
         self._fault = ""

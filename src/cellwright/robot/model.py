@@ -247,7 +247,7 @@ class RobotWorld:
         A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
         command makes it jump. Mimic joints start where they follow their leader.
         """
-        robot, positions = self.config.robot, dict(self.config.start_posture)
+        robot, positions = self.config.robot, dict(self.config.start)
         leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
         for joint in leaders_first:
             if joint.name not in positions:

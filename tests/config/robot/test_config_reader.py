@@ -56,9 +56,9 @@ def test_groups(small: RobotConfig) -> None:
 
 
 def test_home_posture(small: RobotConfig) -> None:
-    assert small.start_posture == {"r1": 0.1, "r2": 0.2, "l1": -0.1, "l2": 0.2}
+    assert small.start == {"r1": 0.1, "r2": 0.2, "l1": -0.1, "l2": 0.2}
     others = {"spin": 0.5, "head_pitch": 0.3, "head_yaw": 0.0, "lift": 0.25, "r_finger": 0.0, "l_finger": 0.0}
-    assert small.home == small.start_posture | others
+    assert small.home == small.start | others
 
 
 def test_known_unused_entries_are_kept(small: RobotConfig) -> None:

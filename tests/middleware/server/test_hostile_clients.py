@@ -240,7 +240,7 @@ def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: p
 
 def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
-    monkeypatch.setattr(clients_module, "TIMEOUT", 0.05)
+    monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
@@ -281,7 +281,7 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
 
 def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
-    monkeypatch.setattr(clients_module, "TIMEOUT", 0.05)
+    monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     with served(Cell(KITTING)) as hall:
         client = hall.guest(node="")
         client.wait_until(lambda: client.is_over)

@@ -128,7 +128,7 @@ class RobotConfig:
     other_entries: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def start_posture(self) -> dict[str, float]:
+    def start(self) -> dict[str, float]:
         """Return the initial posture [rad; m], by joint: arms at home, all else at 0."""
         return {name: value for arm in self.arms for name, value in zip(arm.joints, arm.home, strict=True)}
 
@@ -138,7 +138,7 @@ class RobotConfig:
 
         It leaves out joints that mimic another, since that joint determines their positions.
         """
-        found = self.start_posture
+        found = self.start
         for group in (self.waist, self.head, self.lift):
             if group is not None:
                 found |= dict(zip(group.joints, group.home, strict=True))
