@@ -57,7 +57,7 @@ def test_unknown_names_are_ignored_and_reported_once(talk: Talk) -> None:
 
 
 def test_a_message_of_nothing_but_unknown_names_is_no_command(talk: Talk) -> None:
-    talk.joints({"nobody": 1.0})
+    talk.joints({"unknown": 1.0})
     talk.joints({})
     assert (talk.node.commander.taken, talk.node.commander.ignored) == (0, 2)
     assert talk.node.commander.gate.commanders == ()

@@ -110,7 +110,7 @@ def test_the_status_counts_and_names_refused_and_ignored_input() -> None:
     talk.seconds(0.2)
     status = heard[-1]
     assert (status.taken, status.refused, status.ignored) == (1, 1, 1)
-    assert status.unknown_names == ["nobody"]
+    assert status.unknown_names == ["unknown"]
     assert status.emergency_stop
     assert status.message == "emergency stop by /op; call /io_teleop/clear_emergency_stop to clear it"
     talk.clear()
