@@ -69,7 +69,7 @@ class Wall:
         self.time += seconds
 
 
-def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loop_follows_wall_clock_and_serves_clients(monkeypatch: pytest.MonkeyPatch) -> None:
     talk, polls = Talk(), list[float]()
     with served(talk.node) as hall:
         client = hall.guest()
@@ -86,7 +86,7 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
     assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "ten times a second"
 
 
-def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
+def test_stop_request_ends_loop_before_next_tick() -> None:
     talk = Talk()
     with served(talk.node) as hall:
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
@@ -103,7 +103,7 @@ def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
     assert talk.node.simulation.clock.tick == 10
 
 
-def test_a_slow_answer_delays_no_other_client() -> None:
+def test_pending_response_delays_no_other_client() -> None:
     talk = moving()
     with served(talk.node) as hall:
         waiting, other = hall.guest("/waiting"), hall.guest("/other")
@@ -121,7 +121,7 @@ def test_a_slow_answer_delays_no_other_client() -> None:
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
+def test_client_that_leaves_before_response_does_not_stop_loop() -> None:
     talk = moving()
     with served(talk.node) as hall:
         gone, other = hall.guest("/gone"), hall.guest("/other")
@@ -137,7 +137,7 @@ def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
     assert talk.node.simulation.now >= begun + 2 * SECOND
 
 
-def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> None:
+def test_lockstep_advances_on_request_and_answers() -> None:
     talk = moving()
     begun = talk.node.simulation.now
     with served(talk.node, lockstep=True) as hall:
@@ -157,7 +157,7 @@ def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> No
         assert from_cdr(found.payload, TriggerResponse).success
 
 
-def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() -> None:
+def test_lockstep_stops_in_tick_of_message_to_client() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
         client = hall.guest()
@@ -174,7 +174,7 @@ def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() ->
         client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
-def test_a_node_that_ends_answers_first() -> None:
+def test_closing_node_answers_waiting_clients() -> None:
     talk = moving()
     with served(talk.node) as hall:
         client = hall.guest()
@@ -190,7 +190,7 @@ def test_a_node_that_ends_answers_first() -> None:
         assert ended.kind is FrameKind.ENDED
 
 
-def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
+def test_paused_loop_serves_clients_and_single_steps() -> None:
     talk = Talk()
     with served(talk.node) as hall:
         client = hall.guest()
@@ -213,7 +213,7 @@ def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
     assert talk.node.simulation.clock.tick == 3
 
 
-def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
+def test_lockstep_pause_delays_advance_requests() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
         client, tempo, polls = hall.guest(), RateControl(None, paused=True), 0
@@ -235,7 +235,7 @@ def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
 
 @given(st.lists(st.sampled_from(["pause", "step", "fast", "max"]), max_size=6))
 @settings(max_examples=8, deadline=None)
-def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> None:
+def test_changed_rate_keeps_state_hash(changes: list[str]) -> None:
     def hash_of(tempo: RateControl, on_poll: Callable[[], None]) -> str:
         talk = moving()
         with served(talk.node) as hall:

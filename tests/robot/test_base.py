@@ -23,7 +23,7 @@ def torso(talk: Talk) -> tuple[float, ...]:
     return tuple(talk.node.simulation.data.body("base").xpos.tolist())
 
 
-def test_it_turns_and_moves_along_its_own_y_axis_by_so_much() -> None:
+def test_base_command_turns_and_moves_along_own_y_axis() -> None:
     talk = Talk()
     assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))
     talk.base(QUARTER, 0.2)
@@ -45,7 +45,7 @@ def test_it_turns_and_moves_along_its_own_y_axis_by_so_much() -> None:
         ((0.0, 10.1), "data must be between -10 and 10"),
     ],
 )
-def test_what_makes_no_sense_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
+def test_invalid_base_command_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
     talk = Talk()
     with pytest.raises(RejectedCommandError, match=reason):
         talk.base(*numbers)
@@ -53,7 +53,7 @@ def test_what_makes_no_sense_is_refused_whole(numbers: tuple[float, ...], reason
 
 
 @given(st.lists(st.tuples(st.floats(-10, 10), st.floats(-10, 10)), max_size=12))
-def test_wherever_it_goes_its_pose_is_one_and_within_bounds(moves: list[tuple[float, float]]) -> None:
+def test_base_pose_stays_valid_and_within_bounds(moves: list[tuple[float, float]]) -> None:
     for move in moves:
         with suppress(RejectedCommandError):  # beyond 1000 m
             SHARED.base(*move)
@@ -65,13 +65,13 @@ def test_wherever_it_goes_its_pose_is_one_and_within_bounds(moves: list[tuple[fl
 SHARED = Talk()
 
 
-def test_a_robot_that_is_fastened_takes_no_such_command() -> None:
+def test_fixed_robot_has_no_base_topic() -> None:
     talk = Talk(fixed(two_arms()))
     with pytest.raises(UnknownNameError):
         talk.base(0.0, 0.1)
 
 
-def test_three_numbers_where_the_configuration_says_so() -> None:
+def test_delta_mode_takes_three_numbers() -> None:
     talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "delta"}))
     talk.base(QUARTER, 0.2, 0.1)
     assert talk.node.base.pose.position == pytest.approx((0.2, 0.1, 0.5))
@@ -79,7 +79,7 @@ def test_three_numbers_where_the_configuration_says_so() -> None:
         talk.base(0.0, 0.1)
 
 
-def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> None:
+def test_velocity_mode_moves_until_timeout_or_stop() -> None:
     talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "velocity"}))
     for _ in range(10):
         talk.base(0.0, 0.5, -0.25)
@@ -95,7 +95,7 @@ def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> No
     assert talk.node.base.pose == stopped
 
 
-def test_a_reset_returns_to_the_first_place() -> None:
+def test_reset_returns_base_to_initial_pose() -> None:
     talk = Talk()
     talk.base(1.0, 1.0)
     talk.node.simulation.reset()

@@ -24,7 +24,7 @@ TOPIC = "/io_teleop/camera_first_person"
 
 
 @pytest.mark.slow
-def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
+def test_camera_images_carry_stamps_of_node() -> None:
     lines: list[str] = []
     wall = 1_000_000_000_000
     made: list[RobotNode] = []
@@ -60,7 +60,7 @@ def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
 
 
 @pytest.mark.slow
-def test_listening_changes_nothing() -> None:
+def test_camera_subscriber_does_not_change_state() -> None:
     hashes = []
     for listens in (False, True):
         node = RobotNode(replace(TANDEM, cameras=CAMERAS[:1]))

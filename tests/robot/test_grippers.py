@@ -33,7 +33,7 @@ def made(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
         ((RangeEnd.UPPER, RangeEnd.LOWER), [0.04, 0.0], [0.03, 0.01], [0.0, 0.04]),
     ],
 )
-def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
+def test_gripper_status_0_is_at_configured_open_limits(
     open_ends: tuple[RangeEnd, ...], opened: list[float], half: list[float], closed: list[float]
 ) -> None:
     gripper, positions = made(*open_ends)
@@ -43,7 +43,7 @@ def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
         assert gripper.status(positions) == pytest.approx(min(status, 1.0))
 
 
-def test_a_robot_goes_home_with_its_grippers_open() -> None:
+def test_homing_opens_grippers() -> None:
     config = replace(two_arms(), grippers=(GripperConfig(FINGERS[:1], (RangeEnd.UPPER,)), GripperConfig(FINGERS[1:])))
     assert (config.home["finger_right"], config.home["finger_left"]) == (0.04, 0.0)
     findings = {finding.what: finding for finding in check_motion(RobotNode(config)).findings}

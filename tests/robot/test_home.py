@@ -24,7 +24,7 @@ def far_off(**more: object) -> Talk:
 
 
 @pytest.mark.parametrize("motion", list(Motion))
-def test_it_is_answered_when_arms_waist_head_lift_and_grippers_are_at_home(motion: Motion) -> None:
+def test_reset_responds_when_all_groups_are_home(motion: Motion) -> None:
     talk = far_off(motion=motion)
     begun = talk.node.simulation.time
     answer = talk.wait_for(talk.reset())
@@ -36,7 +36,7 @@ def test_it_is_answered_when_arms_waist_head_lift_and_grippers_are_at_home(motio
     assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "it belongs to no group, and stays"
 
 
-def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> None:
+def test_commands_during_reset_are_ignored_and_discarded() -> None:
     talk = far_off()
     later = talk.reset()
     taken = talk.node.commander.taken
@@ -53,7 +53,7 @@ def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> 
     assert talk.at("shoulder_right") == pytest.approx(1.0, abs=1e-3)
 
 
-def test_calls_without_end_do_not_eat_the_memory() -> None:
+def test_number_of_waiting_reset_calls_is_limited() -> None:
     talk = far_off()
     laters = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
     answer = talk.reset()
@@ -66,7 +66,7 @@ def test_calls_without_end_do_not_eat_the_memory() -> None:
     assert talk.wait_for(talk.reset()).success
 
 
-def test_in_the_middle_of_motion_and_twice_at_once() -> None:
+def test_two_resets_during_motion_share_one_homing() -> None:
     talk = Talk()
     talk.joints(FAR)
     talk.seconds(0.15)
@@ -79,7 +79,7 @@ def test_in_the_middle_of_motion_and_twice_at_once() -> None:
     assert sum("goes home" in line for line in talk.lines) == 1
 
 
-def test_at_home_already_it_is_answered_in_the_next_tick() -> None:
+def test_reset_at_home_responds_in_next_tick() -> None:
     talk = far_off()
     talk.wait_for(talk.reset())
     later = talk.reset()
@@ -88,7 +88,7 @@ def test_at_home_already_it_is_answered_in_the_next_tick() -> None:
 
 
 @pytest.mark.slow
-def test_a_way_that_takes_too_long_fails_and_the_robot_holds() -> None:
+def test_reset_timeout_fails_and_robot_holds() -> None:
     talk = far_off(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
     talk.joints({"shoulder_right": -1.8})
     talk.seconds(20.0)
@@ -104,7 +104,7 @@ def test_a_way_that_takes_too_long_fails_and_the_robot_holds() -> None:
     assert talk.at("shoulder_right") > held + 0.4, "it goes on from there when it is asked again"
 
 
-def test_it_is_not_at_home_because_it_moves_slowly() -> None:
+def test_slow_motion_is_not_taken_for_home() -> None:
     talk = Talk(safety=SafetySettings(max_speeds=(("waist", 0.008),)))
     talk.wait_for(talk.reset())
     talk.joints({"waist": 0.02})
@@ -114,7 +114,7 @@ def test_it_is_not_at_home_because_it_moves_slowly() -> None:
     assert talk.node.simulation.time - begun > 2.0
 
 
-def test_joints_that_belong_to_no_group_go_on_whatever_the_watchdog_says() -> None:
+def test_reset_lets_joints_without_group_reach_targets() -> None:
     talk = Talk(safety=SafetySettings(silence=0.2, max_speeds=(("wheel", 1.0), ("shoulder_right", 0.5))))
     talk.joints({"wheel": 1.5, "shoulder_right": 0.45})
     talk.seconds(0.15)
@@ -126,7 +126,7 @@ def test_joints_that_belong_to_no_group_go_on_whatever_the_watchdog_says() -> No
     assert talk.at("wheel") == pytest.approx(1.5, abs=1e-3)
 
 
-def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
+def test_stopped_or_disabled_reset_fails_with_reason() -> None:
     talk = far_off()
     later = talk.reset()
     talk.seconds(0.1)
@@ -143,7 +143,7 @@ def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
     assert later.response.message == "the reset was interrupted: commands are disabled"
 
 
-def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() -> None:
+def test_reset_after_cleared_stop_fails_old_call_and_succeeds() -> None:
     talk = far_off()
     first = talk.reset()
     talk.stop()
@@ -165,7 +165,7 @@ def test_waiting_callers_get_a_response_when_the_node_stops_or_is_reset() -> Non
     assert later.response.message == "the node has stopped"
 
 
-def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
+def test_home_beyond_limits_is_clipped() -> None:
     config = two_arms()
     right = replace(config.arms[0], home=(0.5, -7.0, 0.2))
     talk = Talk(replace(config, arms=(right, config.arms[1])))
@@ -175,7 +175,7 @@ def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
     assert talk.at("elbow_right") == pytest.approx(-2.0, abs=HOME_TOLERANCE)
 
 
-def test_a_robot_without_groups_is_always_at_home() -> None:
+def test_robot_without_groups_is_always_home() -> None:
     talk = Talk(bare(two_arms()))
     talk.joints({"waist": 0.5})
     talk.seconds(1.0)
@@ -183,7 +183,7 @@ def test_a_robot_without_groups_is_always_at_home() -> None:
     assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
 
 
-def test_status_tells_of_it() -> None:
+def test_status_reports_reset() -> None:
     talk = far_off()
     heard = talk.listen("status")
     talk.reset()

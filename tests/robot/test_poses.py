@@ -61,7 +61,7 @@ def missed(tip: Pose, target: Pose) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
-def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> None:
+def test_both_tips_of_humanoid_reach_reachable_poses(humanoid: RobotNode, seed: int) -> None:
     humanoid.simulation.reset()
     targets = tips(humanoid.config, posture_near_home(humanoid.config, np.random.default_rng(seed), 1.0))
     humanoid.ee_poses.aim(targets)
@@ -73,7 +73,7 @@ def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
+def test_arms_on_lift_reach_poses_without_moving_lift(seed: int) -> None:
     node = RobotNode(tandem())
     lift = node.commander.numbers["lift"]
     node.commander.set_targets([lift], [0.1])
@@ -86,7 +86,7 @@ def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_an_arm_of_three_joints_reaches_what_it_can(small: RobotNode, seed: int) -> None:
+def test_arm_of_three_joints_reaches_reachable_poses(small: RobotNode, seed: int) -> None:
     small.simulation.reset()
     targets = tips(small.config, posture_near_home(small.config, np.random.default_rng(seed), 0.8))
     small.ee_poses.aim(targets)
@@ -95,7 +95,7 @@ def test_an_arm_of_three_joints_reaches_what_it_can(small: RobotNode, seed: int)
 
 
 @pytest.mark.slow
-def test_a_step_is_not_overshot(humanoid: RobotNode) -> None:
+def test_pose_step_is_not_overshot(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin = humanoid.ee_poses.poses()
     humanoid.ee_poses.aim(moved(begin, x=0.1))
@@ -106,7 +106,7 @@ def test_a_step_is_not_overshot(humanoid: RobotNode) -> None:
 
 
 @pytest.mark.slow
-def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None:
+def test_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin, radius, pulse = humanoid.ee_poses.poses(), 0.1, 2 * math.pi * 0.25
     found: list[float] = []
@@ -130,7 +130,7 @@ def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize("there", [(0.3, 0.0, 0.6), (0.0, -2.0, 0.5)])
-def test_out_of_reach_it_goes_as_near_as_it_can_and_is_calm(
+def test_unreachable_pose_is_approached_without_trembling(
     humanoid: RobotNode, there: tuple[float, float, float]
 ) -> None:
     humanoid.simulation.reset()
@@ -160,7 +160,7 @@ def test_out_of_reach_it_goes_as_near_as_it_can_and_is_calm(
             assert missed(near, target) > 0.995 * missed(there_now, target)
 
 
-def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode) -> None:
+def test_joint_command_ends_pose_motion_of_its_arm_only(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
@@ -172,7 +172,7 @@ def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode
     assert small.commander.limiter.desired[small.commander.numbers["elbow_left"]] == -0.7
 
 
-def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: RobotNode) -> None:
+def test_joint_command_to_current_target_ends_pose_motion(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
@@ -183,7 +183,7 @@ def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: R
 
 
 @pytest.mark.parametrize("end", ["hold", "stop", "disable", "home"])
-def test_whatever_holds_the_robot_or_sends_it_home_ends_the_way(small: RobotNode, end: str) -> None:
+def test_hold_stop_disable_and_home_end_pose_motion(small: RobotNode, end: str) -> None:
     small.simulation.reset()
     commander = small.commander
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
@@ -205,7 +205,7 @@ def test_whatever_holds_the_robot_or_sends_it_home_ends_the_way(small: RobotNode
 
 
 @pytest.mark.slow
-def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> None:
+def test_new_poses_start_from_current_posture(small: RobotNode) -> None:
     small.simulation.reset()
     begin = small.ee_poses.poses()
     chosen = joints_of(small, RIGHT)
@@ -219,7 +219,7 @@ def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> No
 
 
 @pytest.mark.slow
-def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
+def test_pose_motion_compensates_other_joints_without_moving_them(small: RobotNode) -> None:
     small.simulation.reset()
     begin = small.ee_poses.poses()
     small.ee_poses.aim(begin)
@@ -233,7 +233,7 @@ def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
     assert small.servos.read().positions[joints_of(small, RIGHT)] != pytest.approx((0.5, -1.0, 0.2), abs=0.05)
 
 
-def test_listening_changes_nothing() -> None:
+def test_pose_subscriber_does_not_change_state() -> None:
     hashes = []
     for listens in (False, True):
         node = RobotNode(two_arms())
@@ -245,7 +245,7 @@ def test_listening_changes_nothing() -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_a_way_goes_on_from_a_snapshot(small: RobotNode) -> None:
+def test_pose_motion_continues_from_snapshot(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.05)
@@ -258,7 +258,7 @@ def test_a_way_goes_on_from_a_snapshot(small: RobotNode) -> None:
     assert small.simulation.state_hash() == expected
 
 
-def test_a_joint_that_the_urdf_sets_no_speed_for_is_sent_no_faster_than_it_is_driven() -> None:
+def test_joint_without_urdf_speed_keeps_servo_speed() -> None:
     config = two_arms()
     joints = tuple(
         replace(joint, limits=replace(joint.limits, velocity=math.inf)) if joint.name == "wrist_right" else joint

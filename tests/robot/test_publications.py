@@ -14,7 +14,7 @@ from cellwright.util.errors import RejectedCommandError
 from tests.robot.talk import Talk
 
 
-def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices() -> None:
+def test_joint_states_list_movable_joints_in_index_order() -> None:
     talk = Talk()
     heard = talk.listen("joint_states")
     talk.joints({"waist": 0.5})
@@ -33,7 +33,7 @@ def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices()
     assert (last.header.stamp.sec, last.header.stamp.nanosec) == (0, 100_000_000)
 
 
-def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
+def test_states_are_published_at_100_hz_and_clock_each_step() -> None:
     talk = Talk()
     states, applied, clock = (talk.listen(name) for name in ("joint_states", "applied_joint_cmd", "/clock"))
     talk.seconds(2.0)
@@ -41,7 +41,7 @@ def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
     assert clock[-1].clock.sec == 2
 
 
-def test_no_message_comes_before_the_clock_that_it_is_stamped_with() -> None:
+def test_joint_states_follow_clock_of_their_stamp() -> None:
     talk, received = Talk(), list[float]()
     clock = 0.0
 
@@ -68,7 +68,7 @@ def test_applied_targets_include_mimic_joints() -> None:
     assert "antenna" not in targets
 
 
-def test_stamps_are_of_the_time_that_was_asked_for() -> None:
+def test_stamps_are_simulation_time_with_sim_time() -> None:
     talk = Talk()
     later = Talk(stamp=lambda: 1_700_000_000_000_000_001)
     first, second = talk.listen("joint_states"), later.listen("joint_states")
@@ -78,7 +78,7 @@ def test_stamps_are_of_the_time_that_was_asked_for() -> None:
     assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock there is no other time"
 
 
-def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -> None:
+def test_status_is_published_on_change_at_10_hz_at_most() -> None:
     talk = Talk()
     heard = talk.listen("status")
     talk.seconds(1.0)
@@ -99,7 +99,7 @@ def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -
     assert late == [heard[-1]], "it is latched"
 
 
-def test_the_status_counts_and_names_refused_and_ignored_input() -> None:
+def test_status_counts_refused_and_ignored_input() -> None:
     talk = Talk()
     talk.joints({"unknown": 1.0, "waist": 0.1})
     with pytest.raises(Exception, match="same length"):
@@ -144,14 +144,14 @@ def scene(talk: Talk) -> str:
 SAFETY = SafetySettings(silence=0.1, max_speeds=(("*", 1.0),), max_age=None)
 
 
-def test_watching_changes_nothing_and_the_same_commands_give_the_same_state() -> None:
+def test_same_commands_give_same_state_with_or_without_subscribers() -> None:
     alone, watched = Talk(safety=SAFETY), Talk(safety=SAFETY)
     for info in watched.node.bus.topics():
         watched.listen(info.name)
     assert scene(alone) == scene(watched) == scene(Talk(safety=SAFETY))
 
 
-def test_a_snapshot_goes_on_as_the_run_itself_did() -> None:
+def test_restored_snapshot_continues_identically() -> None:
     talk = Talk(safety=SAFETY)
     talk.joints({"waist": 0.9, "elbow_left": -1.9})
     talk.base(0.3, 0.4)
@@ -167,7 +167,7 @@ def test_a_snapshot_goes_on_as_the_run_itself_did() -> None:
     assert scene(talk) == first
 
 
-def test_a_snapshot_of_a_stop_is_a_stop() -> None:
+def test_snapshot_restores_emergency_stop() -> None:
     talk = Talk()
     talk.stop()
     snapshot = take_snapshot(talk.node.simulation)
@@ -176,7 +176,7 @@ def test_a_snapshot_of_a_stop_is_a_stop() -> None:
     assert talk.node.commander.is_stopped
 
 
-def test_a_snapshot_knows_who_commands() -> None:
+def test_snapshot_restores_commander_of_topic() -> None:
     talk = Talk(safety=SafetySettings(one_commander=0.5))
     talk.joints({"waist": 0.1}, node="/a")
     snapshot = take_snapshot(talk.node.simulation)
@@ -187,7 +187,7 @@ def test_a_snapshot_knows_who_commands() -> None:
         talk.joints({"waist": 0.2}, node="/b")
 
 
-def test_the_state_tells_runs_apart_that_were_commanded_otherwise() -> None:
+def test_state_hash_differs_after_different_commands() -> None:
     first, second = Talk(safety=SAFETY), Talk(safety=SAFETY)
     second.joints({"waist": 0.5})
     assert first.node.simulation.state_hash() != second.node.simulation.state_hash()

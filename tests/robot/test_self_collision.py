@@ -29,7 +29,7 @@ def gate() -> RobotConfig:
 
 
 @pytest.mark.parametrize("self_collision", [False, True])
-def test_bars_that_are_commanded_to_cross(self_collision: bool) -> None:
+def test_crossing_bars_touch_only_with_self_collision(self_collision: bool) -> None:
     rig = Rig(RobotNode(gate(), self_collision=self_collision))
     rig.begin()
     rig.send({"left": 1.2, "right": -1.2})

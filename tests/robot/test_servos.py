@@ -64,7 +64,7 @@ def simulated(
 
 
 @pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
-def test_each_drive_wants_the_velocity_of_the_law(timestep: Fraction) -> None:
+def test_each_drive_requests_velocity_of_servo_law(timestep: Fraction) -> None:
     simulation, servos = simulated(timestep=timestep)
     listener = Listener(servos)
     simulation.add(listener)
@@ -77,7 +77,7 @@ def test_each_drive_wants_the_velocity_of_the_law(timestep: Fraction) -> None:
     assert listener.steps >= 19
 
 
-def test_the_drives_are_found_again_when_other_constraints_come_and_go() -> None:
+def test_drives_are_found_after_constraints_change() -> None:
     spec = mujoco.MjSpec()
     for name in ("free", "held"):
         body = spec.worldbody.add_body(name=f"link of {name}", mass=1.0, inertia=(0.1, 0.1, 0.1), explicitinertial=True)
@@ -102,7 +102,7 @@ def test_the_drives_are_found_again_when_other_constraints_come_and_go() -> None
         assert servos.read().positions == pytest.approx([target, 0.0], abs=1e-3)
 
 
-def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
+def test_efforts_equal_engine_forces_within_limits() -> None:
     simulation, servos = simulated()
     target = servos.targets
     target[servos.joints.index("shoulder_right")] = 1.2
@@ -120,7 +120,7 @@ def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
     assert largest[servos.joints.index("shoulder_right")] > 1.0
 
 
-def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
+def test_solver_start_changes_only_its_iterations() -> None:
     paths, iterations = [], []
     for is_commanded in (True, False):
         simulation, servos = simulated(config=qinglong())
@@ -140,7 +140,7 @@ def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
     assert iterations[0] < 0.7 * iterations[1]
 
 
-def test_teleporting_puts_joints_where_they_are_to_be() -> None:
+def test_teleport_places_joints_within_limits_in_one_step() -> None:
     simulation, servos = simulated(Motion.TELEPORT)
     target = servos.targets
     target[servos.joints.index("elbow_left")] = -5.0  # beyond its limit
@@ -151,7 +151,7 @@ def test_teleporting_puts_joints_where_they_are_to_be() -> None:
     assert np.abs(read.velocities).max() < 1e-6
 
 
-def test_the_solver_is_let_go_on_until_all_drives_that_come_to_their_bounds_are_settled() -> None:
+def test_solver_iterations_suffice_for_saturated_drives() -> None:
     paths = []
     for iterations in (None, 1000):
         simulation, servos = simulated(config=qinglong())
@@ -182,7 +182,7 @@ def at(servos: JointServos, name: str) -> float:
 
 
 @pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
-def test_a_joint_goes_with_its_greatest_speed_and_arrives(timestep: Fraction) -> None:
+def test_joint_moves_at_urdf_speed_and_arrives(timestep: Fraction) -> None:
     simulation, servos = simulated(timestep=timestep)
     sent(servos, waist=1.0, lift=0.3)
     step_for(simulation, 0.25)
@@ -194,7 +194,7 @@ def test_a_joint_goes_with_its_greatest_speed_and_arrives(timestep: Fraction) ->
     assert at(servos, "lift") == pytest.approx(0.3, abs=1e-4)
 
 
-def test_targets_are_cut_off_at_the_limits_of_the_joints() -> None:
+def test_targets_are_clipped_to_joint_limits() -> None:
     simulation, servos = simulated()
     sent(servos, waist=50.0, head=-50.0)
     step_for(simulation, 2.0)
@@ -202,7 +202,7 @@ def test_targets_are_cut_off_at_the_limits_of_the_joints() -> None:
     assert at(servos, "head") == pytest.approx(-1.5, abs=1e-4)
 
 
-def test_a_weak_drive_takes_its_time() -> None:
+def test_weak_drive_arrives_later_within_effort_limit() -> None:
     times = {}
     for effort in (1.0, 80.0):
         joints = tuple(
@@ -221,7 +221,7 @@ def test_a_weak_drive_takes_its_time() -> None:
     assert times[1.0] > 1.5 * times[80.0]
 
 
-def test_a_mimic_joint_ignores_its_own_target() -> None:
+def test_mimic_joint_ignores_its_own_target() -> None:
     simulation, servos = simulated()
     sent(servos, finger_left=0.04, thumb_left=0.0)
     for _ in range(60):
@@ -230,7 +230,7 @@ def test_a_mimic_joint_ignores_its_own_target() -> None:
     assert at(servos, "thumb_left") == pytest.approx(0.04, abs=1e-3)
 
 
-def test_a_joint_is_put_somewhere_at_rest_and_stays() -> None:
+def test_placed_joint_stays_at_rest() -> None:
     simulation, servos = simulated()
     sent(servos, waist=1.0)
     step_for(simulation, 0.1)
@@ -241,7 +241,7 @@ def test_a_joint_is_put_somewhere_at_rest_and_stays() -> None:
 
 
 @pytest.mark.parametrize("motion", list(Motion))
-def test_the_same_targets_give_the_same_motion(motion: Motion) -> None:
+def test_same_targets_give_same_motion(motion: Motion) -> None:
     hashes = set()
     for _ in range(2):
         simulation, servos = simulated(motion)
@@ -253,7 +253,7 @@ def test_the_same_targets_give_the_same_motion(motion: Motion) -> None:
 
 
 @pytest.mark.parametrize("timestep", [Fraction(1, 100), TIMESTEP, Fraction(1, 10_000)])
-def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) -> None:
+def test_joints_without_limits_stay_below_default_speed(timestep: Fraction) -> None:
     joints = tuple(replace(joint, limits=Limits()) for joint in two_arms().robot.joints)
     config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints), grippers=())
     simulation, servos = simulated(timestep=timestep, config=config)
@@ -265,7 +265,7 @@ def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) ->
         assert np.abs(servos.read().velocities).max() < 11.0
 
 
-def test_no_joint_is_driven_faster_than_the_engine_can_follow() -> None:
+def test_fastest_is_limited_by_engine_and_defaults() -> None:
     turning = Joint("a", JointType.REVOLUTE, "base", "link", limits=Limits(velocity=1e9))
     assert fastest(turning) == MAX_SPEED
     assert fastest(replace(turning, limits=Limits(velocity=3.0))) == 3.0

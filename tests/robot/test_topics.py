@@ -48,7 +48,7 @@ def heard(node: RobotNode, seconds: float = 0.02) -> list[Any]:
     return found
 
 
-def test_state_is_published_a_hundred_times_a_second_as_forward_kinematics_gives_it(node: RobotNode) -> None:
+def test_ee_poses_are_published_at_100_hz_and_equal_kinematics(node: RobotNode) -> None:
     messages = heard(node, 0.5)
     assert len(messages) == 50
     assert messages[0].header.frame_id == "base"
@@ -58,7 +58,7 @@ def test_state_is_published_a_hundred_times_a_second_as_forward_kinematics_gives
         assert apart(Pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)), expected) == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
-def test_what_the_state_says_is_a_command_that_moves_nothing(node: RobotNode) -> None:
+def test_published_poses_sent_as_command_do_not_move_arms(node: RobotNode) -> None:
     before = node.servos.read().positions
     node.bus.publish(COMMAND, heard(node)[-1])
     node.simulation.step_until(node.simulation.now + 200_000_000)
@@ -66,7 +66,7 @@ def test_what_the_state_says_is_a_command_that_moves_nothing(node: RobotNode) ->
     assert node.ee_poses.targets[0] is not None
 
 
-def test_poses_count_from_the_base_wherever_it_is(node: RobotNode) -> None:
+def test_poses_are_relative_to_moved_base(node: RobotNode) -> None:
     before = node.ee_poses.poses()
     node.bus.publish(COMMAND, said(before))
     joints = node.servos.read().positions
@@ -81,13 +81,13 @@ def test_poses_count_from_the_base_wherever_it_is(node: RobotNode) -> None:
     ("count", "why"),
     [(0, "poses must have 2 poses, right, left .got 0."), (1, "got 1"), (3, "got 3"), (5000, "got 5000")],
 )
-def test_a_pose_for_each_arm_is_needed(node: RobotNode, count: int, why: str) -> None:
+def test_wrong_number_of_poses_is_refused(node: RobotNode, count: int, why: str) -> None:
     with pytest.raises(RejectedCommandError, match=why.replace("(", r"\(").replace(")", r"\)")):
         node.bus.publish(COMMAND, said([Pose()] * count))
     assert node.ee_poses.targets == (None, None)
 
 
-def test_a_robot_with_one_arm_takes_one_pose() -> None:
+def test_robot_with_one_arm_takes_one_pose() -> None:
     config = two_arms()
     one = replace(config, arms=config.arms[:1], command_links=("tip_right",), reference_links=("torso",))
     node = RobotNode(one)
@@ -109,9 +109,7 @@ def test_a_robot_with_one_arm_takes_one_pose() -> None:
         ((0, 0, 1e300, 0, 0, 0, 1), r"poses\[1\].position must be within 1000 m"),
     ],
 )
-def test_a_pose_that_means_nothing_is_refused_with_all_others(
-    node: RobotNode, numbers: tuple[float, ...], why: str
-) -> None:
+def test_invalid_pose_is_refused_with_whole_message(node: RobotNode, numbers: tuple[float, ...], why: str) -> None:
     good = pose_message(node.ee_poses.poses()[0])
     message = PoseArray(header(), [good, raw(*map(float, numbers))])
     with pytest.raises(RejectedCommandError, match=why):
@@ -124,7 +122,7 @@ finite = st.floats(allow_nan=True, allow_infinity=True)
 
 @given(numbers=st.lists(finite, min_size=14, max_size=14))
 @settings(max_examples=40, deadline=None)
-def test_nothing_that_comes_in_stops_the_node(shared: RobotNode, numbers: list[float]) -> None:
+def test_random_poses_keep_joints_finite(shared: RobotNode, numbers: list[float]) -> None:
     message = PoseArray(header(), [raw(*numbers[:7]), raw(*numbers[7:])])
     try:
         shared.bus.publish(COMMAND, message)
@@ -135,7 +133,7 @@ def test_nothing_that_comes_in_stops_the_node(shared: RobotNode, numbers: list[f
     assert all(map(math.isfinite, shared.servos.read().positions.tolist()))
 
 
-def test_a_quaternion_of_any_length_is_a_direction(node: RobotNode) -> None:
+def test_quaternion_of_other_length_is_normalized(node: RobotNode) -> None:
     right, left = (pose_message(pose) for pose in node.ee_poses.poses())
     q = right.orientation
     longer = PoseMessage(right.position, Quaternion(*(7.0 * value for value in (q.x, q.y, q.z, q.w))))
@@ -145,7 +143,7 @@ def test_a_quaternion_of_any_length_is_a_direction(node: RobotNode) -> None:
     assert math.hypot(*target.quaternion) == pytest.approx(1.0)
 
 
-def test_a_frame_that_is_a_link_counts_and_any_other_does_not(node: RobotNode) -> None:
+def test_frame_id_of_link_applies_and_others_are_ignored(node: RobotNode) -> None:
     begin = node.ee_poses.poses()
     ahead = Pose((0.01, 0.0, 0.0))
     node.bus.publish(COMMAND, said([ahead, ahead], "tip_right"))  # in the tool's own frame: how one jogs it
@@ -159,7 +157,7 @@ def test_a_frame_that_is_a_link_counts_and_any_other_does_not(node: RobotNode) -
             assert apart(target, pose) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_poses_are_ignored_while_no_command_is_taken(node: RobotNode) -> None:
+def test_poses_are_ignored_while_disabled(node: RobotNode) -> None:
     ignored = node.commander.ignored
     node.commander.set_enabled(False)
     node.bus.publish(COMMAND, said(node.ee_poses.poses()))
@@ -167,7 +165,7 @@ def test_poses_are_ignored_while_no_command_is_taken(node: RobotNode) -> None:
     assert node.commander.ignored == ignored + 1
 
 
-def test_arms_are_held_when_no_more_poses_come_and_go_on_with_the_next() -> None:
+def test_arms_hold_without_poses_and_resume_with_next() -> None:
     watched = RobotNode(two_arms(), safety=SafetySettings(silence=0.1, tip_speed=0.1))
     far = said([Pose((-0.2, 0.0, 0.0)) @ pose for pose in watched.ee_poses.poses()])
     watched.bus.publish(COMMAND, far)
@@ -181,7 +179,7 @@ def test_arms_are_held_when_no_more_poses_come_and_go_on_with_the_next() -> None
     assert watched.servos.read().positions != pytest.approx(held, abs=2e-3)
 
 
-def test_how_fast_a_tip_goes_can_be_capped() -> None:
+def test_tip_speed_limits_tip() -> None:
     node = RobotNode(two_arms(), safety=SafetySettings(tip_speed=0.1), timestep=Fraction(1, 240))
     begin = node.ee_poses.poses()
     node.bus.publish(COMMAND, said([Pose((-0.1, 0.0, 0.0)) @ pose for pose in begin]))

@@ -73,7 +73,7 @@ class ClientService(Protocol):
 
     @property
     def advance_request(self) -> Any:
-        """In lockstep, the request that is served now (`until` [ns], `each_tick` and the client); None if there is none."""
+        """In lockstep, the request that is served now: `until` [ns], `each_tick`, and its client; None for none."""
 
     @property
     def is_client_behind(self) -> bool:

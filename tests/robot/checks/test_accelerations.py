@@ -45,23 +45,23 @@ def bearable(config: RobotConfig) -> dict[str, float]:
         rig.node.close()
 
 
-def test_a_joint_alone_is_borne_by_its_effort_over_its_inertia() -> None:
+def test_single_joint_gets_acceleration_of_effort_over_inertia() -> None:
     found = bearable(pendulum(4.0))
     assert found["j0"] == pytest.approx(INERTIA_SHARE * 4.0 / (2.0 * 0.5**2), rel=1e-3)
 
 
-def test_no_joint_needs_more_than_brings_it_to_its_speed_in_a_moment() -> None:
+def test_strong_joint_gets_acceleration_limited_by_ramp_time() -> None:
     assert bearable(pendulum(1e6))["j0"] == pytest.approx(3.0 / RAMP)
 
 
-def test_a_weak_joint_behind_holds_the_one_before_it_back() -> None:
+def test_weak_next_joint_lowers_acceleration_of_previous_one() -> None:
     """Stretched out, 1 rad/s^2 of the first joint takes m l 2l of the second one's effort."""
     weak, strong = bearable(pendulum(100.0, 1.0)), bearable(pendulum(100.0, 100.0))
     assert weak["j0"] < INERTIA_SHARE * 1.0 / (2.0 * 0.5 * 1.0)
     assert weak["j0"] < 0.1 * strong["j0"]
 
 
-def test_the_head_has_a_place_for_each_axis() -> None:
+def test_head_proposal_has_one_figure_per_axis() -> None:
     config = replace(pendulum(4.0, 4.0), head=Posture(("j0", "j1"), (0.0, 0.0)), head_axes=(1, 2))
     rig = Rig(RobotNode(config))
     said = propose_accelerations(rig, ("j0",))
@@ -90,7 +90,7 @@ def checked(folder: Path, bound: str = "") -> MotionReport:
 
 
 @pytest.mark.slow
-def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
+def test_proposed_accelerations_end_overshoot_and_stray(folder: Path) -> None:
     """A torso that carries two arms goes 40 % and more beyond a step, and is pushed away when its next joint moves."""
     before = {finding.what: finding for finding in checked(folder).findings}
     beyond, strays = before["largest overshoot"], before["largest motion of other joints"]
@@ -109,7 +109,7 @@ def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_joints_of_no_group_are_named_one_by_one(folder: Path) -> None:
+def test_joints_without_group_are_proposed_one_by_one(folder: Path) -> None:
     robot = read_urdf(folder / "robot.urdf", warn=pytest.fail)
     config = RobotConfig(robot, "plain", folder / "robot.urdf", folder / "robot.urdf")
     (remedy,) = [finding.remedy for finding in check_motion(RobotNode(config)).findings if finding.remedy]

@@ -64,7 +64,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-def test_the_example_passes_and_is_short(config: RobotConfig, clock: Clock) -> None:
+def test_example_driver_passes_in_under_60_lines(config: RobotConfig, clock: Clock) -> None:
     source = EXAMPLE.read_text(encoding="utf-8")
     room: dict[str, Any] = {}
     exec(compile(source, str(EXAMPLE), "exec"), room)
@@ -129,7 +129,7 @@ def broken(_config: RobotConfig) -> Any:
         (make(Slow), "must work 100 times"),
     ],
 )
-def test_findings(config: RobotConfig, maker: Any, found: str | None, clock: Clock) -> None:
+def test_check_driver_reports_each_defect(config: RobotConfig, maker: Any, found: str | None, clock: Clock) -> None:
     problems = check_driver(lambda config: clock.watched(maker(config)), config, within=0.2)
     if found is None:
         assert problems == []
@@ -138,7 +138,7 @@ def test_findings(config: RobotConfig, maker: Any, found: str | None, clock: Clo
 
 
 @pytest.mark.parametrize(("upper", "begin"), [(0.015, 0.0), (0.015, 0.006), (0.015, 0.015), (0.03, 0.015), (0.0, 0.0)])
-def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, begin: float, clock: Clock) -> None:
+def test_check_driver_keeps_joints_within_limits(config: RobotConfig, upper: float, begin: float, clock: Clock) -> None:
     joints = tuple(
         replace(joint, limits=replace(joint.limits, lower=0.0, upper=upper)) if joint.name == "finger_left" else joint
         for joint in config.robot.joints
@@ -151,5 +151,5 @@ def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, beg
     assert all(0.0 <= position <= upper for (position,) in hardware.targets), hardware.targets
 
 
-def test_the_joints_of_the_tests_are_the_robots(config: RobotConfig) -> None:
+def test_hardware_joints_exist_in_robot(config: RobotConfig) -> None:
     assert set(NAMES) <= set(config.robot.joint_indices)

@@ -85,7 +85,7 @@ def config() -> RobotConfig:
     return two_arms()
 
 
-def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
+def test_targets_and_readings_are_mapped_by_joint_name(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware)
     assert live.joints == tuple(joint.name for joint in config.robot.driven)
@@ -123,14 +123,14 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
         (Hardware(answer=(np.zeros(2), {}, np.zeros(2))), "got a dict of 0 for velocities"),
     ],
 )
-def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
+def test_unusable_driver_is_refused_and_closed(config: RobotConfig, hardware: Hardware, reason: str) -> None:
     with pytest.raises(DriverError, match=reason):
         LiveDriver(config, hardware)
     until(lambda: hardware.closed)  # where the thread is late, the constructor does not wait for it
     assert hardware.closed == 1
 
 
-def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None:
+def test_failed_node_closes_its_driver(config: RobotConfig) -> None:
     hardware = Hardware()
     with pytest.raises(UnknownNameError, match="tail"):
         RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
@@ -148,9 +148,7 @@ def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None
     ("failure", "reason"),
     [(fail, "OSError: the cable is out"), (give_up, "SystemExit: no bus"), (escape, "OwnError: gone")],
 )
-def test_a_failure_holds_the_robot_until_it_is_cleared(
-    config: RobotConfig, failure: Callable[[], None], reason: str
-) -> None:
+def test_failed_driver_holds_robot_until_cleared(config: RobotConfig, failure: Callable[[], None], reason: str) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware)
     number = live.joints.index("lift")
@@ -170,7 +168,7 @@ def test_a_failure_holds_the_robot_until_it_is_cleared(
     live.close()
 
 
-def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> None:
+def test_failed_hold_is_sent_again(config: RobotConfig) -> None:
     @dataclass
     class Loose(Hardware):
         """A robot whose cable is out for its first three targets."""
@@ -194,7 +192,7 @@ def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> 
     live.close()
 
 
-def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
+def test_close_does_not_wait_for_stuck_driver(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware, timeout=0.05)
     stuck, free = threading.Event(), threading.Event()
@@ -213,7 +211,7 @@ def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
     until(lambda: hardware.closed)
 
 
-def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
+def test_node_drives_hardware_and_mirrors_it_until_failure(config: RobotConfig) -> None:
     hardware, lines = Hardware(), list[str]()
     node = RobotNode(config, driver=hardware, report=lines.append)
     lift = node.simulation.model.joint("lift").qposadr[0]
@@ -238,7 +236,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     assert hardware.closed == 1
 
 
-def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: RobotConfig) -> None:
+def test_joints_moved_by_hand_before_first_target_stay(config: RobotConfig) -> None:
     hardware = Hardware()
     talk = Talk(config, driver=hardware)
     lift = talk.node.commander.numbers["lift"]
@@ -257,7 +255,7 @@ def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: Rob
     talk.node.close()
 
 
-def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) -> None:
+def test_cleared_failure_resumes_from_current_posture(config: RobotConfig) -> None:
     hardware = Hardware()
     talk = Talk(config, driver=hardware)
     hardware.on_read = fail

@@ -29,12 +29,12 @@ def drivers(tmp_path: Path) -> Path:
     return file
 
 
-def test_a_class_in_a_file() -> None:
+def test_class_path_in_file_gives_driver() -> None:
     driver = find_driver(f"{EXAMPLE}:MyDriver")(two_arms())
     assert "lift" in driver.joints
 
 
-def test_what_is_none(drivers: Path) -> None:
+def test_invalid_class_path_is_refused_with_hint(drivers: Path) -> None:
     for name, said in {
         "two_arms": "path.py:Class",
         f"{drivers.with_name('none.py')}:MyDriver": "there is no such file",
@@ -46,6 +46,6 @@ def test_what_is_none(drivers: Path) -> None:
             find_driver(name)
 
 
-def test_one_that_cannot_be_made(drivers: Path) -> None:
+def test_failing_constructor_gives_driver_error(drivers: Path) -> None:
     with pytest.raises(DriverError, match=r"drivers.py:Broken: cannot be made: OSError: no two_arms at 192.168.0.7$"):
         find_driver(f"{drivers}:Broken")(two_arms())

@@ -32,7 +32,7 @@ def at(*positions: float) -> Array:
     return np.array(positions)
 
 
-def test_without_limits_of_speed_what_is_desired_is_applied_at_once() -> None:
+def test_limiter_without_speed_limits_applies_targets_at_once() -> None:
     approach = made()
     assert not approach.advance(TICK), "nothing was asked for"
     approach.follow(0, ALL, at(1.0, 0.2, 5.0), lambda: at(0, 0, 0))
@@ -43,7 +43,7 @@ def test_without_limits_of_speed_what_is_desired_is_applied_at_once() -> None:
 
 @pytest.mark.slow
 @given(st.lists(targets, min_size=1, max_size=8))
-def test_it_stays_within_limits_and_speeds(asked: list[Array]) -> None:
+def test_applied_targets_stay_within_position_and_speed_limits(asked: list[Array]) -> None:
     approach = made(SafetySettings(max_speeds=(("*", 1.0), ("wheel", 100.0))))
     reach = np.array([1.0, 0.5, 10.0]) * TICK  # never faster than the robot itself
     for each in asked:
@@ -57,7 +57,7 @@ def test_it_stays_within_limits_and_speeds(asked: list[Array]) -> None:
 
 
 @given(targets, st.integers(1, 30))
-def test_it_arrives_and_then_rests(asked: Array, count: int) -> None:
+def test_limiter_arrives_and_rests(asked: Array, count: int) -> None:
     approach = made(SafetySettings(max_speeds=(("*", 1e6),)))
     approach.follow(0, ALL, asked, lambda: at(0, 0, 0))
     approach.advance(1e6)
@@ -66,7 +66,7 @@ def test_it_arrives_and_then_rests(asked: Array, count: int) -> None:
 
 
 @given(targets, targets)
-def test_after_a_hold_nothing_is_left_of_what_was_asked_for(asked: Array, measured: Array) -> None:
+def test_hold_discards_earlier_targets(asked: Array, measured: Array) -> None:
     approach = made(SafetySettings(max_speeds=(("*", 1.0),)))
     approach.follow(0, ALL, asked, lambda: measured)
     approach.advance(TICK)
@@ -78,7 +78,7 @@ def test_after_a_hold_nothing_is_left_of_what_was_asked_for(asked: Array, measur
     assert (approach.source == NO_SOURCE).all()
 
 
-def test_the_first_way_after_a_hold_is_slow_until_it_is_caught_up_with() -> None:
+def test_first_target_after_hold_is_approached_slowly() -> None:
     approach = made(SafetySettings(resume_speed=0.5))
     approach.hold(at(0.0, 0.1, 0.0))
     approach.follow(0, ALL, at(0.1, 0.1, 0.0), lambda: at(0, 0, 0))
@@ -92,7 +92,7 @@ def test_the_first_way_after_a_hold_is_slow_until_it_is_caught_up_with() -> None
     assert approach.applied[0] == 1.5, "it follows as ever"
 
 
-def test_a_joint_that_slides_slowly_resumes_no_faster() -> None:
+def test_slow_joint_resumes_at_its_own_speed() -> None:
     approach = made(SafetySettings(resume_speed=2.0))
     approach.hold(at(0.0, 0.1, 0.0))
     approach.follow(0, ALL, at(1.0, 0.4, 0.0), lambda: at(0, 0, 0))
@@ -101,7 +101,7 @@ def test_a_joint_that_slides_slowly_resumes_no_faster() -> None:
 
 
 class TestGuard:
-    def test_a_first_jump_is_refused_whole_until_a_near_one_comes(self) -> None:
+    def test_guard_refuses_far_first_target_whole(self) -> None:
         approach = made(SafetySettings(start_guard=0.3))
         with pytest.raises(RejectedCommandError, match="turn would jump by 1 at the start"):
             approach.follow(0, ALL, at(1.0, 0.2, 0.0), lambda: at(0.0, 0.1, 0.0))
@@ -110,19 +110,19 @@ class TestGuard:
         approach.follow(0, ALL, at(1.0, 0.2, 0.0), lambda: at(0.0, 0.1, 0.0))
         assert approach.desired[0] == 1.0, "it is the first one that is guarded"
 
-    def test_it_may_be_blended_instead(self) -> None:
+    def test_guard_blend_approaches_far_first_target_slowly(self) -> None:
         approach = made(SafetySettings(start_guard=0.3, guard=Guard.BLEND, resume_speed=0.5))
         approach.follow(0, ALL, at(1.0, 0.2, 0.0), lambda: at(0.0, 0.1, 0.0))
         approach.advance(0.1)
         assert approach.applied.tolist() == pytest.approx([0.05, 0.2, 0.0]), "only who jumps is slow"
 
-    def test_a_source_that_takes_over_is_guarded_again(self) -> None:
+    def test_guard_applies_to_first_target_of_another_source(self) -> None:
         approach = made(SafetySettings(start_guard=0.3))
         approach.follow(0, ALL, at(0.1, 0.1, 0.0), lambda: at(0.0, 0.1, 0.0))
         with pytest.raises(RejectedCommandError):
             approach.follow(1, ALL, at(1.0, 0.1, 0.0), lambda: at(0.1, 0.1, 0.0))
 
-    def test_it_is_not_meant_for_what_is_no_stream_of_positions(self) -> None:
+    def test_guard_and_clutch_ignore_unguarded_targets(self) -> None:
         approach = made(SafetySettings(start_guard=0.1, clutch=True))
         approach.follow(0, ALL, at(1.5, 0.4, 0.0), lambda: at(0.0, 0.1, 0.0), guarded=False)
         assert approach.desired.tolist() == [1.5, 0.4, 0.0]
@@ -130,7 +130,7 @@ class TestGuard:
 
 class TestClutch:
     @given(targets, targets)
-    def test_the_first_target_moves_nothing(self, first: Array, standing: Array) -> None:
+    def test_clutch_first_target_does_not_move_joints(self, first: Array, standing: Array) -> None:
         approach = made(SafetySettings(clutch=True))
         approach.hold(standing)
         before = approach.applied.copy()
@@ -139,7 +139,7 @@ class TestClutch:
         largest = np.abs(first) + np.abs(before)
         assert (np.abs(approach.applied - before) <= 1e-15 * largest + 1e-12).all()
 
-    def test_from_there_it_goes_as_far_as_the_commands_do(self) -> None:
+    def test_clutch_follows_differences_of_targets(self) -> None:
         approach = made(SafetySettings(clutch=True))
         approach.follow(0, ALL, at(1.0, 0.0, 0.0), lambda: at(0, 0, 0))
         approach.follow(0, ALL, at(1.3, 0.1, -2.0), lambda: at(0, 0, 0))
@@ -150,7 +150,7 @@ class TestClutch:
         assert approach.desired.tolist() == pytest.approx([0.15, 0.15, -1.0])
 
 
-def test_its_state_is_json_and_goes_on_as_if_nothing_had_been() -> None:
+def test_limiter_restored_from_json_continues_identically() -> None:
     safety = SafetySettings(max_speeds=(("turn", 0.7),), clutch=True)
     first, second = made(safety), made(safety)
     first.hold(at(0.5, 0.1, 0.0))
@@ -185,7 +185,7 @@ def ways(approach: TargetLimiter, steps: int) -> Array:
 
 @pytest.mark.slow
 @given(st.lists(st.tuples(targets, st.integers(1, 200)), min_size=1, max_size=8))
-def test_targets_change_their_speed_no_faster_than_their_bounds(asked: list[tuple[Array, int]]) -> None:
+def test_applied_targets_keep_acceleration_limits(asked: list[tuple[Array, int]]) -> None:
     approach = braked()
     newest = np.zeros(3)
     for each, steps in asked:
@@ -202,7 +202,7 @@ def test_targets_change_their_speed_no_faster_than_their_bounds(asked: list[tupl
 
 @pytest.mark.slow
 @given(st.floats(-2.0, 2.0), st.floats(0.0, 0.4))
-def test_a_target_comes_to_rest_where_it_is_to_be_and_not_beyond(turn: float, slide: float) -> None:
+def test_accelerated_target_stops_without_overshoot(turn: float, slide: float) -> None:
     approach = braked()
     approach.follow(0, ALL, at(turn, slide, 0.0), lambda: at(0, 0, 0))
     begun = approach.applied.copy()
@@ -215,7 +215,7 @@ def test_a_target_comes_to_rest_where_it_is_to_be_and_not_beyond(turn: float, sl
     assert not approach.advance(TICK), "nothing is left to be done"
 
 
-def test_a_step_takes_the_time_that_its_bound_asks_for() -> None:
+def test_step_takes_minimum_time_of_acceleration_limit() -> None:
     """1 rad with 8 rad/s^2 up and down takes 2 sqrt(1 / 8) s; its speed stays below the joint's 3 rad/s."""
     approach = braked()
     approach.follow(0, ALL, at(1.0, 0.1, 0.0), lambda: at(0, 0, 0))
@@ -225,7 +225,7 @@ def test_a_step_takes_the_time_that_its_bound_asks_for() -> None:
     assert found[-4, 0] > 0.0, "and no less"
 
 
-def test_a_hold_stops_at_once_and_the_next_target_begins_from_rest() -> None:
+def test_hold_stops_at_once_and_next_target_starts_at_rest() -> None:
     approach = braked()
     approach.follow(0, ALL, at(1.0, 0.1, 0.0), lambda: at(0, 0, 0))
     ways(approach, 40)
@@ -237,7 +237,7 @@ def test_a_hold_stops_at_once_and_the_next_target_begins_from_rest() -> None:
     assert ways(approach, 1)[0, 0] == pytest.approx(AT_ONCE[0])
 
 
-def test_with_bounds_it_goes_on_from_its_state_as_it_was() -> None:
+def test_limiter_with_acceleration_limits_restores_its_state() -> None:
     one, other = braked(), braked()
     one.follow(0, ALL, at(1.5, 0.3, 1.0), lambda: at(0, 0, 0))
     ways(one, 30)

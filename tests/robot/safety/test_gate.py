@@ -29,7 +29,7 @@ class Watched:
         self.gate.confirm(topic, node, round(stamp * SECOND))
 
 
-def test_it_admits_all_nodes_by_default() -> None:
+def test_gate_admits_all_nodes_by_default() -> None:
     watched = Watched()
     watched.take("/a", stamp=1.0)
     watched.take("/b", stamp=500.0)
@@ -38,7 +38,7 @@ def test_it_admits_all_nodes_by_default() -> None:
     assert not watched.gate.is_silent(TOPIC)
 
 
-def test_a_second_commander_has_to_wait_until_the_first_is_silent() -> None:
+def test_second_commander_is_refused_until_first_is_silent() -> None:
     watched = Watched(one_commander=0.5)
     watched.take("/a")
     watched.time += 0.5
@@ -52,7 +52,7 @@ def test_a_second_commander_has_to_wait_until_the_first_is_silent() -> None:
         watched.take("/a")
 
 
-def test_who_is_refused_does_not_keep_the_place() -> None:
+def test_refused_commands_do_not_extend_turn_of_commander() -> None:
     watched = Watched(one_commander=0.5)
     watched.take("/a")
     for _ in range(6):
@@ -67,7 +67,7 @@ def test_who_is_refused_does_not_keep_the_place() -> None:
     ("stamp", "reason"),
     [(99.0, "stamp must be at most 0.2 s old .got 1 s."), (101.0, "stamp is 1 s ahead of the node's clock")],
 )
-def test_stale_commands_and_those_of_the_future_are_refused(stamp: float, reason: str) -> None:
+def test_stale_and_future_stamps_are_refused(stamp: float, reason: str) -> None:
     watched = Watched(max_age=0.2)
     with pytest.raises(RejectedCommandError, match=reason):
         watched.take("/a", stamp)
@@ -75,7 +75,7 @@ def test_stale_commands_and_those_of_the_future_are_refused(stamp: float, reason
     watched.take("/a", 0.0)  # without a stamp its age is not known
 
 
-def test_what_comes_out_of_order_is_refused() -> None:
+def test_stamp_older_than_previous_one_is_refused() -> None:
     watched = Watched(max_age=0.2)
     watched.take("/a", 99.95)
     watched.take("/a", 99.95)
@@ -84,14 +84,14 @@ def test_what_comes_out_of_order_is_refused() -> None:
     watched.take("/b", 99.9)
 
 
-def test_a_restarted_node_may_begin_with_older_stamps() -> None:
+def test_restarted_node_may_use_older_stamps() -> None:
     watched = Watched(max_age=10.0)
     watched.take("/a", 100.0)
     watched.time += 1.5
     watched.take("/a", 95.0)
 
 
-def test_silence_is_known_only_where_something_was_heard() -> None:
+def test_topic_is_silent_only_after_a_first_command() -> None:
     watched = Watched(silence=0.5)
     assert not watched.gate.is_silent(TOPIC)
     watched.take("/a")
@@ -101,7 +101,7 @@ def test_silence_is_known_only_where_something_was_heard() -> None:
     assert watched.gate.is_silent(TOPIC)
 
 
-def test_commanders_are_those_of_a_moment_ago() -> None:
+def test_commanders_are_forgotten_after_a_second() -> None:
     watched = Watched()
     watched.take("/b")
     watched.take("/a", topic="/io_teleop/target_gripper_status")
@@ -110,7 +110,7 @@ def test_commanders_are_those_of_a_moment_ago() -> None:
     assert not watched.gate.commanders
 
 
-def test_its_state_is_json() -> None:
+def test_gate_restored_from_json_refuses_second_commander() -> None:
     first, second = Watched(one_commander=0.5), Watched(one_commander=0.5)
     first.take("/a", 99.0)
     second.gate.set_state(json.loads(json.dumps(first.gate.get_state())))

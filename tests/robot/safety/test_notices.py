@@ -18,7 +18,7 @@ def made() -> tuple[Notices, Clock, list[str]]:
     return Notices(lambda: clock.now, lines.append), clock, lines
 
 
-def test_a_kind_of_line_comes_at_most_once_a_second() -> None:
+def test_log_throttled_logs_each_kind_at_most_once_a_second() -> None:
     notices, clock, lines = made()
     for tenth in range(25):
         clock.now = tenth * SECOND // 10
@@ -27,7 +27,7 @@ def test_a_kind_of_line_comes_at_most_once_a_second() -> None:
     assert [line for line in lines if line != "other"] == ["at 0", "at 10", "at 20"]
 
 
-def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
+def test_log_counts_suppressed_lines_of_a_flood() -> None:
     notices, clock, lines = made()
     for _ in range(1000):
         notices.log("commands are disabled")
@@ -39,7 +39,7 @@ def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
     assert lines[-1] == "commands are disabled"
 
 
-def test_time_that_restarts_is_no_reason_for_silence() -> None:
+def test_log_throttled_continues_after_time_restarts() -> None:
     notices, clock, lines = made()
     clock.now = 100 * SECOND
     notices.log_throttled("limits", "first")
@@ -48,7 +48,7 @@ def test_time_that_restarts_is_no_reason_for_silence() -> None:
     assert lines == ["first", "second"]
 
 
-def test_names_are_logged_once_and_their_memory_is_limited() -> None:
+def test_log_unknown_keeps_limited_number_of_names() -> None:
     notices, _, lines = made()
     for _ in range(2):
         for number in range(1000):
@@ -58,7 +58,7 @@ def test_names_are_logged_once_and_their_memory_is_limited() -> None:
     assert max(map(len, lines)) < 160
 
 
-def test_when_no_more_names_are_kept_none_is_looked_at() -> None:
+def test_log_unknown_skips_names_at_the_limit() -> None:
     class Unread(dict[str, str]):
         def items(self) -> Any:
             raise AssertionError("4096 names a message take their time")
@@ -69,13 +69,13 @@ def test_when_no_more_names_are_kept_none_is_looked_at() -> None:
     assert len(lines) == 1
 
 
-def test_a_name_cannot_break_a_line() -> None:
+def test_log_unknown_escapes_control_characters() -> None:
     notices, _, lines = made()
     notices.log_unknown("/t", {"a\nb\x1b[31m": "is nothing"})
     assert lines == ["/t: 'a\\nb\\x1b[31m' is nothing; ignored (logged once)"]
 
 
-def test_many_names_at_once_are_one_line() -> None:
+def test_log_unknown_writes_many_names_in_one_line() -> None:
     notices, _, lines = made()
     notices.log_unknown("/t", {"a": "is nothing"})
     notices.log_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))

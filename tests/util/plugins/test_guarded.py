@@ -28,7 +28,7 @@ class Thing:
         return number + 1
 
 
-def test_what_works_works_as_before() -> None:
+def test_guarded_method_returns_its_result() -> None:
     thing = Thing()
     assert guard_plugin(thing, "devices", "pump", ["work"]) is thing
     assert thing.work(1) == 2
@@ -40,7 +40,7 @@ class OwnError(BaseException):
 
 
 @pytest.mark.parametrize("error", [ValueError("dry"), SystemExit("dry"), OwnError("dry")])
-def test_a_failure_is_reported_by_name(error: BaseException) -> None:
+def test_guarded_failure_names_plugin(error: BaseException) -> None:
     thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
     with pytest.raises(
         PluginFailedError,
@@ -50,7 +50,7 @@ def test_a_failure_is_reported_by_name(error: BaseException) -> None:
 
 
 @pytest.mark.parametrize("error", [SimulationError("unstable"), RunEndedError("over"), KeyboardInterrupt()])
-def test_what_is_not_its_own_comes_out_as_it_is(error: BaseException) -> None:
+def test_guarded_method_passes_foreign_errors_on(error: BaseException) -> None:
     thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
     with pytest.raises(type(error)) as caught:
         thing.work(1)
