@@ -20,7 +20,14 @@ from cellwright.util.pose import Pose
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """Reading of a sensor in one sample.
+    """Reading of a sensor in one sample. A kind of sensor adds its own fields.
+
+    Example:
+        >>> @dataclass(frozen=True, slots=True, kw_only=True)
+        ... class Height(Reading):
+        ...     height: float
+        >>> Height(time_ns=100_000_000, sample=1, height=0.75)
+        Height(time_ns=100000000, sample=1, height=0.75)
 
     Attributes:
         time_ns: simulation time of the tick of the measurement [ns].
@@ -60,6 +67,19 @@ class Sensor(Device, ABC, Generic[R]):
 
     It measures only while it has a listener. A reading depends on the state of the cell and on its sample number only,
     not on the listeners: watching changes nothing.
+
+    Example:
+        >>> from mujoco import MjModel
+        >>> class SampleCounter(Sensor[Reading]):
+        ...     default_period = Fraction(1, 10)
+        ...     def measure(self, index):
+        ...         return Reading(time_ns=self.simulation.now, sample=index)
+        >>> simulation, sensor = Simulation(MjModel.from_xml_string("<mujoco/>")), SampleCounter("counter", Pose())
+        >>> simulation.add(sensor)
+        >>> simulation.reset()
+        >>> leave = sensor.listen(print)
+        >>> simulation.step_until(100_000_000)
+        Reading(time_ns=100000000, sample=1)
 
     Args:
         name: name of the device, and of its noise's random stream.

@@ -20,6 +20,20 @@ class Driver(Protocol):
 
     Every array is in the order of `joints`: one number each [rad; m]. Targets are finite and within the limits of the
     joints, and have passed all safety checks.
+
+    Example:
+        >>> class Lift:
+        ...     joints = ("lift",)
+        ...     def command(self, targets):
+        ...         self.position = targets
+        ...     def read(self):
+        ...         return JointArrays(self.position, velocities=np.zeros(1), efforts=np.zeros(1))
+        ...     def close(self):
+        ...         pass
+        >>> lift: Driver = Lift()
+        >>> lift.command(np.array([0.2]))
+        >>> lift.read().positions.tolist()
+        [0.2]
     """
 
     @property
