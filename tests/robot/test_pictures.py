@@ -69,5 +69,5 @@ def test_robot_without_visible_shapes_gives_picture(tmp_path: Path) -> None:
 @pytest.mark.parametrize("shape", [(0, 100), (100, 0), (100, 100_000)])
 def test_invalid_picture_size_is_refused(tmp_path: Path, shape: tuple[int, int]) -> None:
     world = build_robot(one_link())
-    with pytest.raises(UsageError, match="width and height|picture"):
+    with pytest.raises(UsageError, match=r"width and height|picture"):
         save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), *shape)

@@ -123,7 +123,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._latency_ns = nanoseconds(latency)
         self._enabled_at_start = enabled
         self._enabled = enabled
-        self._chance: SampleNoise | None = None
+        self._noise_stream: SampleNoise | None = None
         self._rank = _FIRST_RANK
         self._listeners: list[_ReadingListener[R]] = []
         self._pending_readings: deque[R] = deque()
@@ -168,9 +168,9 @@ class Sensor(Device, ABC, Generic[R]):
 
     def normal(self, index: int, size: int) -> NDArray[np.float64]:
         """Return the noise of sample `index` in units of standard deviations, shape (size,); zeros without noise."""
-        if self._chance is None or self.noise == 0.0:
+        if self._noise_stream is None or self.noise == 0.0:
             return np.zeros(size)
-        return self.noise * self._chance.normal(index, size)
+        return self.noise * self._noise_stream.normal(index, size)
 
     def describe(self) -> dict[str, Any]:
         """Return the data that viewers draw, as JSON values.
@@ -249,7 +249,7 @@ class Sensor(Device, ABC, Generic[R]):
     def attach(self, simulation: Simulation) -> None:
         """Join a simulation; its seed is the root of the noise."""
         super().attach(simulation)
-        self._chance = SampleNoise(simulation.seed, self.name)
+        self._noise_stream = SampleNoise(simulation.seed, self.name)
         # sensors due at the same time act in the order of the devices, not of their first listeners
         self._rank = _FIRST_RANK + len(simulation.devices)
 

@@ -76,15 +76,15 @@ class Rendezvous:
         the belt's, so that the acceleration has no jumps. `since` is the time after departure [s].
         """
         if since < self.ramp:
-            return self.ramp * _missed(max(0.0, since) / self.ramp)
+            return self.ramp * _lead_integral(max(0.0, since) / self.ramp)
         left = self.duration - since
-        return -self.ramp * _missed(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
+        return -self.ramp * _lead_integral(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
 
     def height(self, since: float) -> float:
         """Return the height of the gripper above its grasp [m] at a time [s] after departure, a minimum-jerk curve."""
         down = (since - self.ramp) / self.descent
         up = (self.duration - self.ramp - since) / self.descent
-        return self.hover * _left(max(0.0, min(1.0, down, up)))
+        return self.hover * _remaining_share(max(0.0, min(1.0, down, up)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +217,7 @@ def track(
     off = Joints(*(a - b for a, b in zip(begin, reference[0], strict=True)))
     knots = []
     for each, joints in zip(since, reference, strict=True):
-        share = _left(min(1.0, each / timing.ramp))
+        share = _remaining_share(min(1.0, each / timing.ramp))
         knots.append(Joints(*(q + share * d for q, d in zip(joints, off, strict=True))))
     motion = timed(since, knots)
     if (strain := motion.strain(limits)) > _OVERSHOOT:
@@ -232,11 +232,11 @@ def _gripper_at(part: MovingPart, part_T_gripper: Pose, sets_off: float, since: 
     return Pose((x, y, z + timing.height(since)), ahead.quaternion)
 
 
-def _left(u: float) -> float:
+def _remaining_share(u: float) -> float:
     """Return the remaining share of a rest-to-rest distance at a share `u` of its time: the minimum-jerk curve."""
     return 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
 
 
-def _missed(u: float) -> float:
+def _lead_integral(u: float) -> float:
     """Return the integral of 1 - (3 u^2 - 2 u^3) from u to 1."""
     return (1.0 - u) - (0.5 - u**3 + u**4 / 2.0)

@@ -98,7 +98,7 @@ JointsLike: TypeAlias = Joints | Mapping[str, float]
 
 def _turns(angle: float) -> list[float]:
     """Return the angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
-    low, high = _most_turns(angle)
+    low, high = _turn_range(angle)
     return [_turned(angle, turns) for turns in range(low, high + 1)]
 
 
@@ -106,11 +106,11 @@ def _nearest_turn(angle: float, near: float) -> float:
     """Return the one of `_turns` that is nearest to `near`; the lower one of two that are equally near."""
     if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
         return angle  # fast path for nearly all calls
-    low, high = _most_turns(angle)
+    low, high = _turn_range(angle)
     return _turned(angle, max(low, min(high, math.ceil((near - angle) / _TURN - 0.5))))
 
 
-def _most_turns(angle: float) -> tuple[int, int]:
+def _turn_range(angle: float) -> tuple[int, int]:
     """Return the minimum and maximum number of whole turns that can be added."""
     return math.ceil((-_FURTHEST - angle) / _TURN), math.floor((_FURTHEST - angle) / _TURN)
 

@@ -106,28 +106,28 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
     shoulder_T_wrist_3 = Pose((BASE_X, rail, BASE_Z + D1)).inverse() @ unit @ _GRIPPER_T_WRIST_3
     rows = _rows(shoulder_T_wrist_3.quaternion)
     found: list[Joints] = []
-    least_excess = math.inf
-    for pan in _pans(shoulder_T_wrist_3.position):
+    min_excess = math.inf
+    for pan in _pan_angles(shoulder_T_wrist_3.position):
         outward = shoulder_T_wrist_3.position[0] * math.cos(pan) + shoulder_T_wrist_3.position[1] * math.sin(pan)
         up = shoulder_T_wrist_3.position[2]
-        for plane, wrist_2, wrist_3_angle in _hands(
+        for plane, wrist_2, wrist_3_angle in _wrist_solutions(
             _turned_back(pan, rows), outward, up, favoured.wrist_3 if favoured else 0.0
         ):
             x, z = outward - D5 * math.sin(plane), up - D5 * math.cos(plane)
             distance = math.hypot(x, z)
-            out = max(distance - MAX_REACH, (A2 - A3) - distance)
-            if out > _TOUCHING:
-                least_excess = min(least_excess, out)
+            excess = max(distance - MAX_REACH, (A2 - A3) - distance)
+            if excess > _TOUCHING:
+                min_excess = min(min_excess, excess)
                 continue
             bend = math.acos(max(-1.0, min(1.0, (distance**2 - A2**2 - A3**2) / (2 * A2 * A3))))
             for elbow in (bend, -bend):
                 lift = math.atan2(-z, x) - math.atan2(A3 * math.sin(elbow), A2 + A3 * math.cos(elbow))
                 angles = (pan, lift, elbow, plane - math.pi - lift - elbow, wrist_2, wrist_3_angle)
                 joints = Joints(rail, *map(_principal, angles))
-                if not any(_alike(joints, other) for other in found):
+                if not any(_is_same(joints, other) for other in found):
                     found.append(joints)
     if not found:
-        raise UnreachableError(f"the wrist is {least_excess * 1000:.1f} mm out of reach with the rail at {rail:.3f} m")
+        raise UnreachableError(f"the wrist is {min_excess * 1000:.1f} mm out of reach with the rail at {rail:.3f} m")
     return tuple(found if favoured is None else (joints.nearest(favoured) for joints in found))
 
 
@@ -156,7 +156,7 @@ def is_usual(joints: Joints) -> bool:
     return wrist_out > 0.0 and elbow_up * wrist_out > wrist_up * elbow_out
 
 
-def _pans(wrist_3: Vector3) -> tuple[float, ...]:
+def _pan_angles(wrist_3: Vector3) -> tuple[float, ...]:
     """Return the pan angles [rad] for which the arm's plane, d4 off the pan axis, contains the origin of wrist 3."""
     distance = math.hypot(wrist_3[0], wrist_3[1])
     if distance < D4 - _TOUCHING:
@@ -168,7 +168,9 @@ def _pans(wrist_3: Vector3) -> tuple[float, ...]:
     return direction - aside, direction + aside - math.pi
 
 
-def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) -> Iterator[tuple[float, float, float]]:
+def _wrist_solutions(
+    pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float
+) -> Iterator[tuple[float, float, float]]:
     """Yield the two sets of Y-Z-Y Euler angles [rad] of the hand in the arm's plane: plane angle, wrist 2 and wrist 3.
 
     `outward` and `up` [m] lead from the shoulder to the origin of wrist 3, in the plane. A free plane angle leaves
@@ -227,7 +229,7 @@ def _principal(angle: float) -> float:
     return math.remainder(angle, 2.0 * math.pi)
 
 
-def _alike(a: Joints, b: Joints) -> bool:
+def _is_same(a: Joints, b: Joints) -> bool:
     return all(abs(_principal(mine - other)) < _SAME for mine, other in zip(a[1:], b[1:], strict=True))
 
 

@@ -141,8 +141,8 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
     request.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
     request.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
     profile = _calculate(request)
-    stretch = _needed_stretch(_driven(curve, profile, _MAX_STEP / 8), limits)
-    return _stretched(_driven(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
+    stretch = _needed_stretch(_timed_by_profile(curve, profile, _MAX_STEP / 8), limits)
+    return _stretched(_timed_by_profile(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
 
 
 def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotion:
@@ -226,7 +226,7 @@ def _between(a: Joints, b: Joints, leaving: Joints, arriving: Joints, limits: Mo
     return move(a, b, limits, start_velocity=leaving, goal_velocity=arriving)
 
 
-def _driven(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion:
+def _timed_by_profile(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion:
     """Return the curve with its parameter driven by a profile of one joint, with knots every `step` [s] at most."""
     count = max(8, math.ceil(profile.duration / step))
     times = tuple(profile.duration * index / count for index in range(count + 1))

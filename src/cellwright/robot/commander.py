@@ -97,14 +97,14 @@ class Commander(Device):
         """True if commands are taken now; otherwise they are ignored, and counted."""
         return self.is_enabled and not self.is_stopped and not self.is_homing
 
-    def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool | None]) -> None:
+    def take(self, topic: str, node: str, stamp: int, execute: Callable[[], bool | None]) -> None:
         """Carry out a command of a topic.
 
         Args:
             topic: its topic.
             node: its sender.
             stamp: its stamp [ns]; 0 for none.
-            act: carries it out; returns False if nothing in it is for this robot.
+            execute: carries it out; returns False if nothing in it is for this robot.
 
         Raises:
             RejectedCommandError: it is refused, for example because of its stamp.
@@ -114,7 +114,7 @@ class Commander(Device):
             return
         self._ignored_for = ""
         self.gate.check(topic, node, stamp)
-        if act() is False:
+        if execute() is False:
             self.ignored += 1
             return
         self.gate.confirm(topic, node, stamp)
@@ -328,7 +328,11 @@ class Homing(Device):
         super().__init__("homing")
         self._commander = commander
         numbers, limiter = commander.numbers, commander.limiter
-        home = {numbers[name]: at for name, at in config.home.items() if name in numbers and math.isfinite(at)}
+        home = {
+            numbers[name]: position
+            for name, position in config.home.items()
+            if name in numbers and math.isfinite(position)
+        }
         self._joints = np.array(list(home), dtype=np.intp)
         self._positions = np.clip(
             np.array(list(home.values())), limiter.lower[self._joints], limiter.upper[self._joints]
@@ -339,7 +343,7 @@ class Homing(Device):
     def reset(self) -> None:
         """Clear the waiting callers and the running motion."""
         self._until = None
-        self._answer("the node was reset")
+        self._respond("the node was reset")
         self.set_stepping(False)
 
     def go_home(self, _row: Endpoint, _request: TriggerRequest, node: str) -> Any:
@@ -359,9 +363,9 @@ class Homing(Device):
             return _failure(
                 f"too many calls wait for the reset (at most {MAX_WAITING_CALLS}); call again when the robot is home"
             )
-        later = PendingResponse()
-        self._waiting.append(later)
-        return later
+        pending = PendingResponse()
+        self._waiting.append(pending)
+        return pending
 
     def after_step(self) -> None:
         """Check whether the robot is home, or has failed."""
@@ -383,24 +387,24 @@ class Homing(Device):
 
     def close(self) -> None:
         """Respond to waiting callers that homing has failed."""
-        self._answer("the node has stopped")
+        self._respond("the node has stopped")
 
     def _end_if_held(self) -> None:
         """End homing after a hold."""
         if self._until is not None:
             self._end(f"the reset was interrupted: {self._commander.why_held}")
 
-    def _end(self, why_not: str) -> None:
+    def _end(self, failure: str) -> None:
         self._until = None
         self.set_stepping(False)
-        if why_not:
-            self._commander.notices.log(f"reset: {why_not}")
-        self._answer(why_not)
+        if failure:
+            self._commander.notices.log(f"reset: {failure}")
+        self._respond(failure)
 
-    def _answer(self, why_not: str) -> None:
+    def _respond(self, failure: str) -> None:
         waiting, self._waiting = self._waiting, []
-        for later in waiting:
-            later.answer(_failure(why_not) if why_not else TriggerResponse(success=True, message=HOMING_RESPONSE))
+        for pending in waiting:
+            pending.answer(_failure(failure) if failure else TriggerResponse(success=True, message=HOMING_RESPONSE))
 
 
 def _failure(why: str) -> TriggerResponse:

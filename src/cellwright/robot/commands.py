@@ -36,8 +36,8 @@ def joint_targets(message: Any) -> dict[str, float]:
     found = dict(zip(names, message.position.tolist(), strict=True))
     if len(found) != count:
         counts = Counter(names)  # in one pass: the message is untrusted, and physics waits
-        twice = next(name for name in names if counts[name] > 1)
-        raise RejectedCommandError(f"{twice!r:.80} appears twice; give each name once")
+        duplicate = next(name for name in names if counts[name] > 1)
+        raise RejectedCommandError(f"{duplicate!r:.80} appears twice; give each name once")
     for name, position in found.items():
         if not math.isfinite(position):
             raise RejectedCommandError(f"the position of {name!r:.80} must be finite (got {position})")
@@ -50,11 +50,11 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
     Raises:
         RejectedCommandError: there are fewer numbers than grippers, or some are not finite.
     """
-    given = len(message.position)
-    if given > MAX_ENTRIES:
-        raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {given})")
-    if given < count:
-        raise RejectedCommandError(f"position must have {count} numbers, one a gripper (right, left; got {given})")
+    length = len(message.position)
+    if length > MAX_ENTRIES:
+        raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {length})")
+    if length < count:
+        raise RejectedCommandError(f"position must have {count} numbers, one a gripper (right, left; got {length})")
     values: list[float] = message.position.tolist()
     if not all(map(math.isfinite, values)):
         raise RejectedCommandError(f"a gripper's status must be from 0 to 1 (got {values[:8]})")
@@ -74,7 +74,7 @@ class RobotCommands:
         topic, allowed, targets = row.name, None if hand is None else self._hands[hand], joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
 
-        def act() -> bool:
+        def execute() -> bool:
             known = {
                 numbers[name]: position
                 for name, position in targets.items()
@@ -86,7 +86,7 @@ class RobotCommands:
                 commander.follow(topic, known.keys(), known.values(), guarded=True)
             return bool(known)
 
-        commander.take(topic, node, nanoseconds(message.header.stamp), act)
+        commander.take(topic, node, nanoseconds(message.header.stamp), execute)
 
     target_joints = _follow
     target_right_hand = partialmethod(_follow, hand=RIGHT)
@@ -95,7 +95,7 @@ class RobotCommands:
     def _log_ignored_names(self, topic: str, allowed: frozenset[str] | None, targets: dict[str, float]) -> None:
         """Log ignored names, each once."""
         commander = self._commander
-        strange: dict[str, str] = {}
+        reasons: dict[str, str] = {}
         for name in targets:
             if name in commander.mimics.leaders:
                 leader = commander.mimics.leaders[name]
@@ -103,13 +103,13 @@ class RobotCommands:
                 commander.notices.log_once(f"follows {name}", line)
             elif name in commander.numbers:
                 if allowed is not None and name not in allowed:
-                    strange[name] = "is not a joint of that hand"
+                    reasons[name] = "is not a joint of that hand"
             elif name in self._config.robot.joint_indices:
                 kind = self._config.robot.joint(name).type.value
-                strange[name] = f"is a {kind} joint, which has no single position"
+                reasons[name] = f"is a {kind} joint, which has no single position"
             else:
-                strange[name] = "is not a joint of this robot"
-        commander.notices.log_unknown(topic, strange)
+                reasons[name] = "is not a joint of this robot"
+        commander.notices.log_unknown(topic, reasons)
 
     def target_grippers(self, row: Endpoint, message: Any, node: str) -> None:
         """Move the grippers to the requested statuses."""
@@ -123,13 +123,13 @@ class RobotCommands:
             line = f"{topic}: {len(message.position)} numbers for {len(values)} grippers; those at the end are ignored"
             self._commander.notices.log_once(topic, f"{line} (logged once)")
 
-        def act() -> None:
+        def execute() -> None:
             if not all(0.0 <= status <= 1.0 for status in values):
                 shown = ", ".join(f"{status:.4g}" for status in values)
                 self._commander.notices.log_throttled(topic, f"{topic}: clipped to 0 to 1 (got {shown})")
             self._commander.follow(topic, joints, positions)
 
-        self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
+        self._commander.take(topic, node, nanoseconds(message.header.stamp), execute)
 
     def move_base(self, row: Endpoint, message: Any, node: str) -> None:
         """Turn and move the base."""

@@ -106,7 +106,7 @@ class LiveDriver:
         self._has_ended = False
         self._lock = threading.Lock()
         self._awake = threading.Event()
-        self._heard = time.monotonic()
+        self._last_reading = time.monotonic()
         first = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(first,), name="driver", daemon=True)
         self._thread.start()
@@ -120,7 +120,7 @@ class LiveDriver:
     def fault(self) -> str:
         """Reason why the driver is held; empty while it works."""
         with self._lock:
-            if not self._fault and time.monotonic() - self._heard > self._timeout:
+            if not self._fault and time.monotonic() - self._last_reading > self._timeout:
                 self._fault = f"no reading for {self._timeout:g} s"
             return self._fault
 
@@ -130,7 +130,7 @@ class LiveDriver:
             self._fault = ""
             self._is_holding = False
             self._targets = None
-            self._heard = time.monotonic()
+            self._last_reading = time.monotonic()
 
     def command(self, targets: Array) -> None:
         """Set targets [rad; m] of all joints for the thread; they replace targets that it has not taken yet."""
@@ -154,7 +154,7 @@ class LiveDriver:
     def _run(self, first: threading.Event) -> None:
         while not self._has_ended:
             try:
-                self._turn()
+                self._exchange()
             except DriverError as error:
                 self._fail(str(error))
             except BaseException as error:  # user code must not stop the node
@@ -164,7 +164,7 @@ class LiveDriver:
             self._awake.clear()
         close_driver(self._driver)
 
-    def _turn(self) -> None:
+    def _exchange(self) -> None:
         """Pass new targets to the driver, and read it."""
         with self._lock:
             targets, self._targets = self._targets, None
@@ -179,30 +179,30 @@ class LiveDriver:
         with self._lock:
             self._readings = readings
             self.count += 1
-            self._heard = time.monotonic()
+            self._last_reading = time.monotonic()
 
     def _checked(self, found: JointArrays) -> JointArrays:
         if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointArrays._fields):
-            raise DriverError(f"read() must return {_COLUMNS} (got {_describe_value(found)})")
+            raise DriverError(f"read() must return {_COLUMNS} (got {_describe_type(found)})")
         columns = []
         for name, old, values in zip(JointArrays._fields, self._readings, found, strict=True):
             if np.ndim(values) != 1:
-                problem = f"got {_describe_value(values)} for {name}"
+                problem = f"got {_describe_type(values)} for {name}"
                 raise DriverError(f"read() must return {_COLUMNS}, each with one number a joint ({problem})")
-            given = np.asarray(values, dtype=float)
-            if given.shape != self._places.shape:
-                raise DriverError(f"{name} must have {self._places.size} numbers, one a joint (got {given.size})")
-            if not np.isfinite(given).all():
-                joint = self.joints[self._places[np.flatnonzero(~np.isfinite(given))[0]]]
+            numbers = np.asarray(values, dtype=float)
+            if numbers.shape != self._places.shape:
+                raise DriverError(f"{name} must have {self._places.size} numbers, one a joint (got {numbers.size})")
+            if not np.isfinite(numbers).all():
+                joint = self.joints[self._places[np.flatnonzero(~np.isfinite(numbers))[0]]]
                 raise DriverError(f"{name} of {joint} must be finite")
             column = old.copy()
-            column[self._places] = given
+            column[self._places] = numbers
             columns.append(column)
         return JointArrays(*columns)
 
     def _fail(self, reason: str) -> None:
         with self._lock:
-            self._heard = time.monotonic()
+            self._last_reading = time.monotonic()
             if not self._fault:
                 self._fault = reason
 
@@ -213,7 +213,7 @@ def close_driver(driver: Driver) -> None:
         driver.close()
 
 
-def _describe_value(value: object) -> str:
+def _describe_type(value: object) -> str:
     return f"a {type(value).__name__}" + (f" of {len(value)}" if isinstance(value, Sized) else "")
 
 

@@ -172,7 +172,7 @@ class EePoses(Device):
         poses = [_checked_pose(each, f"poses[{place}]") for place, each in enumerate(message.poses)]
         frame = message.header.frame_id
         if frame in self._config.robot.link_indices:
-            poses = [there @ pose for there, pose in zip(self.poses(frame), poses, strict=True)]
+            poses = [frame_pose @ pose for frame_pose, pose in zip(self.poses(frame), poses, strict=True)]
         self._commander.take(row.name, node, nanoseconds(message.header.stamp), lambda: self.aim(poses))
 
     def ee_poses(self, output: Output) -> None:

@@ -100,14 +100,14 @@ def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
 ) -> tuple[Endpoint, ...]:
     """Return the rows of a robot's node, with its working cameras, and /clock if it publishes its own time."""
-    there = {
+    is_available = {
         Availability.ALWAYS: True,
         Availability.ARMS: bool(config.arms),
         Availability.GRIPPERS: bool(config.grippers),
         Availability.FREE_BASE: config.fixed_link is None,
         Availability.SIMULATED_TIME: sim_time,
     }
-    found = [row for row in IO_TELEOP if there.get(row.where)]
+    found = [row for row in IO_TELEOP if is_available.get(row.where)]
     found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Availability.EACH_CAMERA]
     return tuple(replace(row, node=node) for row in found)
 

@@ -118,7 +118,7 @@ class Notices:
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
         self._now, self._report = now, report
         self._last: dict[str, int] = {}
-        self._said: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # times of the newest lines [ns]
+        self._log_times: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # times of the newest lines [ns]
         self._suppressed = 0
         self._once: set[str] = set()
         self.unknown: list[str] = []
@@ -127,10 +127,10 @@ class Notices:
     def log(self, line: str) -> None:
         """Log a rare event; events in a flood are partly counted instead."""
         now = self._now()
-        if len(self._said) == MAX_LINES_PER_SECOND and 0 <= now - self._said[0] < NANOSECONDS:
+        if len(self._log_times) == MAX_LINES_PER_SECOND and 0 <= now - self._log_times[0] < NANOSECONDS:
             self._suppressed += 1
             return
-        self._said.append(now)
+        self._log_times.append(now)
         more = f" ({self._suppressed} lines suppressed before)" if self._suppressed else ""
         self._suppressed = 0
         self._report(f"{line}{more}")
@@ -198,13 +198,13 @@ class CommandGate:
         """Arrival of the newest input, in the time of message stamps [ns]."""
         self._streams: dict[str, _Stream] = {}
         limits = (safety.silence, safety.one_commander, safety.max_age)
-        self._silence, self._alone, self._age = (None if each is None else nanoseconds(each) for each in limits)
+        self._silence, self._exclusive, self._age = (None if each is None else nanoseconds(each) for each in limits)
 
     def forget(self) -> None:
         """Clear."""
         self._streams.clear()
 
-    def note_arrival(self, _given: object = None) -> None:
+    def note_arrival(self, _input: object = None) -> None:
         """Note that input has arrived now."""
         self.arrived = self._message_time()
 
@@ -216,9 +216,9 @@ class CommandGate:
         """
         newest, limit = self._streams.get(topic), self._age
         quiet = 0 if newest is None else self._now() - newest.heard
-        if newest is not None and self._alone is not None and newest.node != node and quiet <= self._alone:
+        if newest is not None and self._exclusive is not None and newest.node != node and quiet <= self._exclusive:
             raise RejectedCommandError(
-                f"{newest.node or 'another node'} commands this topic; others may after {self._alone / 1e9:g} s "
+                f"{newest.node or 'another node'} commands this topic; others may after {self._exclusive / 1e9:g} s "
                 "of silence"
             )
         if limit is None or not stamp:
@@ -261,7 +261,7 @@ class CommandGate:
 NO_SOURCE = -1
 
 _ROUNDING = 1e-12  # relative difference below which distances are equal
-_WORTH_TELLING = 1e-3  # [rad; m]: limits and targets are written with few digits
+_MIN_LOGGED_DIFFERENCE = 1e-3  # [rad; m]: limits and targets are written with few digits
 
 Numbers = NDArray[np.intp]
 
@@ -387,7 +387,7 @@ class TargetLimiter:
         self.source[joints] = source
         self.desired[joints] = within
         self._is_under_way, self._is_untouched = True, False
-        beyond: Numbers = joints[np.abs(targets - within) > _WORTH_TELLING]
+        beyond: Numbers = joints[np.abs(targets - within) > _MIN_LOGGED_DIFFERENCE]
         return beyond
 
     def _jumps(self, joints: Numbers, far: Array, first: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
@@ -433,10 +433,10 @@ class TargetLimiter:
         far = np.abs(error)
         later = np.floor((np.sqrt(1.0 + 8.0 * far / by) - 1.0) / 2.0)
         ahead = np.minimum(far / (later + 1.0) + by * later / 2.0, reach)
-        way = np.clip(np.copysign(ahead, error), self._moved - by, self._moved + by)
-        lands = np.abs(way - error) <= _ROUNDING * (far + by)
-        self._moved = np.where(lands & (far == 0.0), 0.0, way)
-        found: Array = np.where(lands, self.desired[self._braked], self.applied[self._braked] + way)
+        motion = np.clip(np.copysign(ahead, error), self._moved - by, self._moved + by)
+        lands = np.abs(motion - error) <= _ROUNDING * (far + by)
+        self._moved = np.where(lands & (far == 0.0), 0.0, motion)
+        found: Array = np.where(lands, self.desired[self._braked], self.applied[self._braked] + motion)
         return found
 
     def get_state(self) -> dict[str, Any]:

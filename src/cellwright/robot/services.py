@@ -52,7 +52,7 @@ class RobotServices:
         config, link_indices = self._node.config, self._robot.link_indices
         return {
             "name": config.name,
-            "joints": [self._described(index, joint) for index, joint in enumerate(self._robot.joints)],
+            "joints": [self._describe_joint(index, joint) for index, joint in enumerate(self._robot.joints)],
             "arms": [
                 {
                     "joints": self._indices(arm.joints),
@@ -119,7 +119,7 @@ class RobotServices:
         references = self._node.ee_poses.references
         if not isinstance(arm, int) or not 0 <= arm < len(references):
             raise RejectedCommandError(f"unknown arm {arm!r} (known: {', '.join(map(str, range(len(references))))})")
-        self._check_freedom()
+        self._check_takes_commands()
         world_T_reference = self._pose(self._robot.link_indices[references[arm]])
         poses: list[Pose | None] = [None] * len(references)
         poses[arm] = world_T_reference.inverse() @ world_T_tip
@@ -129,12 +129,12 @@ class RobotServices:
     def place_base(self, request: dict[str, Any]) -> dict[str, Any]:
         """Place the root link: this moves the base, which may be fixed to another link."""
         world_T_root = _requested_pose(request)
-        self._check_freedom()
+        self._check_takes_commands()
         base = self._node.base
         base.place(world_T_root @ self._pose(-1).inverse() @ base.pose)
         return {}
 
-    def _check_freedom(self) -> None:
+    def _check_takes_commands(self) -> None:
         commander = self._node.commander
         if not commander.takes_commands:
             why = commander.why_held or "they are disabled, or the robot is on its way home"
@@ -151,10 +151,10 @@ class RobotServices:
                 raise RejectedCommandError(f"no movable joint has the index {index!r}")
             if not isinstance(position, (int, float)) or not math.isfinite(position):
                 raise RejectedCommandError(f"a position must be a finite number (got {position!r})")
-        self._check_freedom()
+        self._check_takes_commands()
         return [self._numbers[index] for index in indices], [float(position) for position in positions]
 
-    def _described(self, index: int, joint: Joint) -> dict[str, Any]:
+    def _describe_joint(self, index: int, joint: Joint) -> dict[str, Any]:
         limits = joint.limits
         named = {"lower": limits.lower, "upper": limits.upper, "effort": limits.effort, "velocity": limits.velocity}
         return {

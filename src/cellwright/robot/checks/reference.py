@@ -212,7 +212,7 @@ def _closing(rig: Rig, closing: Closing, at: Array, expected: Array) -> Finding:
 
 
 def _step(rig: Rig, step: StepTarget, at: Array, expected: Array) -> Finding:
-    title = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
+    title = f"{step.joint}, step {_format_short(step.start)} to {_format_short(step.target)}"
     if step.joint not in rig.numbers:
         return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "the robot has no such joint", passed=False)
     rig.begin()
@@ -280,7 +280,7 @@ def _angle(one: Pose, other: Pose) -> float:
     return 2 * math.atan2(math.hypot(*xyz), abs(w))
 
 
-def _short(value: float) -> str:
+def _format_short(value: float) -> str:
     return f"{round(value, 2) + 0.0:g}"
 
 
