@@ -70,11 +70,11 @@ def test_step_of_less_than_one_tick_is_refused() -> None:
 def test_steps_from_several_threads_are_all_counted() -> None:
     rate_control, taken = RateControl(paused=True), 0
 
-    def ask() -> None:
+    def request_steps() -> None:
         for _ in range(200):
             rate_control.step()
 
-    threads = [Thread(target=ask) for _ in range(4)]
+    threads = [Thread(target=request_steps) for _ in range(4)]
     for thread in threads:
         thread.start()
     while any(thread.is_alive() for thread in threads) or rate_control.ticks_left:
@@ -88,10 +88,10 @@ def test_changed_speed_applies_without_catching_up() -> None:
     pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
     for speed, ticks in ((0.1, 50), (10.0, 500), (1.0, 100)):
         rate_control.set_speed(speed)
-        begun, since = wall.time, simulation.now
+        started, since = wall.time, simulation.now
         for _ in range(ticks):
             pacer.step()
-        assert wall.time - begun == pytest.approx((simulation.now - since) / 1e9 / speed, rel=0.01)
+        assert wall.time - started == pytest.approx((simulation.now - since) / 1e9 / speed, rel=0.01)
 
 
 def test_speed_none_never_waits() -> None:

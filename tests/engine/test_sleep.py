@@ -32,7 +32,7 @@ def make_belt() -> Simulation:
     return simulation
 
 
-def asleep(simulation: Simulation, body: str) -> bool:
+def is_asleep(simulation: Simulation, body: str) -> bool:
     tree = simulation.model.body_treeid[simulation.model.body(body).id]
     return bool(simulation.data.tree_asleep[tree] >= 0)
 
@@ -41,17 +41,17 @@ def test_resting_parts_sleep_until_touched() -> None:
     simulation = make_simulation()
     simulation.reset()
     simulation.step_until(10**9)
-    assert asleep(simulation, "block1")
+    assert is_asleep(simulation, "block1")
     address = simulation.model.jnt_qposadr[simulation.model.body_jntadr[simulation.model.body("block2").id]]
     simulation.data.qpos[address : address + 3] = (0.0, 0.0, 0.2)
     simulation.step_until(1_200_000_000)
-    assert not asleep(simulation, "block1")
+    assert not is_asleep(simulation, "block1")
 
 
 def test_changed_belt_speed_needs_wake_to_wake_parts() -> None:
     simulation = make_belt()
     simulation.step_until(10**9)
-    assert asleep(simulation, "part")
+    assert is_asleep(simulation, "part")
     start = float(simulation.data.qpos[0])
     simulation.model.geom_surfacevel[simulation.model.geom("belt").id, 0] = 0.2
     simulation.step_until(2 * 10**9)

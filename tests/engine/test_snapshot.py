@@ -111,7 +111,7 @@ def test_foreign_or_invalid_checkpoint_is_refused(tmp_path: Path) -> None:
         read_checkpoint(simulation, path)
 
 
-def rewritten(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
+def rewrite(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
     """Write the checkpoint again with changed contents."""
     with np.load(path) as file:
         contents: dict[str, Any] = dict(file)
@@ -141,7 +141,7 @@ def test_changed_checkpoint_is_refused_and_run_stays_unchanged(
     monkeypatch.setattr(snapshot, "_MAX_SIZE", 1 << 20)
     simulation, path = make_run(0), tmp_path / "c.npz"
     write_checkpoint(simulation, path)
-    rewritten(path, change)
+    rewrite(path, change)
     before = simulation.state_hash()
     with pytest.raises(CheckpointError, match=problem):
         read_checkpoint(simulation, path)

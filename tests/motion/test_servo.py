@@ -44,12 +44,12 @@ def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile =
     assert arm is not None
     client = Client(InProcess(cell))
     client.sleep(0.3)
-    begun = cell.simulation.time
+    started = cell.simulation.time
     client.send_arm(**command.command())
     worst = error = 0.0
-    while (time := cell.simulation.time - begun) < motion.duration + 0.5:
+    while (time := cell.simulation.time - started) < motion.duration + 0.5:
         cell.step()
-        time = cell.simulation.time - begun
+        time = cell.simulation.time - started
         gripper = forward(Joints(*arm.read().positions))
         error = 1000 * math.dist(gripper.position, forward(motion.at(time).positions).position)
         if time <= motion.duration:
@@ -59,37 +59,37 @@ def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile =
 
 
 def test_precise_servo_follows_as_commanded() -> None:
-    worst, left = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL, "precise")
+    worst, remaining = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL, "precise")
     assert worst < 1.0
-    assert left < 0.1
-    worst, left = tool_errors(DOWN, DOWN, "precise")
+    assert remaining < 0.1
+    worst, remaining = tool_errors(DOWN, DOWN, "precise")
     assert worst < 1.0
-    assert left < 0.1
+    assert remaining < 0.1
 
 
 def test_original_rail_lags_without_anticipation() -> None:
-    worst, left = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL)
+    worst, remaining = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL)
     assert worst > 15.0
-    assert left < 2.0
-    worst, left = tool_errors(ALONG_THE_RAIL, anticipated(ALONG_THE_RAIL))
+    assert remaining < 2.0
+    worst, remaining = tool_errors(ALONG_THE_RAIL, anticipated(ALONG_THE_RAIL))
     assert worst < 4.0
-    assert left < 1.0
+    assert remaining < 1.0
 
 
 def test_original_arm_sags_without_anticipation() -> None:
-    _, left = tool_errors(DOWN, DOWN)
-    assert 1.0 < left < 3.0
-    worst, left = tool_errors(DOWN, anticipated(DOWN))
+    _, remaining = tool_errors(DOWN, DOWN)
+    assert 1.0 < remaining < 3.0
+    worst, remaining = tool_errors(DOWN, anticipated(DOWN))
     assert worst < 2.0
-    assert left < 0.2
+    assert remaining < 0.2
 
 
 def test_anticipated_interception_meets_part_within_millimetres() -> None:
     part = MovingPart(Pose((1.21, 2.6, 1.0)), 0.0)  # higher than the belt, so that nothing is touched
     plan = intercept(part, tool_down(0.0, 0.0, 0.0), ABOVE_BELT, 0.0, window=(0.0, 2.5))
-    worst, left = tool_errors(plan.motion, anticipated(plan.motion))
+    worst, remaining = tool_errors(plan.motion, anticipated(plan.motion))
     assert worst < 6.0
-    assert left < 2.0
+    assert remaining < 2.0
 
 
 def test_weight_equals_bias_forces_of_engine() -> None:

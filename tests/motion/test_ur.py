@@ -18,7 +18,7 @@ from tests.conftest import load_cases
 from tests.motion.samples import INITIAL, anywhere
 
 
-def off_by(a: Pose, b: Pose) -> float:
+def pose_difference(a: Pose, b: Pose) -> float:
     """Return the difference between poses: the larger of distance [m] and angle [rad]."""
     return max(math.dist(a.position, b.position), angle_between(a, b))
 
@@ -57,12 +57,12 @@ def test_inverse_recovers_joints_of_forward(joints: Joints) -> None:
     expected = forward(joints)
     found = inverse(expected, joints.rail)
     assert 1 <= len(found) <= 8
-    assert all(off_by(forward(each), expected) < 2e-7 for each in found)
+    assert all(pose_difference(forward(each), expected) < 2e-7 for each in found)
     stretch, in_line = abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))
     beside = wrist_distance_squared(joints) - 0.163941**2
     if min(stretch, in_line, beside) > 1e-3:
-        assert all(off_by(forward(each), expected) < 1e-9 for each in found)
-        assert min(apart(each, joints) for each in found) < 1e-6
+        assert all(pose_difference(forward(each), expected) < 1e-9 for each in found)
+        assert min(largest_difference(each, joints) for each in found) < 1e-6
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_inverse_of_initial_posture_has_eight_solutions() -> None:
 def test_wrist_3_stays_with_wrists_in_line(wrist_2: float) -> None:
     joints = Joints(0.2, 0.4, -1.0, 1.6, 0.7, wrist_2, 0.5)
     found = inverse(forward(joints), 0.2, near=joints)
-    assert min(apart(each, joints) for each in found) < 1e-6
+    assert min(largest_difference(each, joints) for each in found) < 1e-6
     assert any(abs(each.wrist_3) < 1e-6 for each in inverse(forward(joints), 0.2))
 
 
@@ -95,7 +95,7 @@ def test_wrist_3_changes_where_only_that_reaches_with_wrists_in_line() -> None:
     """Stretched out with the hand in line: no other angle of the hand brings the wrist back into reach."""
     joints = Joints(0.0, 0.0, -0.3, 0.0, -math.pi / 2, 0.0, 1.2)
     (found,) = inverse(forward(joints), 0.0)
-    assert off_by(forward(found), forward(joints)) < 1e-7
+    assert pose_difference(forward(found), forward(joints)) < 1e-7
     assert found.wrist_3 == pytest.approx(1.2, abs=1e-6)
 
 
@@ -143,7 +143,7 @@ def test_is_usual_selects_elbow_up_postures() -> None:
         assert links["wrist_1_link"].position[0] < 0.3
 
 
-def apart(a: Joints, b: Joints) -> float:
+def largest_difference(a: Joints, b: Joints) -> float:
     """Return the largest difference of an angle, ignoring whole turns [rad]."""
     return max(abs(math.remainder(p - q, 2 * math.pi)) for p, q in zip(a[1:], b[1:], strict=True))
 

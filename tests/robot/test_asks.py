@@ -242,17 +242,17 @@ def test_repeated_resets_during_motion_succeed() -> None:
     for number in range(30):
         talk.joints({"shoulder_right": -1.5})
         talk.seconds(0.05)
-        later = talk.reset()
+        pending = talk.reset()
         talk.seconds(0.02 * (number % 3))
-    assert talk.wait_for(later).success
+    assert talk.wait_for(pending).success
 
 
 def test_joint_moves_in_every_step_after_one_message() -> None:
     talk = Talk()
     talk.joints({"waist": 0.9})
     talk.seconds(0.2)
-    seen = set()
+    positions = set()
     for _ in range(24):
         talk.steps()
-        seen.add(round(talk.at("waist"), 9))
-    assert len(seen) == 24
+        positions.add(round(talk.at("waist"), 9))
+    assert len(positions) == 24

@@ -18,18 +18,18 @@ from tests.robot.talk import Talk
 QUARTER = math.pi / 2
 
 
-def torso(talk: Talk) -> tuple[float, ...]:
+def base_position(talk: Talk) -> tuple[float, ...]:
     talk.node.simulation.refresh()
     return tuple(talk.node.simulation.data.body("base").xpos.tolist())
 
 
 def test_base_command_turns_and_moves_along_own_y_axis() -> None:
     talk = Talk()
-    assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))
+    assert base_position(talk) == pytest.approx((0.0, 0.0, 0.5))
     talk.base(QUARTER, 0.2)
     talk.base(0.0, 0.3)  # along y, which is -x of the world by now
     talk.steps(2)
-    assert torso(talk) == pytest.approx((-0.3, 0.2, 0.5))
+    assert base_position(talk) == pytest.approx((-0.3, 0.2, 0.5))
     assert talk.node.base.pose.yaw == pytest.approx(QUARTER)
     assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "joints stay as they are"
 
@@ -100,4 +100,4 @@ def test_reset_returns_base_to_initial_pose() -> None:
     talk.base(1.0, 1.0)
     talk.node.simulation.reset()
     assert talk.node.base.pose == Pose((0.0, 0.0, 0.5))
-    assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))
+    assert base_position(talk) == pytest.approx((0.0, 0.0, 0.5))

@@ -27,13 +27,13 @@ TOPIC = "/io_teleop/camera_first_person"
 def test_camera_images_carry_stamps_of_node() -> None:
     lines: list[str] = []
     wall = 1_000_000_000_000
-    made: list[RobotNode] = []
+    nodes: list[RobotNode] = []
 
     def stamp() -> int:
-        return wall + (made[0].simulation.now if made else 0)
+        return wall + (nodes[0].simulation.now if nodes else 0)
 
     node = RobotNode(replace(TANDEM, cameras=CAMERAS), report=lines.append, stamp=stamp)
-    made.append(node)
+    nodes.append(node)
     assert lines == [
         "camera 'hand_eye' takes no pictures: what is up for it lies along its line of sight",
         "camera 'first_person' takes no pictures: another camera has this name",
@@ -44,11 +44,11 @@ def test_camera_images_carry_stamps_of_node() -> None:
         f"{TOPIC}/depth": "sensor_msgs/Image",
         f"{TOPIC}/camera_info": "sensor_msgs/CameraInfo",
     }
-    came: dict[str, list[Any]] = {name: [] for name in topics}
+    received: dict[str, list[Any]] = {name: [] for name in topics}
     for name in topics:
-        node.bus.subscribe(name, came[name].append)
+        node.bus.subscribe(name, received[name].append)
     node.simulation.step_until(110_000_000)
-    colour, depth, info = (came[f"{TOPIC}/{name}"] for name in ("color", "depth", "camera_info"))
+    colour, depth, info = (received[f"{TOPIC}/{name}"] for name in ("color", "depth", "camera_info"))
     stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec - wall for message in colour]
     assert stamps == pytest.approx([33_333_333, 66_666_667], abs=1_000_000_000 // 240)
     assert [message.header.stamp for message in depth] == [message.header.stamp for message in colour]

@@ -112,7 +112,7 @@ def test_message_of_another_type_is_refused(talk: Talk) -> None:
         talk.node.bus.publish("/io_teleop/joint_cmd", String("waist"), node="/op")
 
 
-def followed(multiplier: float, offset: float) -> RobotConfig:
+def with_mimic_head(multiplier: float, offset: float) -> RobotConfig:
     """Return the robot of the tests with a head that mimics its right shoulder, which starts at 0.5 rad."""
     config = two_arms()
     mimic = Mimic("shoulder_right", multiplier, offset)
@@ -121,7 +121,7 @@ def followed(multiplier: float, offset: float) -> RobotConfig:
 
 
 def test_mimic_joint_starts_at_position_of_its_leader() -> None:
-    talk = Talk(followed(-0.5, 0.3))
+    talk = Talk(with_mimic_head(-0.5, 0.3))
     applied = talk.listen("applied_joint_cmd")
     for _ in range(10):
         assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "it moves without a command"
@@ -131,7 +131,7 @@ def test_mimic_joint_starts_at_position_of_its_leader() -> None:
 
 
 def test_mimic_joint_stays_within_its_own_limits() -> None:
-    talk = Talk(followed(2.0, 0.0))  # the head turns to 1.5 rad
+    talk = Talk(with_mimic_head(2.0, 0.0))  # the head turns to 1.5 rad
     applied = talk.listen("applied_joint_cmd")
     talk.joints({"shoulder_right": 1.9})
     for _ in range(240):

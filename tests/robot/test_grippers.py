@@ -18,7 +18,7 @@ FINGERS = ("finger_right", "finger_left")  # of two hands, for each is a joint o
 RANGE = (0.0, 0.04)
 
 
-def made(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
+def make_range(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
     """Return a gripper of two joints, and an array for the positions of all joints of its robot."""
     robot = two_arms().robot
     numbers = {joint.name: number for number, joint in enumerate(robot.driven)}
@@ -36,7 +36,7 @@ def made(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
 def test_gripper_status_0_is_at_configured_open_limits(
     open_ends: tuple[RangeEnd, ...], opened: list[float], half: list[float], closed: list[float]
 ) -> None:
-    gripper, positions = made(*open_ends)
+    gripper, positions = make_range(*open_ends)
     for status, expected in ((0.0, opened), (0.25, half), (1.0, closed), (1.5, closed)):
         positions[gripper.joints] = gripper.positions(status)
         assert positions[gripper.joints] == pytest.approx(expected)

@@ -15,7 +15,7 @@ from tests.robot.talk import Talk
 FAR = {"shoulder_right": -1.8, "elbow_left": 1.9, "waist": 0.9, "lift": 0.4, "head": -1.4, "wheel": 2.0}
 
 
-def far_off(**more: object) -> Talk:
+def away_from_home(**more: object) -> Talk:
     talk = Talk(**more)  # type: ignore[arg-type]
     talk.joints(FAR)
     talk.grippers(1.0, 0.5)
@@ -25,25 +25,25 @@ def far_off(**more: object) -> Talk:
 
 @pytest.mark.parametrize("motion", list(Motion))
 def test_reset_responds_when_all_groups_are_home(motion: Motion) -> None:
-    talk = far_off(motion=motion)
-    begun = talk.node.simulation.time
+    talk = away_from_home(motion=motion)
+    started = talk.node.simulation.time
     answer = talk.wait_for(talk.reset())
     assert (answer.success, answer.message) == (True, "Service successfully triggered!")
     assert answer.message == HOMING_RESPONSE
-    assert talk.node.simulation.time - begun < (2.0 if motion is Motion.SERVO else 0.1)
+    assert talk.node.simulation.time - started < (2.0 if motion is Motion.SERVO else 0.1)
     home = {"shoulder_right": 0.5, "elbow_left": -1.0, "waist": 0.0, "lift": 0.1, "head": 0.1, "finger_right": 0.0}
     assert {name: talk.at(name) for name in home} == pytest.approx(home, abs=HOME_TOLERANCE)
     assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "it belongs to no group, and stays"
 
 
 def test_commands_during_reset_are_ignored_and_discarded() -> None:
-    talk = far_off()
-    later = talk.reset()
+    talk = away_from_home()
+    pending = talk.reset()
     taken = talk.node.commander.taken
-    while later.response is None:
+    while pending.response is None:
         talk.joints(FAR)
         talk.steps()
-    assert later.response.success
+    assert pending.response.success
     assert talk.node.commander.taken == taken
     assert talk.node.commander.ignored > 50
     talk.seconds(1.0)
@@ -54,15 +54,15 @@ def test_commands_during_reset_are_ignored_and_discarded() -> None:
 
 
 def test_number_of_waiting_reset_calls_is_limited() -> None:
-    talk = far_off()
-    laters = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
+    talk = away_from_home()
+    calls = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
     answer = talk.reset()
     assert (answer.success, answer.message) == (
         False,
         "too many calls wait for the reset (at most 1000); call again when the robot is home",
     )
-    talk.wait_for(laters[-1])
-    assert all(later.response.success for later in laters)
+    talk.wait_for(calls[-1])
+    assert all(pending.response.success for pending in calls)
     assert talk.wait_for(talk.reset()).success
 
 
@@ -80,21 +80,21 @@ def test_two_resets_during_motion_share_one_homing() -> None:
 
 
 def test_reset_at_home_responds_in_next_tick() -> None:
-    talk = far_off()
+    talk = away_from_home()
     talk.wait_for(talk.reset())
-    later = talk.reset()
+    pending = talk.reset()
     talk.steps(1)
-    assert later.response.success
+    assert pending.response.success
 
 
 @pytest.mark.slow
 def test_reset_timeout_fails_and_robot_holds() -> None:
-    talk = far_off(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
+    talk = away_from_home(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
     talk.joints({"shoulder_right": -1.8})
     talk.seconds(20.0)
-    begun = talk.node.simulation.time
+    started = talk.node.simulation.time
     answer = talk.wait_for(talk.reset())
-    assert talk.node.simulation.time - begun == pytest.approx(5.0, abs=0.01)
+    assert talk.node.simulation.time - started == pytest.approx(5.0, abs=0.01)
     assert not answer.success
     assert answer.message.startswith("not at home after 5 s: shoulder_right is 1.7")
     held = talk.at("shoulder_right")
@@ -109,9 +109,9 @@ def test_slow_motion_is_not_taken_for_home() -> None:
     talk.wait_for(talk.reset())
     talk.joints({"waist": 0.02})
     talk.seconds(3.0)
-    begun = talk.node.simulation.time
+    started = talk.node.simulation.time
     assert talk.wait_for(talk.reset()).success
-    assert talk.node.simulation.time - begun > 2.0
+    assert talk.node.simulation.time - started > 2.0
 
 
 def test_reset_lets_joints_without_group_reach_targets() -> None:
@@ -127,24 +127,24 @@ def test_reset_lets_joints_without_group_reach_targets() -> None:
 
 
 def test_stopped_or_disabled_reset_fails_with_reason() -> None:
-    talk = far_off()
-    later = talk.reset()
+    talk = away_from_home()
+    pending = talk.reset()
     talk.seconds(0.1)
     talk.stop()
     talk.steps(1)
-    assert not later.response.success
-    assert later.response.message == "the reset was interrupted: emergency stop by /op"
+    assert not pending.response.success
+    assert pending.response.message == "the reset was interrupted: emergency stop by /op"
     assert talk.reset().message.startswith("the emergency stop is on")
     talk.clear()
-    later = talk.reset()
+    pending = talk.reset()
     talk.seconds(0.05)
     talk.enable(enabled=False)
     talk.steps(1)
-    assert later.response.message == "the reset was interrupted: commands are disabled"
+    assert pending.response.message == "the reset was interrupted: commands are disabled"
 
 
 def test_reset_after_cleared_stop_fails_old_call_and_succeeds() -> None:
-    talk = far_off()
+    talk = away_from_home()
     first = talk.reset()
     talk.stop()
     talk.clear()
@@ -154,15 +154,15 @@ def test_reset_after_cleared_stop_fails_old_call_and_succeeds() -> None:
 
 
 def test_waiting_callers_get_a_response_when_the_node_stops_or_is_reset() -> None:
-    talk = far_off()
-    later = talk.reset()
+    talk = away_from_home()
+    pending = talk.reset()
     talk.node.simulation.reset()
-    assert later.response.message == "the node was reset"
+    assert pending.response.message == "the node was reset"
     talk.joints(FAR)
     talk.seconds(1.0)
-    later = talk.reset()
+    pending = talk.reset()
     talk.node.close()
-    assert later.response.message == "the node has stopped"
+    assert pending.response.message == "the node has stopped"
 
 
 def test_home_beyond_limits_is_clipped() -> None:
@@ -184,7 +184,7 @@ def test_robot_without_groups_is_always_home() -> None:
 
 
 def test_status_reports_reset() -> None:
-    talk = far_off()
+    talk = away_from_home()
     heard = talk.listen("status")
     talk.reset()
     talk.seconds(0.15)

@@ -36,6 +36,6 @@ def test_characters_forbidden_in_xml_are_removed(stray: str) -> None:
 @given(st.text())
 def test_urdf_parameter_survives_xmlrpc_round_trip(text: str) -> None:
     (kept,) = ros_parameters(f"x{text}", node="/robot", sim_time=False)["robot"].values()
-    sent = xmlrpc.client.dumps((kept,), "setParam").encode()
-    ((came,), _) = xmlrpc.client.loads(sent)
-    assert came == ET.fromstring(f"<a>{kept.replace('&', '&amp;').replace('<', '&lt;')}</a>").text
+    request = xmlrpc.client.dumps((kept,), "setParam").encode()
+    ((received,), _) = xmlrpc.client.loads(request)
+    assert received == ET.fromstring(f"<a>{kept.replace('&', '&amp;').replace('<', '&lt;')}</a>").text

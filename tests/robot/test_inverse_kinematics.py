@@ -72,8 +72,8 @@ def test_error_is_along_world_axes(model: mujoco.MjModel) -> None:
     solver, data = solver_of(model), at_home(model)
     tip = solver.pose(data)
     # the base is turned by 90 degrees: its x axis is the world's y axis
-    there = Pose((0.01, 0.0, 0.0)) @ tip
-    assert solver.error(data, there) == pytest.approx([0.0, 0.01, 0.0, 0.0, 0.0, 0.0], abs=1e-9)
+    target = Pose((0.01, 0.0, 0.0)) @ tip
+    assert solver.error(data, target) == pytest.approx([0.0, 0.01, 0.0, 0.0, 0.0, 0.0], abs=1e-9)
     turned = Pose(
         tip.position, (Pose.from_rpy((0.0, 0.0, 0.0), (0.02, 0.0, 0.0)) @ Pose(quaternion=tip.quaternion)).quaternion
     )
@@ -99,19 +99,19 @@ def test_caps_limit_translation_and_rotation_together(
     target = Pose((0.05, 0.0, 0.05)) @ start @ Pose.from_rpy((0.0, 0.0, 0.0), (0.3, 0.0, 0.0))
     data.qpos[solver.qpos] += solver.step(data, target, STEP)
     refresh(model, data)
-    way, turn = apart(start, solver.pose(data))
-    assert way <= limits[0] * STEP * 1.02
+    distance, turn = apart(start, solver.pose(data))
+    assert distance <= limits[0] * STEP * 1.02
     assert turn <= limits[1] * STEP * 1.02
-    assert max(way / limits[0], turn / limits[1]) > 0.9 * STEP
+    assert max(distance / limits[0], turn / limits[1]) > 0.9 * STEP
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
-    chance = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     solver = solver_of(model, seed % 2, (math.inf, math.inf))
-    data = at(model, posture_near_home(qinglong(), chance, 3.0))
+    data = at(model, posture_near_home(qinglong(), rng, 3.0))
     bound = np.array([qinglong().robot.joint(name).limits.velocity for name in qinglong().arms[seed % 2].joints]) * STEP
-    target = Pose(tuple(chance.uniform(-1, 1, 3)), tuple((q := chance.normal(size=4)) / np.linalg.norm(q)))
+    target = Pose(tuple(rng.uniform(-1, 1, 3)), tuple((q := rng.normal(size=4)) / np.linalg.norm(q)))
     for _ in range(100):
         step = solver.step(data, target, STEP)
         data.qpos[solver.qpos] += step
@@ -123,15 +123,15 @@ def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
 
 def test_redundant_arm_moves_home_while_tip_stays(model: mujoco.MjModel) -> None:
     solver, data = solver_of(model), at_home(model)
-    away = at_home(model)
+    displaced = at_home(model)
     target = solver.pose(data)
-    away.qpos[solver.qpos] += (0.3, 0.2, -0.2, 0.3, 0.2, 0.1, 0.2)
-    refresh(model, away)
+    displaced.qpos[solver.qpos] += (0.3, 0.2, -0.2, 0.3, 0.2, 0.1, 0.2)
+    refresh(model, displaced)
     for _ in range(1200):
-        away.qpos[solver.qpos] += solver.step(away, target, STEP)
-        refresh(model, away)
-    assert apart(solver.pose(away), target) == pytest.approx((0.0, 0.0), abs=1e-4)
-    assert away.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # it rests with a small error
+        displaced.qpos[solver.qpos] += solver.step(displaced, target, STEP)
+        refresh(model, displaced)
+    assert apart(solver.pose(displaced), target) == pytest.approx((0.0, 0.0), abs=1e-4)
+    assert displaced.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # it rests with a small error
 
 
 def test_stretched_arm_returns_without_jump(model: mujoco.MjModel) -> None:

@@ -53,10 +53,10 @@ def speed(node: RobotNode) -> float:
     return float(np.abs(node.servos.read().velocities).max())
 
 
-def missed(tip: Pose, target: Pose) -> float:
+def weighted_error(tip: Pose, target: Pose) -> float:
     """Return the error that the solver reduces: translation and rotation together [m]."""
-    way, turn = apart(tip, target)
-    return math.hypot(way, TURN_WEIGHT * turn)
+    distance, turn = apart(tip, target)
+    return math.hypot(distance, TURN_WEIGHT * turn)
 
 
 @pytest.mark.slow
@@ -66,8 +66,8 @@ def test_both_tips_of_humanoid_reach_reachable_poses(humanoid: RobotNode, seed: 
     targets = tips(humanoid.config, posture_near_home(humanoid.config, np.random.default_rng(seed), 1.0))
     humanoid.ee_poses.aim(targets)
     run(humanoid, 1.5)
-    for way, turn in errors(humanoid, targets):
-        assert way < 1e-3
+    for distance, turn in errors(humanoid, targets):
+        assert distance < 1e-3
         assert turn < 1e-3
 
 
@@ -99,10 +99,14 @@ def test_pose_step_is_not_overshot(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin = humanoid.ee_poses.poses()
     humanoid.ee_poses.aim(moved(begin, x=0.1))
-    ways: list[float] = []
-    run(humanoid, 1.0, lambda _: ways.append(humanoid.ee_poses.poses()[RIGHT].position[0] - begin[RIGHT].position[0]))
-    assert max(ways) < 0.1 + 2e-4
-    assert ways[int(0.3 * 240)] > 0.099
+    distances: list[float] = []
+    run(
+        humanoid,
+        1.0,
+        lambda _: distances.append(humanoid.ee_poses.poses()[RIGHT].position[0] - begin[RIGHT].position[0]),
+    )
+    assert max(distances) < 0.1 + 2e-4
+    assert distances[int(0.3 * 240)] > 0.099
 
 
 @pytest.mark.slow
@@ -121,7 +125,7 @@ def test_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None:
             humanoid.ee_poses.aim(on_circle(time))
             commands += 1
         if time > 0.5:
-            found.append(max(way for way, _ in errors(humanoid, on_circle(time))))
+            found.append(max(distance for distance, _ in errors(humanoid, on_circle(time))))
 
     run(humanoid, 4.5, command)
     assert max(found) < 0.011  # 60 ms behind at 0.157 m/s
@@ -152,12 +156,12 @@ def test_unreachable_pose_is_approached_without_trembling(
     assert np.abs(velocities[-1]).max() < 0.05
     names = [name for arm in humanoid.config.arms for name in arm.joints]
     reached = humanoid.servos.read().positions[arms]
-    chance = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     for _ in range(20):
-        other = np.clip(reached + chance.uniform(-0.03, 0.03, len(arms)), lower, upper)
+        other = np.clip(reached + rng.uniform(-0.03, 0.03, len(arms)), lower, upper)
         around = tips(humanoid.config, dict(zip(names, other.tolist(), strict=True)))
-        for there_now, near, target in zip(humanoid.ee_poses.poses(), around, targets, strict=True):
-            assert missed(near, target) > 0.995 * missed(there_now, target)
+        for tip, near, target in zip(humanoid.ee_poses.poses(), around, targets, strict=True):
+            assert weighted_error(near, target) > 0.995 * weighted_error(tip, target)
 
 
 def test_joint_command_ends_pose_motion_of_its_arm_only(small: RobotNode) -> None:
@@ -227,7 +231,7 @@ def test_pose_motion_compensates_other_joints_without_moving_them(small: RobotNo
     small.commander.set_targets([lift], [0.05])
     run(small, 2.0)
     assert small.servos.read().positions[lift] == pytest.approx(0.05, abs=1e-6)
-    assert [way for way, _ in errors(small, begin)] == pytest.approx(
+    assert [distance for distance, _ in errors(small, begin)] == pytest.approx(
         [0.0, 0.0], abs=0.02
     )  # three joints do not turn and move
     assert small.servos.read().positions[joints_of(small, RIGHT)] != pytest.approx((0.5, -1.0, 0.2), abs=0.05)
@@ -249,11 +253,11 @@ def test_pose_motion_continues_from_snapshot(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.05)
-    taken = take_snapshot(small.simulation)
+    snapshot = take_snapshot(small.simulation)
     run(small, 0.2)
     expected = small.simulation.state_hash()
     small.simulation.reset()
-    restore_snapshot(small.simulation, taken)
+    restore_snapshot(small.simulation, snapshot)
     run(small, 0.2)
     assert small.simulation.state_hash() == expected
 

@@ -70,10 +70,10 @@ def test_applied_targets_include_mimic_joints() -> None:
 
 def test_stamps_are_simulation_time_with_sim_time() -> None:
     talk = Talk()
-    later = Talk(stamp=lambda: 1_700_000_000_000_000_001)
-    first, second = talk.listen("joint_states"), later.listen("joint_states")
+    other = Talk(stamp=lambda: 1_700_000_000_000_000_001)
+    first, second = talk.listen("joint_states"), other.listen("joint_states")
     talk.seconds(0.02)
-    later.seconds(0.02)
+    other.seconds(0.02)
     assert first[0].header.stamp.nanosec == 12_500_000
     assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock there is no other time"
 
@@ -124,7 +124,7 @@ def test_status_counts_refused_and_ignored_input() -> None:
     assert heard[-1].message == "waits for commands"
 
 
-def scene(talk: Talk) -> str:
+def run_scenario(talk: Talk) -> str:
     """Run something of everything; return the state hash at the end."""
     for number in range(60):
         talk.joints({"waist": 0.5 - 0.01 * number, "elbow_left": 3.0}, node=f"/op{number % 2}")
@@ -148,7 +148,7 @@ def test_same_commands_give_same_state_with_or_without_subscribers() -> None:
     alone, watched = Talk(safety=SAFETY), Talk(safety=SAFETY)
     for info in watched.node.bus.topics():
         watched.listen(info.name)
-    assert scene(alone) == scene(watched) == scene(Talk(safety=SAFETY))
+    assert run_scenario(alone) == run_scenario(watched) == run_scenario(Talk(safety=SAFETY))
 
 
 def test_restored_snapshot_continues_identically() -> None:
@@ -159,12 +159,12 @@ def test_restored_snapshot_continues_identically() -> None:
     snapshot = take_snapshot(talk.node.simulation)
     json.dumps(snapshot.state)
     talk.base(0.1, 0.1)
-    first = scene(talk)
+    first = run_scenario(talk)
     talk.stop()
     restore_snapshot(talk.node.simulation, snapshot)
     assert not talk.node.commander.is_stopped
     talk.base(0.1, 0.1)
-    assert scene(talk) == first
+    assert run_scenario(talk) == first
 
 
 def test_snapshot_restores_emergency_stop() -> None:

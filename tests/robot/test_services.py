@@ -98,7 +98,7 @@ def test_stopped_robot_refuses_motion_services(node: RobotNode, services: RobotS
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "payload",
     [
         {},
         {"joints": 1, "positions": 0.0},
@@ -112,10 +112,10 @@ def test_stopped_robot_refuses_motion_services(node: RobotNode, services: RobotS
         {"joints": [1] * 5000, "positions": [0.0] * 5000},
     ],
 )
-def test_invalid_joint_request_is_refused(services: RobotServices, asked: dict[str, Any]) -> None:
+def test_invalid_joint_request_is_refused(services: RobotServices, payload: dict[str, Any]) -> None:
     for service in (services.move, services.place):
         with pytest.raises(CellwrightError):
-            service(asked)
+            service(payload)
 
 
 @pytest.mark.parametrize("pose", [None, [], [[0, 0, 0]], [[0, 0, 0], [0, 0, 0, 0]], [["a", 0, 0], [0, 0, 0, 1]], "x"])

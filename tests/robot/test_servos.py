@@ -28,7 +28,7 @@ class Listener(Device):
 
     def drive(self) -> None:
         servos, data, model = self.servos, self.simulation.data, self.simulation.model
-        wanted = np.zeros(model.nv)
+        requested = np.zeros(model.nv)
         for number, name in enumerate(servos.joints):
             joint = model.joint(name)
             top = fastest(two_arms().robot.joint(name))
@@ -38,20 +38,20 @@ class Listener(Device):
             if mimic is not None:
                 leader = servos.joints.index(mimic.joint)
                 ahead = data.ctrl[leader] - data.qpos[model.joint(mimic.joint).qposadr[0]]
-                most = fastest(two_arms().robot.joint(mimic.joint))
+                leader_speed = fastest(two_arms().robot.joint(mimic.joint))
                 place = mimic.multiplier * data.qpos[model.joint(mimic.joint).qposadr[0]] + mimic.offset
-                speed = mimic.multiplier * min(max(GAIN * ahead, -most), most)
+                speed = mimic.multiplier * min(max(GAIN * ahead, -leader_speed), leader_speed)
                 speed += GAIN * (place - data.qpos[joint.qposadr[0]])
-            wanted[joint.dofadr[0]] = (speed - data.qvel[joint.dofadr[0]]) / model.opt.timestep
+            requested[joint.dofadr[0]] = (speed - data.qvel[joint.dofadr[0]]) / model.opt.timestep
             assert number == model.actuator(name).id
         count = data.ne + data.nf
         drives = np.flatnonzero(data.efc_type[:count] == DRY_FRICTION)
         assert len(drives) == model.nv
-        assert data.efc_aref[drives] == pytest.approx(wanted[data.efc_id[drives]], abs=1e-9)
+        assert data.efc_aref[drives] == pytest.approx(requested[data.efc_id[drives]], abs=1e-9)
         self.steps += 1
 
 
-def simulated(
+def make_simulation(
     motion: Motion = Motion.SERVO, timestep: Fraction = TIMESTEP, config: RobotConfig | None = None
 ) -> tuple[Simulation, JointServos]:
     config = config or two_arms()
@@ -65,14 +65,14 @@ def simulated(
 
 @pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
 def test_each_drive_requests_velocity_of_servo_law(timestep: Fraction) -> None:
-    simulation, servos = simulated(timestep=timestep)
+    simulation, servos = make_simulation(timestep=timestep)
     listener = Listener(servos)
     simulation.add(listener)
     simulation.reset()
-    chance = np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     for _ in range(4):
         low, high = np.maximum(servos.lower, -3.0), np.minimum(servos.upper, 3.0)
-        servos.command(chance.uniform(low, high))
+        servos.command(rng.uniform(low, high))
         simulation.step_until(simulation.now + 20_000_000)
     assert listener.steps >= 19
 
@@ -103,12 +103,12 @@ def test_drives_are_found_after_constraints_change() -> None:
 
 
 def test_efforts_equal_engine_forces_within_limits() -> None:
-    simulation, servos = simulated()
+    simulation, servos = make_simulation()
     target = servos.targets
     target[servos.joints.index("shoulder_right")] = 1.2
     servos.command(target)
-    most = np.array([two_arms().robot.joint(name).limits.effort for name in servos.joints])
-    largest = np.zeros(len(most))
+    max_efforts = np.array([two_arms().robot.joint(name).limits.effort for name in servos.joints])
+    largest = np.zeros(len(max_efforts))
     for _ in range(60):
         simulation.step()
         positions, _, efforts = servos.read()
@@ -116,21 +116,21 @@ def test_efforts_equal_engine_forces_within_limits() -> None:
         expected = simulation.data.qfrc_constraint[servos._dof]
         alone = (positions > servos.lower + 0.01) & (positions < servos.upper - 0.01)  # no limit acts too
         assert efforts[alone] == pytest.approx(expected[alone], abs=1e-9)
-    assert (largest <= most * (1 + 1e-9)).all()
+    assert (largest <= max_efforts * (1 + 1e-9)).all()
     assert largest[servos.joints.index("shoulder_right")] > 1.0
 
 
 def test_solver_start_changes_only_its_iterations() -> None:
     paths, iterations = [], []
     for is_commanded in (True, False):
-        simulation, servos = simulated(config=qinglong())
+        simulation, servos = make_simulation(config=qinglong())
         if not is_commanded:
             servos._attainable = np.zeros(simulation.model.nv)
-        chance = np.random.default_rng(2)
+        rng = np.random.default_rng(2)
         middle = (servos.lower + servos.upper) / 2
         count = 0
         for _ in range(40):
-            servos.command(middle + chance.uniform(-0.05, 0.05, len(middle)))
+            servos.command(middle + rng.uniform(-0.05, 0.05, len(middle)))
             for _ in range(3):
                 simulation.step()
                 count += int(simulation.data.solver_niter.sum())
@@ -141,7 +141,7 @@ def test_solver_start_changes_only_its_iterations() -> None:
 
 
 def test_teleport_places_joints_within_limits_in_one_step() -> None:
-    simulation, servos = simulated(Motion.TELEPORT)
+    simulation, servos = make_simulation(Motion.TELEPORT)
     target = servos.targets
     target[servos.joints.index("elbow_left")] = -5.0  # beyond its limit
     servos.command(target)
@@ -154,12 +154,12 @@ def test_teleport_places_joints_within_limits_in_one_step() -> None:
 def test_solver_iterations_suffice_for_saturated_drives() -> None:
     paths = []
     for iterations in (None, 1000):
-        simulation, servos = simulated(config=qinglong())
+        simulation, servos = make_simulation(config=qinglong())
         if iterations is not None:
             simulation.model.opt.iterations = iterations
-        chance = np.random.default_rng(0)
+        rng = np.random.default_rng(0)
         for _ in range(2):
-            servos.command(chance.uniform(servos.lower, servos.upper))
+            servos.command(rng.uniform(servos.lower, servos.upper))
             simulation.step_until(simulation.now + 500_000_000)
         paths.append(servos.read().positions)
     assert paths[0] == pytest.approx(paths[1], abs=1e-12)
@@ -169,12 +169,12 @@ def step_for(simulation: Simulation, seconds: float) -> None:
     simulation.step_until(simulation.now + round(seconds * 1e9))
 
 
-def sent(servos: JointServos, **targets: float) -> None:
+def command_joints(servos: JointServos, **targets: float) -> None:
     """Command some joints."""
-    wanted = servos.targets
+    requested = servos.targets
     for name, position in targets.items():
-        wanted[servos.joints.index(name)] = position
-    servos.command(wanted)
+        requested[servos.joints.index(name)] = position
+    servos.command(requested)
 
 
 def at(servos: JointServos, name: str) -> float:
@@ -183,8 +183,8 @@ def at(servos: JointServos, name: str) -> float:
 
 @pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
 def test_joint_moves_at_urdf_speed_and_arrives(timestep: Fraction) -> None:
-    simulation, servos = simulated(timestep=timestep)
-    sent(servos, waist=1.0, lift=0.3)
+    simulation, servos = make_simulation(timestep=timestep)
+    command_joints(servos, waist=1.0, lift=0.3)
     step_for(simulation, 0.25)
     number = servos.joints.index("waist")
     assert servos.read().velocities[number] == pytest.approx(2.0, rel=0.01)
@@ -195,8 +195,8 @@ def test_joint_moves_at_urdf_speed_and_arrives(timestep: Fraction) -> None:
 
 
 def test_targets_are_clipped_to_joint_limits() -> None:
-    simulation, servos = simulated()
-    sent(servos, waist=50.0, head=-50.0)
+    simulation, servos = make_simulation()
+    command_joints(servos, waist=50.0, head=-50.0)
     step_for(simulation, 2.0)
     assert at(servos, "waist") == pytest.approx(1.0, abs=1e-4)
     assert at(servos, "head") == pytest.approx(-1.5, abs=1e-4)
@@ -210,8 +210,8 @@ def test_weak_drive_arrives_later_within_effort_limit() -> None:
             for joint in two_arms().robot.joints
         )
         config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints))
-        simulation, servos = simulated(config=config)
-        sent(servos, shoulder_left=1.5)
+        simulation, servos = make_simulation(config=config)
+        command_joints(servos, shoulder_left=1.5)
         number = servos.joints.index("shoulder_left")
         while abs(at(servos, "shoulder_left") - 1.5) > 0.02:
             simulation.step()
@@ -222,8 +222,8 @@ def test_weak_drive_arrives_later_within_effort_limit() -> None:
 
 
 def test_mimic_joint_ignores_its_own_target() -> None:
-    simulation, servos = simulated()
-    sent(servos, finger_left=0.04, thumb_left=0.0)
+    simulation, servos = make_simulation()
+    command_joints(servos, finger_left=0.04, thumb_left=0.0)
     for _ in range(60):
         simulation.step()
         assert at(servos, "thumb_left") == pytest.approx(at(servos, "finger_left"), abs=2e-3)
@@ -231,8 +231,8 @@ def test_mimic_joint_ignores_its_own_target() -> None:
 
 
 def test_placed_joint_stays_at_rest() -> None:
-    simulation, servos = simulated()
-    sent(servos, waist=1.0)
+    simulation, servos = make_simulation()
+    command_joints(servos, waist=1.0)
     step_for(simulation, 0.1)
     servos.place([servos.joints.index("waist"), servos.joints.index("finger_left")], [-0.7, 9.0])
     assert (at(servos, "waist"), at(servos, "finger_left"), at(servos, "thumb_left")) == (-0.7, 0.04, 0.04)
@@ -244,9 +244,9 @@ def test_placed_joint_stays_at_rest() -> None:
 def test_same_targets_give_same_motion(motion: Motion) -> None:
     hashes = set()
     for _ in range(2):
-        simulation, servos = simulated(motion)
+        simulation, servos = make_simulation(motion)
         for number in range(100):
-            sent(servos, waist=np.sin(number), elbow_right=-np.cos(number), finger_left=0.0002 * number)
+            command_joints(servos, waist=np.sin(number), elbow_right=-np.cos(number), finger_left=0.0002 * number)
             simulation.step()
         hashes.add(simulation.state_hash())
     assert len(hashes) == 1
@@ -256,7 +256,7 @@ def test_same_targets_give_same_motion(motion: Motion) -> None:
 def test_joints_without_limits_stay_below_default_speed(timestep: Fraction) -> None:
     joints = tuple(replace(joint, limits=Limits()) for joint in two_arms().robot.joints)
     config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints), grippers=())
-    simulation, servos = simulated(timestep=timestep, config=config)
+    simulation, servos = make_simulation(timestep=timestep, config=config)
     draw = np.random.default_rng(0)
     for _ in range(60):
         servos.command(draw.choice([-1e300, 1e4, 0.0, 1.0, -1e4], len(servos.joints)))

@@ -8,7 +8,7 @@ from cellwright.util.process import interrupts_end_the_process
 
 
 @pytest.fixture(autouse=True)
-def _same_afterwards() -> Iterator[None]:
+def _restore_handler() -> Iterator[None]:
     before = signal.getsignal(signal.SIGINT)
     yield
     signal.signal(signal.SIGINT, before)

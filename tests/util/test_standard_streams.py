@@ -34,7 +34,7 @@ class Disk(io.RawIOBase):
         return True
 
 
-def standard(disk: Disk, *, encoding: str = "utf-8", buffered: bool = True) -> io.TextIOWrapper:
+def text_stream(disk: Disk, *, encoding: str = "utf-8", buffered: bool = True) -> io.TextIOWrapper:
     buffer: Any = io.BufferedWriter(disk) if buffered else disk
     return io.TextIOWrapper(buffer, encoding=encoding)
 
@@ -42,8 +42,8 @@ def standard(disk: Disk, *, encoding: str = "utf-8", buffered: bool = True) -> i
 @pytest.mark.parametrize("buffered", [True, False])
 def test_stdout_is_passed_on_completely(monkeypatch: pytest.MonkeyPatch, *, buffered: bool) -> None:
     disk = Disk(10**6)
-    monkeypatch.setattr(sys, "stdout", standard(disk, buffered=buffered))
-    monkeypatch.setattr(sys, "stderr", standard(Disk(100)))
+    monkeypatch.setattr(sys, "stdout", text_stream(disk, buffered=buffered))
+    monkeypatch.setattr(sys, "stderr", text_stream(Disk(100)))
     streams = StandardStreams()
     sys.stdout.write("1\u2500\n" * 5000)
     assert streams.status(0) == 0
@@ -66,7 +66,7 @@ def test_non_blocking_pipe_is_waited_for() -> None:
 
 def test_characters_outside_encoding_are_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
     disk = Disk(100)
-    monkeypatch.setattr(sys, "stdout", standard(disk, encoding="latin-1"))
+    monkeypatch.setattr(sys, "stdout", text_stream(disk, encoding="latin-1"))
     streams = StandardStreams()
     sys.stdout.write("\xe9 \u2500 \udcff")
     assert streams.status(0) == 0
@@ -84,8 +84,8 @@ def test_failing_stdout_does_not_end_command(
     number: int, status: int, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disk, errors = Disk(14, number), Disk(1000)
-    monkeypatch.setattr(sys, "stdout", standard(disk))
-    monkeypatch.setattr(sys, "stderr", standard(errors))
+    monkeypatch.setattr(sys, "stdout", text_stream(disk))
+    monkeypatch.setattr(sys, "stderr", text_stream(errors))
     streams = StandardStreams()
     for _ in range(1000):
         sys.stdout.write("a line\n")
@@ -97,7 +97,7 @@ def test_failing_stdout_does_not_end_command(
 
 
 def test_failing_stderr_does_not_end_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "stderr", standard(Disk(0)))
+    monkeypatch.setattr(sys, "stderr", text_stream(Disk(0)))
     StandardStreams()
     sys.stderr.write("a line\n")
     sys.stderr.flush()

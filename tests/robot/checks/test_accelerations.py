@@ -37,7 +37,7 @@ def pendulum(*efforts: float, mass: float = 2.0, length: float = 0.5) -> RobotCo
     return RobotConfig(RobotModel("rods", "base", links, tuple(joints)), "rods", Path("rods"), Path("rods.urdf"))
 
 
-def bearable(config: RobotConfig) -> dict[str, float]:
+def find_accelerations(config: RobotConfig) -> dict[str, float]:
     rig = Rig(RobotNode(config))
     try:
         return bearable_accelerations(rig)
@@ -46,17 +46,17 @@ def bearable(config: RobotConfig) -> dict[str, float]:
 
 
 def test_single_joint_gets_acceleration_of_effort_over_inertia() -> None:
-    found = bearable(pendulum(4.0))
+    found = find_accelerations(pendulum(4.0))
     assert found["j0"] == pytest.approx(INERTIA_SHARE * 4.0 / (2.0 * 0.5**2), rel=1e-3)
 
 
 def test_strong_joint_gets_acceleration_limited_by_ramp_time() -> None:
-    assert bearable(pendulum(1e6))["j0"] == pytest.approx(3.0 / RAMP)
+    assert find_accelerations(pendulum(1e6))["j0"] == pytest.approx(3.0 / RAMP)
 
 
 def test_weak_next_joint_lowers_acceleration_of_previous_one() -> None:
     """Stretched out, 1 rad/s^2 of the first joint takes m l 2l of the second one's effort."""
-    weak, strong = bearable(pendulum(100.0, 1.0)), bearable(pendulum(100.0, 100.0))
+    weak, strong = find_accelerations(pendulum(100.0, 1.0)), find_accelerations(pendulum(100.0, 100.0))
     assert weak["j0"] < INERTIA_SHARE * 1.0 / (2.0 * 0.5 * 1.0)
     assert weak["j0"] < 0.1 * strong["j0"]
 
@@ -64,10 +64,12 @@ def test_weak_next_joint_lowers_acceleration_of_previous_one() -> None:
 def test_head_proposal_has_one_figure_per_axis() -> None:
     config = replace(pendulum(4.0, 4.0), head=Posture(("j0", "j1"), (0.0, 0.0)), head_axes=(1, 2))
     rig = Rig(RobotNode(config))
-    said = propose_accelerations(rig, ("j0",))
+    proposal = propose_accelerations(rig, ("j0",))
     rig.node.close()
-    assert said.startswith("drives reach their effort limits; add to the configuration: head.max_acceleration: [1, ")
-    assert said.count(",") == 2
+    assert proposal.startswith(
+        "drives reach their effort limits; add to the configuration: head.max_acceleration: [1, "
+    )
+    assert proposal.count(",") == 2
 
 
 FILE = """\
@@ -78,12 +80,12 @@ waist: {joint_index: [torso_joint1, torso_joint2, torso_joint3, torso_joint4], r
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("torso")
-    torso_robot.write(made, torso_robot.urdf())
-    return made
+    folder_path = tmp_path_factory.mktemp("torso")
+    torso_robot.write(folder_path, torso_robot.urdf())
+    return folder_path
 
 
-def checked(folder: Path, bound: str = "") -> MotionReport:
+def check(folder: Path, bound: str = "") -> MotionReport:
     path = folder / "vr_configs.yml"
     path.write_text(FILE.replace("BOUND", bound))
     return check_motion(RobotNode(read_robot_config(path, pytest.fail)))
@@ -92,7 +94,7 @@ def checked(folder: Path, bound: str = "") -> MotionReport:
 @pytest.mark.slow
 def test_proposed_accelerations_end_overshoot_and_stray(folder: Path) -> None:
     """A torso that carries two arms goes 40 % and more beyond a step, and is pushed away when its next joint moves."""
-    before = {finding.what: finding for finding in checked(folder).findings}
+    before = {finding.what: finding for finding in check(folder).findings}
     beyond, strays = before["largest overshoot"], before["largest motion of other joints"]
     assert not beyond.passed
     assert not strays.passed
@@ -101,11 +103,11 @@ def test_proposed_accelerations_end_overshoot_and_stray(folder: Path) -> None:
     assert strays.worst > 80.0
     name, _, figures = beyond.remedy.rpartition("configuration: ")[2].partition(": ")
     assert (name, strays.remedy) == ("waist.max_acceleration", "")
-    after = checked(folder, f", max_acceleration: {figures}")
+    after = check(folder, f", max_acceleration: {figures}")
     assert after.passed
-    left = {finding.what: finding.worst for finding in after.findings}
-    assert left["largest overshoot"] < 2.0
-    assert left["largest motion of other joints"] < 10.0
+    remaining = {finding.what: finding.worst for finding in after.findings}
+    assert remaining["largest overshoot"] < 2.0
+    assert remaining["largest motion of other joints"] < 10.0
 
 
 @pytest.mark.slow

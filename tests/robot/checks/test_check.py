@@ -35,10 +35,10 @@ def qinglong() -> RobotConfig:
 
 @pytest.fixture(scope="module")
 def report(qinglong: RobotConfig) -> MotionReport:
-    return checked(qinglong)
+    return check(qinglong)
 
 
-def checked(config: RobotConfig, motion: Motion = Motion.SERVO) -> MotionReport:
+def check(config: RobotConfig, motion: Motion = Motion.SERVO) -> MotionReport:
     return check_motion(RobotNode(config, motion=motion))
 
 
@@ -72,7 +72,7 @@ def test_samples_within_time_error_only_get_a_note(report: MotionReport) -> None
 @pytest.mark.slow
 def test_teleported_motion_fails_every_response(qinglong: RobotConfig) -> None:
     """Teleported joints end where they should, and fail every response on the way."""
-    findings = checked(qinglong, motion=Motion.TELEPORT).findings
+    findings = check(qinglong, motion=Motion.TELEPORT).findings
     assert {finding.unit == "%" for finding in findings if not finding.passed} == {True}
     assert all(not finding.passed for finding in findings if finding.unit == "%")
 
@@ -86,7 +86,7 @@ def test_slower_joint_fails_only_its_own_steps(qinglong: RobotConfig) -> None:
         else joint
         for joint in robot.joints
     )
-    findings = checked(replace(qinglong, robot=replace(robot, joints=slow))).findings
+    findings = check(replace(qinglong, robot=replace(robot, joints=slow))).findings
     assert {finding.what.split(",")[0] for finding in findings if not finding.passed} == {"J_arm_r_04"}
 
 
@@ -95,7 +95,7 @@ Change = Callable[[dict[str, Any]], object]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("change", "what", "where"),
+    ("change", "title", "where"),
     [
         (lambda read: read["joints"].reverse(), "order of 75 joint states", "0: J_head_yaw instead of J_ankle_l_roll"),
         (lambda read: read["joints"].pop(), "order of 74 joint states", "74: J_ankle_l_roll instead of nothing"),
@@ -109,7 +109,7 @@ Change = Callable[[dict[str, Any]], object]
     ],
 )
 def test_single_deviation_gives_exactly_one_failed_finding(
-    tmp_path: Path, qinglong: RobotConfig, change: Change, what: str, where: str
+    tmp_path: Path, qinglong: RobotConfig, change: Change, title: str, where: str
 ) -> None:
     """In a short recording, so that a case costs little."""
     read = json.loads((qinglong.path.parent / REFERENCE_FILE).read_text("utf-8"))
@@ -119,12 +119,10 @@ def test_single_deviation_gives_exactly_one_failed_finding(
     change(read)
     (tmp_path / REFERENCE_FILE).write_text(json.dumps(read), "utf-8")
     bad = [
-        finding
-        for finding in checked(replace(qinglong, path=tmp_path / "vr_configs.yml")).findings
-        if not finding.passed
+        finding for finding in check(replace(qinglong, path=tmp_path / "vr_configs.yml")).findings if not finding.passed
     ]
     assert len(bad) == 1
-    assert bad[0].what.startswith(what)
+    assert bad[0].what.startswith(title)
     assert where in bad[0].where
 
 
@@ -165,12 +163,12 @@ def test_invalid_reference_file_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / REFERENCE_FILE
     path.write_text(text, "utf-8")
     with pytest.raises(UsageError, match=r"reference_motion\.json: not a recorded motion"):
-        checked(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+        check(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
 
 
 def test_empty_reference_checks_only_joint_order(tmp_path: Path) -> None:
     (tmp_path / REFERENCE_FILE).write_text(EMPTY, "utf-8")
-    report = checked(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+    report = check(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
     assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
 
 
@@ -179,7 +177,7 @@ def test_reference_without_motion_requires_joint_at_rest(tmp_path: Path) -> None
     verdicts = []
     for target in ("0", "0.5"):
         (tmp_path / REFERENCE_FILE).write_text(EMPTY.replace('"steps": []', f'"steps": [{step % target}]'), "utf-8")
-        verdicts.append(checked(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
+        verdicts.append(check(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
     assert verdicts == [True, False]
 
 
@@ -193,7 +191,7 @@ def with_limits(joint: str, **values: float) -> RobotConfig:
 
 
 def test_robot_without_reference_is_checked_joint_by_joint() -> None:
-    report = checked(two_arms())
+    report = check(two_arms())
     assert (report.passed, report.reference) == (True, "")
     driven = [joint for joint in two_arms().robot.driven if joint.mimic is None]
     assert f"settling time of {len(driven)} joints" in [finding.what for finding in report.findings]
@@ -212,14 +210,14 @@ def test_robot_without_reference_is_checked_joint_by_joint() -> None:
     ],
 )
 def test_immovable_joint_fails_with_reason(limits: dict[str, float], why: str) -> None:
-    found = [f for f in checked(with_limits("elbow_left", **limits)).findings if f.what == "elbow_left"]
+    found = [f for f in check(with_limits("elbow_left", **limits)).findings if f.what == "elbow_left"]
     assert [(finding.passed, finding.where) for finding in found] == [(False, why)]
 
 
 def test_robot_without_joints_passes() -> None:
     config = two_arms()
     still = replace(config.robot, joints=(), links={"base": config.robot.links["base"]})
-    report = checked(RobotConfig(still, "stone", Path("stone.urdf"), Path("stone.urdf")))
+    report = check(RobotConfig(still, "stone", Path("stone.urdf"), Path("stone.urdf")))
     assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
     assert report.passed
 
@@ -232,7 +230,7 @@ def test_findings_are_passed_to_callback_in_order() -> None:
 
 
 def test_joint_too_weak_to_brake_fails_overshoot() -> None:
-    findings = checked(with_limits("shoulder_left", effort=9.0)).findings
+    findings = check(with_limits("shoulder_left", effort=9.0)).findings
     assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of step"] == [
         ("largest overshoot", "shoulder_left")
     ]
@@ -240,7 +238,7 @@ def test_joint_too_weak_to_brake_fails_overshoot() -> None:
 
 def test_unsettled_joint_counts_for_largest_overshoot() -> None:
     """With an effort of 2 N m the shoulder swings about its target for seconds."""
-    findings = {finding.what: finding for finding in checked(with_limits("shoulder_left", effort=2.0)).findings}
+    findings = {finding.what: finding for finding in check(with_limits("shoulder_left", effort=2.0)).findings}
     assert findings["shoulder_left"].where == "it does not settle within 2 % of the step"
     farthest = findings["largest overshoot"]
     assert (farthest.where, farthest.passed) == ("shoulder_left", False)
@@ -249,7 +247,7 @@ def test_unsettled_joint_counts_for_largest_overshoot() -> None:
 
 
 def test_pushed_joint_fails_with_name_of_pushing_joint() -> None:
-    findings = {finding.what: finding for finding in checked(with_limits("elbow_left", effort=3.0)).findings}
+    findings = {finding.what: finding for finding in check(with_limits("elbow_left", effort=3.0)).findings}
     strays = findings["largest motion of other joints"]
     assert (strays.where, strays.passed) == ("elbow_left, while shoulder_left moves", False)
     assert strays.worst > 1e3 * check_joints.STRAY
@@ -260,8 +258,8 @@ def test_pushed_joint_fails_with_name_of_pushing_joint() -> None:
 
 def test_joint_with_acceleration_limit_gets_longer_settling_time() -> None:
     config = replace(two_arms(), max_accelerations={"waist": 0.3})  # 0.2 rad take 1.6 s
-    findings = {finding.what: finding for finding in checked(config).findings}
-    settles = next(finding for what, finding in findings.items() if what.startswith("settling time"))
+    findings = {finding.what: finding for finding in check(config).findings}
+    settles = next(finding for title, finding in findings.items() if title.startswith("settling time"))
     assert settles.passed
     assert "waist" not in findings
 
@@ -269,7 +267,7 @@ def test_joint_with_acceleration_limit_gets_longer_settling_time() -> None:
 def test_home_beyond_limits_fails_initial_posture() -> None:
     config = two_arms()
     right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
-    holds = checked(replace(config, arms=(right, config.arms[1]))).findings[1]
+    holds = check(replace(config, arms=(right, config.arms[1]))).findings[1]
     assert (holds.what, holds.where, holds.passed) == ("holds the initial posture", "shoulder_right", False)
 
 
@@ -280,5 +278,5 @@ def test_mimic_finger_closing_to_lower_limit_passes() -> None:
     joints = tuple(other_way if joint == thumb else joint for joint in config.robot.joints)
     grippers = (config.grippers[0], GripperConfig(("finger_left", "thumb_left")))
     changed = replace(config, robot=replace(config.robot, joints=joints), grippers=grippers)
-    closes = [finding for finding in checked(changed).findings if finding.what == "left gripper closes"]
+    closes = [finding for finding in check(changed).findings if finding.what == "left gripper closes"]
     assert [(each.where, each.passed) for each in closes] == [("finger_left", True)]

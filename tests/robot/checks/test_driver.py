@@ -46,13 +46,13 @@ class Clock:
             return driver
         read = driver.read
 
-        def read_and_note() -> Any:
+        def read_and_record() -> Any:
             self.now += getattr(driver, "pause", 0.0)
-            found = read()
+            expected = read()
             self._was_read.set()
-            return found
+            return expected
 
-        driver.read = read_and_note
+        driver.read = read_and_record
         return driver
 
 
@@ -112,16 +112,16 @@ def make(kind: type[Hardware], **more: Any) -> Any:
     return lambda _config: kind(**more)
 
 
-def broken(_config: RobotConfig) -> Any:
+def failing_maker(_config: RobotConfig) -> Any:
     raise OSError("no such bus")
 
 
 @pytest.mark.parametrize(
-    ("maker", "found"),
+    ("maker", "expected"),
     [
         (make(Hardware), None),
         (make(Pair), None),
-        (broken, "the driver cannot be made: OSError: no such bus"),
+        (failing_maker, "the driver cannot be made: OSError: no such bus"),
         (lambda _config: object(), "the driver has no method command"),
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
         (make(Stiff), "lift did not move by 0.02 within 0.2 s"),
@@ -129,12 +129,12 @@ def broken(_config: RobotConfig) -> Any:
         (make(Slow), "must work 100 times"),
     ],
 )
-def test_check_driver_reports_each_defect(config: RobotConfig, maker: Any, found: str | None, clock: Clock) -> None:
+def test_check_driver_reports_each_defect(config: RobotConfig, maker: Any, expected: str | None, clock: Clock) -> None:
     problems = check_driver(lambda config: clock.watched(maker(config)), config, within=0.2)
-    if found is None:
+    if expected is None:
         assert problems == []
     else:
-        assert any(found in problem for problem in problems), problems
+        assert any(expected in problem for problem in problems), problems
 
 
 @pytest.mark.parametrize(("upper", "begin"), [(0.015, 0.0), (0.015, 0.006), (0.015, 0.015), (0.03, 0.015), (0.0, 0.0)])

@@ -35,14 +35,14 @@ def test_class_path_in_file_gives_driver() -> None:
 
 
 def test_invalid_class_path_is_refused_with_hint(drivers: Path) -> None:
-    for name, said in {
+    for name, reason in {
         "two_arms": "path.py:Class",
         f"{drivers.with_name('none.py')}:MyDriver": "there is no such file",
         f"{drivers}:Brocken": "did you mean Broken",
         f"{drivers}:NoDriver": "not a driver; give a class with joints",
         "no_such_module_of_mine:Driver": "cannot be imported: ModuleNotFoundError",
     }.items():
-        with pytest.raises(DriverError, match=said):
+        with pytest.raises(DriverError, match=reason):
             find_driver(name)
 
 

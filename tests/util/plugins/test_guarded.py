@@ -16,7 +16,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
 
 
-class Thing:
+class FailingObject:
     """Object that raises a given error."""
 
     def __init__(self, error: BaseException | None = None) -> None:
@@ -29,9 +29,9 @@ class Thing:
 
 
 def test_guarded_method_returns_its_result() -> None:
-    thing = Thing()
-    assert guard_plugin(thing, "devices", "pump", ["work"]) is thing
-    assert thing.work(1) == 2
+    plugin = FailingObject()
+    assert guard_plugin(plugin, "devices", "pump", ["work"]) is plugin
+    assert plugin.work(1) == 2
     assert call_plugin("devices", "pump", len, "abc") == 3
 
 
@@ -41,17 +41,17 @@ class OwnError(BaseException):
 
 @pytest.mark.parametrize("error", [ValueError("dry"), SystemExit("dry"), OwnError("dry")])
 def test_guarded_failure_names_plugin(error: BaseException) -> None:
-    thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
+    plugin = guard_plugin(FailingObject(error), "devices", "pump", ["work"])
     with pytest.raises(
         PluginFailedError,
         match=f"^device 'pump' of the package waterworks failed in work: {type(error).__name__}: dry$",
     ):
-        thing.work(1)
+        plugin.work(1)
 
 
 @pytest.mark.parametrize("error", [SimulationError("unstable"), RunEndedError("over"), KeyboardInterrupt()])
 def test_guarded_method_passes_foreign_errors_on(error: BaseException) -> None:
-    thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
+    plugin = guard_plugin(FailingObject(error), "devices", "pump", ["work"])
     with pytest.raises(type(error)) as caught:
-        thing.work(1)
+        plugin.work(1)
     assert caught.value is error
