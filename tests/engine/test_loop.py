@@ -47,7 +47,7 @@ def answer(client: Talker, number: int) -> Frame | None:
 
 
 def wait_for_answer(client: Talker, number: int) -> Frame:
-    """Wait for an answer to a client that was sent already."""
+    """Wait for an answer that is on its way to a client."""
     found = wait_until(lambda: answer(client, number), f"answer {number}", seen=lambda: client.heard)
     assert found is not None
     return found
@@ -80,10 +80,10 @@ def test_loop_follows_wall_clock_and_serves_clients(monkeypatch: pytest.MonkeyPa
         loop = SimulationLoop(talk.node.simulation, hall.server, on_poll=lambda: polls.append(wall.time))
         loop.pacer = RealTimePacer(talk.node.simulation, loop.rate, clock=wall.perf_counter, sleep=loop._serve)
         run_until(loop, SECOND // 2)
-        assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
+        assert wall.time == pytest.approx(0.5, abs=0.01), "the loop does not follow the wall clock"
         assert loop.pacer.factor == pytest.approx(1.0)
         client.wait_until(lambda: len(client.messages(5)) >= 45)
-    assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "ten times a second"
+    assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "not polled ten times a second"
 
 
 def test_stop_request_ends_loop_before_next_tick() -> None:

@@ -55,7 +55,7 @@ def test_changed_belt_speed_needs_wake_to_wake_parts() -> None:
     start = float(simulation.data.qpos[0])
     simulation.model.geom_surfacevel[simulation.model.geom("belt").id, 0] = 0.2
     simulation.step_until(2 * 10**9)
-    assert float(simulation.data.qpos[0]) == start, "the engine mended this: `wake` may go"
+    assert float(simulation.data.qpos[0]) == start, "the engine has fixed this: remove `wake`"
     simulation.wake(simulation.model.body("part").id)
     simulation.step_until(3 * 10**9)
     assert simulation.data.qpos[0] - start == pytest.approx(0.2, abs=0.01)

@@ -39,13 +39,13 @@ def test_second_writer_on_topic_is_refused() -> None:
     talk.seconds(0.4)
     assert refused == 50
     assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
-    assert any("/b" in line and "/a commands this topic" in line for line in talk.lines), "it is not reported"
+    assert any("/b" in line and "/a commands this topic" in line for line in talk.lines), "the refusal is not logged"
     talk.seconds(0.2)
     talk.joints({"waist": -0.5}, node="/b")
 
 
 def test_lost_connection_holds_robot_and_resumes_slowly() -> None:
-    """It holds, never goes anywhere by itself, and goes on when the link is back: slowly, for much may have changed."""
+    """The robot holds while the connection is lost, and resumes slowly: much may have changed."""
     talk = Talk(safety=SafetySettings(silence=0.5, resume_speed=0.5))
     status = talk.listen("status")
     for _ in range(100):
@@ -69,7 +69,7 @@ def test_lost_connection_holds_robot_and_resumes_slowly() -> None:
     assert not status[-1].silent
     talk.joints({"waist": -0.9})
     talk.seconds(5.0)
-    assert talk.at("waist") > -0.5, "it is held the second time, too"
+    assert talk.at("waist") > -0.5, "the second loss is not held"
     assert sum(": its joints are held" in line for line in talk.lines) == 2
 
 
@@ -203,7 +203,7 @@ def test_cleared_emergency_stop_does_not_jump() -> None:
     talk.stop(pressed=False)
     talk.seconds(0.5)
     assert talk.at("shoulder_right") == pytest.approx(held, abs=1e-3), (
-        "what comes is ignored, letting go clears nothing"
+        "commands are ignored, and the released button clears nothing"
     )
     assert not talk.enable().success
     assert talk.clear().success

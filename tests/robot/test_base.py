@@ -31,7 +31,7 @@ def test_base_command_turns_and_moves_along_own_y_axis() -> None:
     talk.steps(2)
     assert base_position(talk) == pytest.approx((-0.3, 0.2, 0.5))
     assert talk.node.base.pose.yaw == pytest.approx(QUARTER)
-    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "joints stay as they are"
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "joints moved with the base"
 
 
 @pytest.mark.parametrize(

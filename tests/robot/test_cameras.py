@@ -53,7 +53,7 @@ def test_camera_images_carry_stamps_of_node() -> None:
     assert stamps == pytest.approx([33_333_333, 66_666_667], abs=1_000_000_000 // 240)
     assert [message.header.stamp for message in depth] == [message.header.stamp for message in colour]
     far = depth[0].data.view(np.float32).reshape(48, 64)
-    assert 1.0 < np.nanmin(far[16:32, 24:40]) < 2.1  # the robot itself, which it looks back at
+    assert 1.0 < np.nanmin(far[16:32, 24:40]) < 2.1  # distance to the robot, which is in view
     assert (info[0].width, info[0].height) == (64, 48)
     assert np.ptp(colour[0].data.astype(int)) > 60
     node.close()

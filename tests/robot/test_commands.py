@@ -124,7 +124,7 @@ def test_mimic_joint_starts_at_position_of_its_leader() -> None:
     talk = Talk(with_mimic_head(-0.5, 0.3))
     applied = talk.listen("applied_joint_cmd")
     for _ in range(10):
-        assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "it moves without a command"
+        assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "the mimic joint moves without a command"
         talk.steps(1)
     targets = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
     assert targets["head"] == pytest.approx(0.05)
@@ -154,9 +154,9 @@ def test_targets_beyond_limits_are_clipped_and_logged(talk: Talk) -> None:
     talk.seconds(1.0)
     assert talk.at("waist") == pytest.approx(1.0, abs=1e-4)
     assert talk.at("lift") == pytest.approx(0.0, abs=1e-4)
-    assert len(talk.lines) == 1, "a kind of line comes at most once a second"
+    assert len(talk.lines) == 1, "more than one line of a kind in a second"
     assert "waist to -1 .. 1 (got 7); lift to " in talk.lines[0]
-    assert "elbow_left" not in talk.lines[0], "a rounded limit is not worth a line"
+    assert "elbow_left" not in talk.lines[0], "a rounded limit is logged"
     last = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
     assert (last["waist"], last["lift"], last["elbow_left"]) == (1.0, 0.0, -2.0)
 
@@ -181,7 +181,7 @@ def test_hand_topic_takes_only_joints_below_wrist(talk: Talk) -> None:
     talk.joints({"finger_right": 0.03, "finger_left": 0.03, "shoulder_right": 1.0}, "joint_cmd_finger_right")
     talk.seconds(1.0)
     assert talk.at("finger_right") == pytest.approx(0.03, abs=1e-5)
-    assert talk.at("thumb_right") == pytest.approx(0.03, abs=1e-4), "it follows"
+    assert talk.at("thumb_right") == pytest.approx(0.03, abs=1e-4), "the mimic joint does not follow"
     assert talk.at("finger_left") == pytest.approx(0.0, abs=1e-5)
     assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3)
     assert "'finger_left' is not a joint of that hand" in talk.lines[0]

@@ -14,7 +14,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array
 from tests.robot.robots import two_arms
 
-FINGERS = ("finger_right", "finger_left")  # of two hands, for each is a joint of its own
+FINGERS = ("finger_right", "finger_left")  # of two hands: each is a separate joint
 RANGE = (0.0, 0.04)
 
 

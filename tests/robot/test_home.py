@@ -33,7 +33,7 @@ def test_reset_responds_when_all_groups_are_home(motion: Motion) -> None:
     assert talk.node.simulation.time - started < (2.0 if motion is Motion.SERVO else 0.1)
     home = {"shoulder_right": 0.5, "elbow_left": -1.0, "waist": 0.0, "lift": 0.1, "head": 0.1, "finger_right": 0.0}
     assert {name: talk.at(name) for name in home} == pytest.approx(home, abs=HOME_TOLERANCE)
-    assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "it belongs to no group, and stays"
+    assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "a joint without group moved"
 
 
 def test_commands_during_reset_are_ignored_and_discarded() -> None:
@@ -47,7 +47,7 @@ def test_commands_during_reset_are_ignored_and_discarded() -> None:
     assert talk.node.commander.taken == taken
     assert talk.node.commander.ignored > 50
     talk.seconds(1.0)
-    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "old targets are forgotten"
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "an old target is followed"
     talk.joints({"shoulder_right": 1.0})
     talk.seconds(1.0)
     assert talk.at("shoulder_right") == pytest.approx(1.0, abs=1e-3)
@@ -75,7 +75,7 @@ def test_two_resets_during_motion_share_one_homing() -> None:
     talk.seconds(0.1)
     second = talk.reset()
     assert talk.wait_for(first).success
-    assert second.response.success, "they are one way home"
+    assert second.response.success, "the second call failed"
     assert sum("goes home" in line for line in talk.lines) == 1
 
 
@@ -101,7 +101,7 @@ def test_reset_timeout_fails_and_robot_holds() -> None:
     talk.seconds(1.0)
     assert talk.at("shoulder_right") == pytest.approx(held, abs=0.02)
     assert talk.wait_for(talk.reset()).success is False
-    assert talk.at("shoulder_right") > held + 0.4, "it goes on from there when it is asked again"
+    assert talk.at("shoulder_right") > held + 0.4, "the second reset does not continue"
 
 
 def test_slow_motion_is_not_taken_for_home() -> None:

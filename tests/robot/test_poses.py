@@ -152,7 +152,7 @@ def test_unreachable_pose_is_approached_without_trembling(
 
     run(humanoid, 7.0, look)
     changes = np.abs(np.diff(velocities, axis=0))
-    assert changes[-480:].max() < 0.05  # nothing trembles [rad/s from tick to tick]
+    assert changes[-480:].max() < 0.05  # no trembling [rad/s from tick to tick]
     assert np.abs(velocities[-1]).max() < 0.05
     names = [name for arm in humanoid.config.arms for name in arm.joints]
     reached = humanoid.servos.read().positions[arms]

@@ -22,7 +22,7 @@ def test_joint_states_list_movable_joints_in_index_order() -> None:
     robot = talk.node.config.robot
     last = heard[-1]
     assert last.name == [joint.name for joint in robot.joints if joint.type.value != "fixed"]
-    assert "antenna" in last.name, "a ball joint says 0, but it has its place"
+    assert "antenna" in last.name, "the ball joint is missing"
     assert len(last.position) == len(last.velocity) == len(last.effort) == len(last.name)
     place = last.name.index("waist")
     assert last.position[place] == pytest.approx(talk.at("waist"))
@@ -75,7 +75,7 @@ def test_stamps_are_simulation_time_with_sim_time() -> None:
     talk.seconds(0.02)
     other.seconds(0.02)
     assert first[0].header.stamp.nanosec == 12_500_000
-    assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock there is no other time"
+    assert second[0].header.stamp.nanosec == 12_500_000, "the stamp is not simulation time"
 
 
 def test_status_is_published_on_change_at_10_hz_at_most() -> None:
@@ -96,7 +96,7 @@ def test_status_is_published_on_change_at_10_hz_at_most() -> None:
     talk.seconds(1.0)
     assert len(heard) == count
     late = talk.listen("status")
-    assert late == [heard[-1]], "it is latched"
+    assert late == [heard[-1]], "the status is not latched"
 
 
 def test_status_counts_refused_and_ignored_input() -> None:
@@ -125,7 +125,7 @@ def test_status_counts_refused_and_ignored_input() -> None:
 
 
 def run_scenario(talk: Talk) -> str:
-    """Run something of everything; return the state hash at the end."""
+    """Send commands of every kind; return the state hash at the end."""
     for number in range(60):
         talk.joints({"waist": 0.5 - 0.01 * number, "elbow_left": 3.0}, node=f"/op{number % 2}")
         talk.steps(2)

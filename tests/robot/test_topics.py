@@ -146,7 +146,7 @@ def test_quaternion_of_other_length_is_normalized(node: RobotNode) -> None:
 def test_frame_id_of_link_applies_and_others_are_ignored(node: RobotNode) -> None:
     begin = node.ee_poses.poses()
     ahead = Pose((0.01, 0.0, 0.0))
-    node.bus.publish(COMMAND, pose_array([ahead, ahead], "tip_right"))  # in the tool's own frame: how one jogs it
+    node.bus.publish(COMMAND, pose_array([ahead, ahead], "tip_right"))  # in the frame of the tool, as for jogging
     right = node.ee_poses.targets[0]
     assert right is not None
     assert apart(right, begin[0] @ ahead) == pytest.approx((0.0, 0.0), abs=1e-9)

@@ -1,4 +1,4 @@
-"""Motion check: the QingLong passes it, and robots that move otherwise fail."""
+"""Motion check: the QingLong passes it, and robots with other motion fail."""
 
 import json
 import math

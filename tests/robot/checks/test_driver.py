@@ -84,7 +84,7 @@ class Stiff(Hardware):
 
 @dataclass
 class Coupled(Hardware):
-    """Hardware whose lift moves along with the elbow, and far."""
+    """Hardware whose lift moves together with the elbow, and far."""
 
     def command(self, targets: Any) -> None:
         self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])

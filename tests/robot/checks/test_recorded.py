@@ -1,4 +1,4 @@
-"""A recorded motion that is none is refused in one line."""
+"""Invalid reference files are refused in one line."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def test_targets_and_readings_are_mapped_by_joint_name(config: RobotConfig) -> N
     positions, velocities, efforts = live.read()
     assert (positions[elbow], positions[lift]) == (-1.0, 0.2)
     assert (velocities[elbow], velocities[lift], efforts[elbow], efforts[lift]) == (0.1, 0.2, 3.0, 4.0)
-    assert positions[live.joints.index("shoulder_right")] == 0.5  # no driver has it: it keeps its initial position
+    assert positions[live.joints.index("shoulder_right")] == 0.5  # without a driver: it keeps its initial position
     targets = np.zeros(len(live.joints))
     targets[[elbow, lift]] = -0.5, 0.3
     live.command(targets)
@@ -161,7 +161,7 @@ def test_failed_driver_holds_robot_until_cleared(config: RobotConfig, failure: C
     hardware.on_read = lambda: None
     before = live.count
     until(lambda: live.read() and live.count > before + 2)
-    assert hardware.targets == [[-1.0, 0.2]], "a target got through"
+    assert hardware.targets == [[-1.0, 0.2]], "a target reached the failed driver"
     live.clear()
     assert not live.fault
     assert live.read().positions[number] == 0.2
@@ -206,7 +206,7 @@ def test_close_does_not_wait_for_stuck_driver(config: RobotConfig) -> None:
     until(lambda: live.fault)
     assert live.fault == "no reading for 0.05 s"
     live.close()
-    assert not hardware.closed, "it waited for the driver"
+    assert not hardware.closed, "close waited for the driver"
     free.set()
     until(lambda: hardware.closed)
 
@@ -229,7 +229,7 @@ def test_node_drives_hardware_and_mirrors_it_until_failure(config: RobotConfig) 
     for _ in range(3):
         node.simulation.step()
     assert lines == lines[:1]
-    assert node.commander.limiter.desired[number] == 0.35, "it would jump when the driver is back"
+    assert node.commander.limiter.desired[number] == 0.35, "the target changed while the driver had failed"
     assert all(each == [-1.0, 0.35] for each in hardware.targets)
     node.close()
     until(lambda: hardware.closed)

@@ -34,7 +34,7 @@ def at(*positions: float) -> Array:
 
 def test_limiter_without_speed_limits_applies_targets_at_once() -> None:
     limiter = make_limiter()
-    assert not limiter.advance(TICK), "nothing was asked for"
+    assert not limiter.advance(TICK), "no target yet"
     limiter.follow(0, ALL, at(1.0, 0.2, 5.0), lambda: at(0, 0, 0))
     assert limiter.advance(TICK)
     assert limiter.applied.tolist() == [1.0, 0.2, 5.0]
@@ -89,7 +89,7 @@ def test_first_target_after_hold_is_approached_slowly() -> None:
     assert limiter.applied[0] == 0.1
     limiter.follow(0, ALL, at(1.5, 0.1, 0.0), lambda: at(0, 0, 0))
     limiter.advance(TICK)
-    assert limiter.applied[0] == 1.5, "it follows as ever"
+    assert limiter.applied[0] == 1.5, "full speed after catching up"
 
 
 def test_slow_joint_resumes_at_its_own_speed() -> None:
@@ -108,13 +108,13 @@ class TestGuard:
         assert limiter.desired.tolist() == [0.0, 0.1, 0.0]
         limiter.follow(0, ALL, at(0.2, 0.2, 0.0), lambda: at(0.0, 0.1, 0.0))
         limiter.follow(0, ALL, at(1.0, 0.2, 0.0), lambda: at(0.0, 0.1, 0.0))
-        assert limiter.desired[0] == 1.0, "it is the first one that is guarded"
+        assert limiter.desired[0] == 1.0, "only the first target is guarded"
 
     def test_guard_blend_approaches_far_first_target_slowly(self) -> None:
         limiter = make_limiter(SafetySettings(start_guard=0.3, guard=Guard.BLEND, resume_speed=0.5))
         limiter.follow(0, ALL, at(1.0, 0.2, 0.0), lambda: at(0.0, 0.1, 0.0))
         limiter.advance(0.1)
-        assert limiter.applied.tolist() == pytest.approx([0.05, 0.2, 0.0]), "only who jumps is slow"
+        assert limiter.applied.tolist() == pytest.approx([0.05, 0.2, 0.0]), "only the jumping joint is slow"
 
     def test_guard_applies_to_first_target_of_another_source(self) -> None:
         limiter = make_limiter(SafetySettings(start_guard=0.3))
@@ -197,7 +197,7 @@ def test_applied_targets_keep_acceleration_limits(requested: list[tuple[Array, i
         assert (limiter.applied[:2] >= LOWER[:2] - 1e-12).all()
         assert (limiter.applied[:2] <= UPPER[:2] + 1e-12).all()
         newest = found[-1]
-    assert limiter.applied[2] == limiter.desired[2], "what has no bound is there at once"
+    assert limiter.applied[2] == limiter.desired[2], "a joint without limit moves at once"
 
 
 @pytest.mark.slow
@@ -212,7 +212,7 @@ def test_accelerated_target_stops_without_overshoot(turn: float, slide: float) -
         done = (limiter.applied - started) * np.sign(limiter.desired - started)
         assert (done <= np.abs(limiter.desired - started) + 1e-12).all()
     assert limiter.applied.tolist() == limiter.desired.tolist() == [turn, slide, 0.0]
-    assert not limiter.advance(TICK), "nothing is left to be done"
+    assert not limiter.advance(TICK), "still moving at the target"
 
 
 def test_step_takes_minimum_time_of_acceleration_limit() -> None:
@@ -222,7 +222,7 @@ def test_step_takes_minimum_time_of_acceleration_limit() -> None:
     found = motions(limiter, round(2 * np.sqrt(1 / 8) / TICK) + 2)
     assert found[:, 0].sum() == pytest.approx(1.0, abs=1e-9)
     assert found[:, 0].max() / TICK == pytest.approx(np.sqrt(8.0), rel=0.02)
-    assert found[-4, 0] > 0.0, "and no less"
+    assert found[-4, 0] > 0.0, "faster than the limit allows"
 
 
 def test_hold_stops_at_once_and_next_target_starts_at_rest() -> None:
@@ -243,4 +243,4 @@ def test_limiter_with_acceleration_limits_restores_its_state() -> None:
     motions(one, 30)
     other.set_state(json.loads(json.dumps(one.get_state())))
     assert motions(one, 200).tolist() == motions(other, 200).tolist()
-    assert "moved" not in make_limiter().get_state(), "without bounds the state is what it was"
+    assert "moved" not in make_limiter().get_state(), "state of a limiter without acceleration limits"

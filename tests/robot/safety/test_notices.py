@@ -1,4 +1,4 @@
-"""Notices: few lines, whatever happens."""
+"""Notices: throttled lines, and limited names."""
 
 from __future__ import annotations
 
