@@ -74,7 +74,7 @@ def two_arms() -> RobotConfig:
         grippers=(GripperConfig(("finger_right",)), GripperConfig(("finger_left",))),
         head=Posture(("head",), (0.1,)),
         head_axes=(2,),
-        lift=Posture(("lift",), (0.1,)),
+        dorsal=Posture(("lift",), (0.1,)),
         waist=Posture(("waist",), (0.0,)),
         command_links=("tip_right", "tip_left"),
         reference_links=(None, None),

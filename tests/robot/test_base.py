@@ -72,7 +72,7 @@ def test_fixed_robot_has_no_base_topic() -> None:
 
 
 def test_delta_mode_takes_three_numbers() -> None:
-    talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "delta"}))
+    talk = Talk(replace(two_arms(), others={"base_command_mode": "delta"}))
     talk.base(QUARTER, 0.2, 0.1)
     assert talk.node.base.pose.position == pytest.approx((0.2, 0.1, 0.5))
     with pytest.raises(RejectedCommandError, match=r"3 numbers .got 2.: turn .rad., move along x and y"):
@@ -80,7 +80,7 @@ def test_delta_mode_takes_three_numbers() -> None:
 
 
 def test_velocity_mode_moves_until_timeout_or_stop() -> None:
-    talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "velocity"}))
+    talk = Talk(replace(two_arms(), others={"base_command_mode": "velocity"}))
     for _ in range(10):
         talk.base(0.0, 0.5, -0.25)
         talk.seconds(0.1)

@@ -71,8 +71,8 @@ class Bounds:
         limits = {
             "shift": (self.shift, 0.0, BIN_WIDTH / 2),
             "turn": (self.turn, 0.0, math.pi),
-            "least_friction": (self.min_friction, 0.01, self.max_friction),
-            "most_friction": (self.max_friction, self.min_friction, 10.0),
+            "min_friction": (self.min_friction, 0.01, self.max_friction),
+            "max_friction": (self.max_friction, self.min_friction, 10.0),
             "belt_delay": (self.belt_delay, 0.0, 1000.0),
             "gripper_phase": (self.gripper_phase, 0.0, 1.0),
         }

@@ -78,12 +78,12 @@ def report_ready(session: Session) -> None:
     if session.ros is not None:
         line += f", ROS 1 at {session.ros.master.uri}"
         line += "" if session.target.identity is None else f" as {session.target.identity.node}"
-    session.say(line + session.target.ready_note())
+    session.on_message(line + session.target.ready_note())
 
 
 def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
     """Return the outputs of a session on the command line, as arguments of `Session`."""
-    return {"report": warn, "notice": notice, "print_line": partial(print_line, console)}
+    return {"report": warn, "notice": notice, "on_message": partial(print_line, console)}
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

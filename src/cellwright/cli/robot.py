@@ -67,7 +67,7 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
         refuse(f"--init {file}: cannot be written: {error.strerror}")
     draft = read_robot_config(file, lambda _line: None)
     groups = {"arm": len(draft.arms), "gripper": len(draft.grippers), "head": int(draft.head is not None)}
-    groups |= {"waist": int(draft.waist is not None), "lift": int(draft.lift is not None)}
+    groups |= {"waist": int(draft.waist is not None), "lift": int(draft.dorsal is not None)}
     listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in groups.items() if count)
     typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
 
@@ -174,7 +174,7 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
         if joint.mimic is not None:
             offset = f" + {joint.mimic.offset:g}" if joint.mimic.offset else ""
             notes.append(("mimic", f"{joint.name} = {joint.mimic.multiplier:g} * {joint.mimic.joint}{offset}"))
-    unused = [f"{key} ({UNUSED[key]})" for key in config.other_entries if key in UNUSED]
+    unused = [f"{key} ({UNUSED[key]})" for key in config.others if key in UNUSED]
     notes += [("camera", camera.name) for camera in config.cameras]
     notes += [("not used", text) for text in unused]
     notes.append(("urdf", str(config.urdf_path)))

@@ -157,13 +157,13 @@ class RunProgress:
 class _LineHandler(logging.Handler):
     """Logging handler that passes records on, a line at a time."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, on_message: Callable[[str], None]) -> None:
         super().__init__()
-        self._say = say
+        self._on_message = on_message
 
     def emit(self, record: logging.LogRecord) -> None:
         for line in self.format(record).splitlines():
-            self._say(line)
+            self._on_message(line)
 
 
 def effect_sentence(effect: effects.Effect) -> str:

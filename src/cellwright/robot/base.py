@@ -34,7 +34,7 @@ class Base(Device):
     def __init__(self, config: RobotConfig) -> None:
         super().__init__("base")
         self._first = config.base_pose
-        given = config.other_entries.get(MODE)
+        given = config.others.get(MODE)
         self.mode = BaseMode(given) if given in (BaseMode.DELTA, BaseMode.VELOCITY) else BaseMode.ORIGINAL
         self.pose = config.base_pose
         """World_T_base."""

@@ -71,7 +71,7 @@ class RobotServices:
                 for gripper in config.grippers
             ],
             "head": None if config.head is None else {**self._posture(config.head), "axes": list(config.head_axes)},
-            "dorsal": None if config.lift is None else self._posture(config.lift),
+            "dorsal": None if config.dorsal is None else self._posture(config.dorsal),
             "waist": None if config.waist is None else self._posture(config.waist),
         }
 

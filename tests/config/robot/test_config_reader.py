@@ -48,7 +48,7 @@ def test_groups(small: RobotConfig) -> None:
     assert small.arms == (ArmConfig(("r1", "r2"), "r_hand", (0.1, 0.2)), ArmConfig(("l1", "l2"), "l_hand", (-0.1, 0.2)))
     assert small.grippers == (GripperConfig(("r_finger", "r_thumb")), GripperConfig(("l_finger", "l_thumb")))
     assert (small.head, small.head_axes) == (Posture(("head_pitch", "head_yaw"), (0.3, 0.0)), (1, 2))
-    assert small.lift == Posture(("lift",), (0.25,))
+    assert small.dorsal == Posture(("lift",), (0.25,))
     assert small.waist == Posture(("spin",), (0.5,))
     assert small.command_links == ("r_hand", "l_hand")
     assert small.reference_links == ("torso", None)
@@ -62,7 +62,7 @@ def test_home_posture(small: RobotConfig) -> None:
 
 
 def test_known_unused_entries_are_kept(small: RobotConfig) -> None:
-    assert small.other_entries == {"vibration_thresholds": {"ee_dist": [0.15, 0.2], "tabletop_height": 0.85}}
+    assert small.others == {"vibration_thresholds": {"ee_dist": [0.15, 0.2], "tabletop_height": 0.85}}
 
 
 def test_the_least_that_a_file_can_say(tmp_path: Path) -> None:

@@ -93,7 +93,7 @@ def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
     agent = f"{agents}:Delivers"
     here = run_cell(Cell(KITTING), find_agent(agent)())
     lines: list[str] = []
-    there = hosted(agent, lockstep=True, level=20, say=lines.append)
+    there = hosted(agent, lockstep=True, level=20, on_message=lines.append)
     assert there.outcome is here.outcome is Outcome.DONE
     assert (there.state_hash, there.steps, there.score) == (here.state_hash, here.steps, here.score)
     assert lines == ["    0.000 s  off it goes", "something that the agent prints"]
@@ -145,7 +145,7 @@ def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
 @pytest.mark.slow
 def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
     with Session(Cell(KITTING), serve=ServerOptions(port=0), rate=1.0) as session:
-        result = session.run(RemoteAgent(f"{agents}:Waits", say=lambda _: session.stop.request()))
+        result = session.run(RemoteAgent(f"{agents}:Waits", on_message=lambda _: session.stop.request()))
     assert result.outcome is Outcome.INTERRUPTED
 
 
@@ -153,7 +153,7 @@ def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
 @pytest.mark.slow
 def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     said: list[str] = []
-    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, say=said.append)
+    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, on_message=said.append)
     child.end(TIMEOUT)
     with pytest.raises(AgentError, match="nobody answers"):
         child.worked(was_there=False)
@@ -255,7 +255,7 @@ def test_a_run_with_a_forged_report_has_its_score(hostile: str, monkeypatch: pyt
 @pytest.mark.parametrize("name", ["Threads", "Forks"])
 def test_the_run_ends_when_its_agent_has_whatever_that_leaves_behind(hostile: str, name: str) -> None:
     said: list[str] = []
-    result = hosted(f"{hostile}:{name}", lockstep=True, say=said.append)
+    result = hosted(f"{hostile}:{name}", lockstep=True, on_message=said.append)
     assert (result.outcome, result.error) == (Outcome.DONE, "")
     assert result.score.total > 0.0
     left = (

@@ -271,15 +271,15 @@ def run(
             worker = program()
 
 
-def _wait_for_restart(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
+def _wait_for_restart(session: Session, on_message: Callable[[str], None], *, keeps: bool) -> bool:
     """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; return whether to start the run again instead."""
     if session.restart_requested:
-        say("the run begins anew")
+        on_message("the run begins anew")
         return True
     if session.page is None or not keeps:
         return False
     with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
-        say("the page stays open; Ctrl-C ends")  # once the handlers of signals are set
+        on_message("the page stays open; Ctrl-C ends")  # once the handlers of signals are set
         return session.wait()
     return False
 
@@ -298,7 +298,7 @@ def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -
     def say(line: str) -> None:
         sys.stdout.write(f"{line}\n")
 
-    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, say=say)
+    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, on_message=say)
     return lambda: remote
 
 

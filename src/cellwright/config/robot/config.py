@@ -100,12 +100,12 @@ class RobotConfig:
         grippers: right, left; as many as the robot has.
         head: roll, pitch, yaw, without those that the robot lacks.
         head_axes: which of roll, pitch, yaw (0, 1, 2) the joints of the head are.
-        lift: the lift of the torso.
+        dorsal: the lift of the torso.
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
         max_accelerations: maximum acceleration of the targets of joints [rad/s^2; m/s^2], by joint; others are not
             bounded.
-        other_entries: entries kept as written: `base_command_mode`, which the base reads, and known but unused ones
+        others: entries kept as written: `base_command_mode`, which the base reads, and known but unused ones
             (thresholds and scales of the headset's side).
     """
 
@@ -119,13 +119,13 @@ class RobotConfig:
     grippers: tuple[GripperConfig, ...] = ()
     head: Posture | None = None
     head_axes: tuple[int, ...] = ()
-    lift: Posture | None = None
+    dorsal: Posture | None = None
     waist: Posture | None = None
     command_links: tuple[str, ...] = ()
     reference_links: tuple[str | None, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
     max_accelerations: Mapping[str, float] = field(default_factory=dict)
-    other_entries: Mapping[str, Any] = field(default_factory=dict)
+    others: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def start(self) -> dict[str, float]:
@@ -139,7 +139,7 @@ class RobotConfig:
         It leaves out joints that mimic another, since that joint determines their positions.
         """
         found = self.start
-        for group in (self.waist, self.head, self.lift):
+        for group in (self.waist, self.head, self.dorsal):
             if group is not None:
                 found |= dict(zip(group.joints, group.home, strict=True))
         for gripper in self.grippers:

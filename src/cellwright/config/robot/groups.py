@@ -68,7 +68,7 @@ def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[fl
 
 def _single_groups(config: RobotConfig) -> tuple[tuple[str, Posture | None], ...]:
     """Return head, waist and lift, each with its key in the file; None for one that the robot lacks."""
-    return ("head", config.head), ("waist", config.waist), ("dorsal", config.lift)
+    return ("head", config.head), ("waist", config.waist), ("dorsal", config.dorsal)
 
 
 def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
@@ -162,7 +162,7 @@ def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = 
         "groups": _groups(config),
         "home": config.home,
         "cameras": [camera.name for camera in config.cameras],
-        "not_used": [key for key in config.other_entries if key in UNUSED],
+        "not_used": [key for key in config.others if key in UNUSED],
     }
 
 

@@ -176,13 +176,13 @@ class _FileEntries:
             grippers=tuple(gripper for _, gripper in grippers if gripper is not None),
             head=head_posture,
             head_axes=head_axes,
-            lift=dorsal,
+            dorsal=dorsal,
             waist=self._waist(groups),
             command_links=command_links,
             reference_links=reference_links,
             cameras=read_cameras(cameras, self.reader) if cameras else (),
             max_accelerations=groups.max_accelerations,
-            other_entries=self._others(),
+            others=self._others(),
         )
         if not self.reader.problems.errors:
             check_shared(self.root, config, self.reader.problems)

@@ -39,7 +39,7 @@ class AgentProcess(ChildProcess):
     Args:
         over: its connection to the cell, `socket` or `ros1`.
         level: log level from which on the agent's log lines are passed on.
-        say: receives each line that the process prints, in another thread.
+        on_message: receives each line that the process prints, in another thread.
         environment: variables for the process, besides those of this one.
     """
 
@@ -51,7 +51,7 @@ class AgentProcess(ChildProcess):
         node: str,
         over: str = "socket",
         level: int,
-        say: Callable[[str], None],
+        on_message: Callable[[str], None],
         environment: Mapping[str, str] | None = None,
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
@@ -65,7 +65,7 @@ class AgentProcess(ChildProcess):
         def pass_on(output: IO[bytes]) -> None:
             with TextIOWrapper(output, encoding="utf-8", errors="replace") as lines:
                 for line in lines:
-                    say(line.rstrip("\n"))
+                    on_message(line.rstrip("\n"))
 
         super().__init__(
             [*command, over, address[0], str(address[1]), node, agent, str(self._report), str(level)],
@@ -137,11 +137,11 @@ class RemoteAgent(Program):
     Args:
         agent: the agent's name, as `find_agent` takes it.
         level: log level from which on the agent's log lines are passed on.
-        say: receives each line that the agent prints, in another thread.
+        on_message: receives each line that the agent prints, in another thread.
     """
 
-    def __init__(self, agent: str, *, level: int = logging.WARNING, say: Callable[[str], None] = print) -> None:
-        self.agent, self.level, self.say = agent, level, say
+    def __init__(self, agent: str, *, level: int = logging.WARNING, on_message: Callable[[str], None] = print) -> None:
+        self.agent, self.level, self.on_message = agent, level, on_message
 
     def work(self, session: Session) -> tuple[Outcome, str]:
         """Let the agent work until the run is over; it connects over ROS 1 if the session is a node there.
@@ -157,7 +157,13 @@ class RemoteAgent(Program):
             return Outcome.INTERRUPTED, ""
         over, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
         child = AgentProcess(
-            self.agent, server.address, node=NODE, over=over, level=self.level, say=self.say, environment=more
+            self.agent,
+            server.address,
+            node=NODE,
+            over=over,
+            level=self.level,
+            on_message=self.on_message,
+            environment=more,
         )
         was_there = False
 

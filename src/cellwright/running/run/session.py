@@ -105,7 +105,7 @@ class Session(SessionState):
         on_ready: called when clients can connect and time is about to pass.
         report: receives a line about a file or an address that is not as it should be.
         notice: receives a line about clients and ROS 1 meanwhile; None: as `report`.
-        say: receives a line for people, such as the address of the page.
+        on_message: receives a line for people, such as the address of the page.
 
     Attributes:
         node: the cell, the robot controller node, or the player of the recording.
@@ -141,7 +141,7 @@ class Session(SessionState):
         on_ready: Callable[[Session], object] = lambda _: None,
         report: Callable[[str], None] = _warn,
         notice: Callable[[str], None] | None = None,
-        say: Callable[[str], None] = print,
+        on_message: Callable[[str], None] = print,
     ) -> None:
         self.options = options or RunOptions()
         speed = self.options.speed if rate is None else rate
@@ -156,7 +156,7 @@ class Session(SessionState):
         self._ros1 = ros1
         self.about = dict(about or {})
         self.observers = list(observers)
-        self._on_ready, self.report, self.notice, self.say = on_ready, report, notice or report, say
+        self._on_ready, self.report, self.notice, self.on_message = on_ready, report, notice or report, on_message
         self.record = (
             RecordOptions([Path(record)], self.about, report=report) if isinstance(record, str | Path) else record
         )
@@ -231,7 +231,9 @@ class Session(SessionState):
             self.report(f"{options.host}: anybody who reaches this machine can {self.target.acts}")
         self.target.offer(self)
         if self._view:
-            self.page = open_page(reachable_address(server.address), self._view, self.title, self.say, key=server.key)
+            self.page = open_page(
+                reachable_address(server.address), self._view, self.title, self.on_message, key=server.key
+            )
 
     def _close_page(self) -> None:
         if self.page is not None:
@@ -407,7 +409,7 @@ class Session(SessionState):
 
 
 def open_page(
-    address: tuple[str, int], options: PageOptions, title: str, say: Callable[[str], None], *, key: str = ""
+    address: tuple[str, int], options: PageOptions, title: str, on_message: Callable[[str], None], *, key: str = ""
 ) -> WebPage:
     """Open the page of a server at an address; `key` proves to the server that a request comes from the page.
 
@@ -418,16 +420,16 @@ def open_page(
 
     def tell_end() -> None:
         another = "" if key else f"; another one: cellwright view {address[0]}:{address[1]}"
-        say(f"the page has ended{another}")
+        on_message(f"the page has ended{another}")
 
     page = WebPage(
         address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=tell_end
     )
-    say(f"page: {page.url}")
+    on_message(f"page: {page.url}")
     if options.token:
-        say("it is open to the network: whoever has this address can look on, and do what the page lets one do")
+        on_message("it is open to the network: whoever has this address can look on, and do what the page lets one do")
     if options.opens and not (has_desktop() and webbrowser.open(page.url)):
-        say("there is no desktop here to open a browser on: open that address yourself")
+        on_message("there is no desktop here to open a browser on: open that address yourself")
     return page
 
 

@@ -88,8 +88,8 @@ def _candidates(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointG
         yield JointGroup("head", "head", config.head.joints)
     if config.waist is not None:
         yield JointGroup("waist", "waist", config.waist.joints)
-    if config.lift is not None:
-        yield JointGroup("lift", "lift", config.lift.joints)
+    if config.dorsal is not None:
+        yield JointGroup("lift", "lift", config.dorsal.joints)
     hands = max(len(config.arms), len(config.grippers))
     for place in range(hands):
         hand = hand_joints(config, place) or ()

@@ -23,7 +23,7 @@ from tests.robot.robots import two_arms
 
 @pytest.mark.parametrize("mode", list(BaseMode))
 def test_a_button_that_is_held_for_a_second(mode: BaseMode) -> None:
-    node = RobotNode(replace(two_arms(), other_entries={MODE: mode.value}))
+    node = RobotNode(replace(two_arms(), others={MODE: mode.value}))
     assert node.base.mode is mode
     for direction in base_directions(mode):
         turn, x, y = BASE_DIRECTIONS[direction]

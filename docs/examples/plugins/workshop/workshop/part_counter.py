@@ -8,7 +8,7 @@ import numpy as np
 
 from cellwright.cell.devices.logical_camera import ModelSnapshot
 from cellwright.cell.interface.plugins import SensorPlugin
-from cellwright.config.trial.trial import Sensor as SensorDescription
+from cellwright.config.trial.trial import SensorConfig
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.middleware.interface.table import Availability, publishes
 from cellwright.middleware.messages import Message
@@ -19,7 +19,7 @@ RADIUS = 0.5  # [m]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Count(Reading):
-    """How many parts there were."""
+    """Number of parts in a sample."""
 
     parts: int
 
@@ -29,7 +29,7 @@ class PartCounter(Sensor[Count]):
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
 
-    def __init__(self, description: SensorDescription, scene: ModelSnapshot) -> None:
+    def __init__(self, description: SensorConfig, scene: ModelSnapshot) -> None:
         super().__init__(description.name, description.pose)
         self.scene = scene
 
@@ -42,7 +42,7 @@ class PartCounter(Sensor[Count]):
 
 
 def message(reading: Count, _: Sensor[Count]) -> Message:
-    """What is said of a reading."""
+    """Message of a reading."""
     return Float32(float(reading.parts))
 
 
