@@ -201,9 +201,16 @@ def track(
 ) -> JointMotion:
     """Plan the motion that descends to a moving part, stays with it, rises and comes to rest; the rail stands still.
 
-    It serves for a part that was seen again after the arm has reached its place. It begins at `sets_off` [s], when
-    `start`, the arm's posture, is within a few centimetres of above the part. The arm makes up the difference while it
-    gains speed. The other arguments are those of `intercept`.
+    It serves for a part that was seen again after the arm has reached its place.
+
+    Args:
+        part: the part to meet.
+        part_T_gripper: pose of the gripper link at the grasp.
+        start: posture of the arm at `sets_off`, with the gripper within a few centimetres of above the part. The arm
+            makes up the difference while it gains speed.
+        sets_off: time [s] at which the motion begins.
+        timing: durations of descending, staying and rising; `Rendezvous()` by default.
+        limits: limits of the motion.
 
     Raises:
         UnreachableError: part of the path is out of reach, or the arm is not fast enough for it.

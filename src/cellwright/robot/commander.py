@@ -120,7 +120,7 @@ class Commander(Device):
         self.gate.confirm(topic, node, stamp)
         self.taken += 1
         self.why_held = ""
-        self.watchdog.hear(topic, node)
+        self.watchdog.note_command(topic, node)
 
     def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
         """Let joints, by number, follow a topic to positions [rad; m], clipped to their limits.
@@ -202,7 +202,7 @@ class Commander(Device):
 
     def before_step(self) -> None:
         """Give the driver the applied positions of this step."""
-        self.watchdog.look()
+        self.watchdog.check()
         limiter, mimics = self.limiter, self.mimics
         if limiter.advance(self._seconds):
             if mimics.leaders:
@@ -270,7 +270,7 @@ class Watchdog:
         """True if the robot holds because all topics have been silent for too long."""
         return bool(self.topics) and not (self._commander.limiter.source >= 0).any()
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Hold the joints of topics that have become silent."""
         if self._silence is None:
             return
@@ -284,7 +284,7 @@ class Watchdog:
                 self._silent[topic] = joints.tolist()
                 commander.notices.log(f"no message on {topic} for {self._silence:g} s: its joints are held")
 
-    def hear(self, topic: str, node: str) -> None:
+    def note_command(self, topic: str, node: str) -> None:
         """Note a command that was taken."""
         if topic in self._silent:
             del self._silent[topic]

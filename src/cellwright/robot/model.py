@@ -260,8 +260,11 @@ class RobotWorld:
 def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_collision: bool = False) -> RobotWorld:
     """Build a world with a robot in it and nothing else, without gravity, as in the original.
 
-    With `self_collision` links may touch each other, except for those that are joined or overlap in the initial
-    posture.
+    Args:
+        config: the robot.
+        timestep: length of a step [s].
+        self_collision: enables contacts between links, except for those that are joined or overlap in the initial
+            posture.
 
     Raises:
         DescriptionError: the engine cannot build the robot.

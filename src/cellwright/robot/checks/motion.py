@@ -129,7 +129,7 @@ class Worst:
     count: int = 0
     beyond: list[str] = field(default_factory=list)
 
-    def look(self, name: str, value: float, owner: str = "") -> None:
+    def add(self, name: str, value: float, owner: str = "") -> None:
         """Take a figure into account; with `owner`, a figure of another joint than the one at fault."""
         self.count += 1
         if value > self.limit:
@@ -180,10 +180,10 @@ def _steps(rig: Rig) -> Iterator[Finding]:
         why = _immovable_reason(joint)
         if not why:
             response = _step_joint(rig, joint)
-            beyond.look(joint.name, response.beyond)
-            stray.look(joint.name, response.stray, response.strayed_joint)
+            beyond.add(joint.name, response.beyond)
+            stray.add(joint.name, response.stray, response.strayed_joint)
             if math.isfinite(response.late):
-                late.look(joint.name, response.late)
+                late.add(joint.name, response.late)
                 continue
             why = f"it does not settle within {100 * SETTLED:.0f} % of the step"
         yield Finding(joint.name, math.inf, SETTLING_TIMEOUT, "s late", why, passed=False)
