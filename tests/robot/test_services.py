@@ -49,7 +49,7 @@ def test_state_service_returns_links_in_frame_of_another(node: RobotNode, servic
     w, x, y, z = root_T_tip.quaternion
     assert at == pytest.approx(root_T_tip.position)
     assert turn == pytest.approx([x, y, z, w])
-    with pytest.raises(CellwrightError, match="no link has the index 'root'"):
+    with pytest.raises(CellwrightError, match="no link with the index 'root'"):
         services.state({"links": [tip], "frame": "root"})
 
 

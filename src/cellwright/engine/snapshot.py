@@ -97,7 +97,7 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
         header, engine, fields = _read(path)
     except Exception as error:  # a damaged file can fail anywhere in the library
         reason = "".join(c if c.isprintable() else " " for c in str(error))[:200] or type(error).__name__
-        raise CheckpointError(f"{path}: not a readable checkpoint ({reason})") from error
+        raise CheckpointError(f"{path}: not a checkpoint ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
     record = header.get("record", {})  # files of earlier versions have none

@@ -148,7 +148,7 @@ class RobotServices:
             raise RejectedCommandError(f"at most {MAX_ENTRIES} joints are allowed (got {len(indices)})")
         for index, position in zip(indices, positions, strict=True):
             if not isinstance(index, int) or index not in self._numbers:
-                raise RejectedCommandError(f"no movable joint has the index {index!r}")
+                raise RejectedCommandError(f"no movable joint with the index {index!r}")
             if not isinstance(position, (int, float)) or not math.isfinite(position):
                 raise RejectedCommandError(f"a position must be a finite number (got {position!r})")
         self._check_takes_commands()
@@ -180,7 +180,7 @@ class RobotServices:
 
     def _pose(self, index: Any) -> Pose:
         if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
-            raise RejectedCommandError(f"no link has the index {index!r}")
+            raise RejectedCommandError(f"no link with the index {index!r}")
         return self._node.link_pose(self._robot.link_at(index))
 
 
@@ -194,5 +194,5 @@ def _requested_pose(request: dict[str, Any]) -> Pose:
     except (KeyError, TypeError, ValueError, ArithmeticError):
         is_finite = False
     if not is_finite:
-        raise RejectedCommandError("pose must be [[x, y, z], [qx, qy, qz, qw]] with finite numbers")
+        raise RejectedCommandError("a pose must be [[x, y, z], [qx, qy, qz, qw]] with finite numbers")
     return pose
