@@ -256,7 +256,7 @@ def test_each_reason_for_ignored_commands_is_logged_once() -> None:
     assert line.startswith("ignoring /io_teleop/joint_cmd from /op: commands are disabled; ")
     talk.stop()
     talk.joints({"waist": 0.5})
-    assert talk.lines[-1].endswith("the emergency stop is on; call /io_teleop/clear_emergency_stop to clear it")
+    assert talk.lines[-1].endswith("the emergency stop is active; call /io_teleop/clear_emergency_stop to clear it")
     talk.clear()
     talk.enable()
     talk.joints({"waist": 0.5})

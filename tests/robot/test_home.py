@@ -134,7 +134,7 @@ def test_stopped_or_disabled_reset_fails_with_reason() -> None:
     talk.steps(1)
     assert not pending.response.success
     assert pending.response.message == "the reset was interrupted: emergency stop by /op"
-    assert talk.reset().message.startswith("the emergency stop is on")
+    assert talk.reset().message.startswith("the emergency stop is active")
     talk.clear()
     pending = talk.reset()
     talk.seconds(0.05)

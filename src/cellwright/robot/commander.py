@@ -22,7 +22,7 @@ CLEAR_STOP = "call /io_teleop/clear_emergency_stop to clear it"
 """Remedy for an emergency stop."""
 ENABLE = "call /io_teleop/set_enabled to enable them"
 """Remedy for disabled commands."""
-_STOPPED, _DISABLED = f"the emergency stop is on; {CLEAR_STOP}", f"commands are disabled; {ENABLE}"
+_STOPPED, _DISABLED = f"the emergency stop is active; {CLEAR_STOP}", f"commands are disabled; {ENABLE}"
 
 
 class Commander(Device):

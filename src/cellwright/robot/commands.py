@@ -153,7 +153,7 @@ class RobotCommands:
         """Take commands, or none."""
         commander = self._commander
         if request.data and commander.is_stopped:
-            return SetBoolResponse(success=False, message=f"the emergency stop is on; {CLEAR_STOP}")
+            return SetBoolResponse(success=False, message=f"the emergency stop is active; {CLEAR_STOP}")
         if commander.is_enabled != request.data:
             commander.set_enabled(request.data)
             commander.notices.log(f"commands {'enabled' if request.data else 'disabled'} by {node or 'a client'}")
