@@ -101,7 +101,7 @@ def test_leftover_threads_of_agent_do_not_block_exit(tmp_path: Path) -> None:
     process = Process([sys.executable, "-m", "cellwright", *command], os.environ, tmp_path)
     status = process.finish()
     assert (status, json.loads(process.out)["outcome"]) == (1, "gave_up")
-    assert "left running, and ended with the process: mine\n" in process.err
+    assert "threads left running, ended with the process: mine\n" in process.err
 
 
 def test_lack_of_descriptors_is_reported_in_one_line(

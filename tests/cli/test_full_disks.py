@@ -31,8 +31,8 @@ def on_a_full_disk(name: str) -> str:
 @pytest.mark.parametrize(
     ("option", "name", "message"),
     [
-        ("--log", "a.jsonl", "warning: a.jsonl: can be written no more: No space left on device"),
-        ("--record", "a.mcap", "warning: a.mcap: can be written no more: No space left on device"),
+        ("--log", "a.jsonl", "warning: a.jsonl: cannot be written any more: No space left on device"),
+        ("--record", "a.mcap", "warning: a.mcap: cannot be written any more: No space left on device"),
         ("--snapshot", "a.png", "warning: cannot write the picture a.png: No space left on device"),
         ("--checkpoint", "a.npz", "checkpoint a.npz: cannot be written: No space left on device"),
     ],

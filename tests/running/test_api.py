@@ -127,7 +127,7 @@ def test_a_run_is_recorded_with_what_it_was_read_from(tmp_path: Path) -> None:
 def test_a_recording_that_finds_no_room_is_a_warning(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").symlink_to("/dev/full")
     options = cellwright.RunOptions(until=0.05)
-    with pytest.warns(RuntimeWarning, match=r"a\.mcap: can be written no more"):
+    with pytest.warns(RuntimeWarning, match=r"a\.mcap: cannot be written any more"):
         result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
     assert not result.is_recorded
     assert result.simulated == pytest.approx(0.05)

@@ -32,8 +32,8 @@ COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0"
         (["tandem", "--rate", "99"], "--rate 99: give a rate from 100 to 10000 Hz"),
         (["tandem", "--rate", "1/0"], "--rate 1/0: give a rate"),
         (["tandem", "--speed", "2"], "--speed 2 requires --sim-time"),
-        (["tandem", "--watchdog", "0"], "watchdog: give a number above 0, not 0"),
-        (["tandem", "--max-age", "nan"], "max age: give a number above 0, not nan"),
+        (["tandem", "--watchdog", "0"], "watchdog must be a finite number above 0 (got 0)"),
+        (["tandem", "--max-age", "nan"], "max age must be a finite number above 0 (got nan)"),
         (["tandem", "--max-speed", "fast"], "--max-speed fast: give a speed above 0"),
         (["tandem", "--max-speed", "no_*=1", "--port", "0"], "unknown joint 'no_*'"),
         (["tandem", "--start-guard-then", "blend"], "requires --start-guard (for example --start-guard 0.8)"),
@@ -109,7 +109,7 @@ def test_ctrl_c_during_motion_ends_node_with_summary() -> None:
         out, err = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 0
     assert "Traceback" not in err
-    assert "'no joint' is no joint of this robot" in err
+    assert "'no joint' is not a joint of this robot" in err
     summary = json.loads(out)
     assert summary["outcome"] == "stopped"
     assert summary["commands"] == {"taken": 0, "refused": 1, "ignored": 1}

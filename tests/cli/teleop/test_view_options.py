@@ -36,7 +36,7 @@ def test_own_driver_runs_in_robot_node(cellwright: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--driver", "my_driver.py"], "a driver is given as path.py:Class"),
+        (["--driver", "my_driver.py"], "a driver must be path.py:Class"),
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot runs in real time"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport"], "leave out --motion teleport"),
@@ -61,4 +61,4 @@ def test_check_driver_reports_failure_of_driver(cellwright: CommandLine, tmp_pat
     file.write_text(EXAMPLE.read_text().replace("self._targets = np.array(targets)", "raise OSError('no power')"))
     ran = cellwright("teleop", "tandem", "--driver", f"{file}:MyDriver", "--check-driver")
     assert ran.status == 1
-    assert ran.out == f"{file}:MyDriver: it failed: OSError: no power\n"
+    assert ran.out == f"{file}:MyDriver: the driver failed: OSError: no power\n"

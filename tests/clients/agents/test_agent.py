@@ -117,5 +117,5 @@ def test_an_agent_that_cannot_be_made(folder: Path) -> None:
     make = find_agent("my_robot.py:Picky")
     with pytest.raises(AgentError, match=r"my_robot.py:Picky: cannot be made: TypeError: .*tool"):
         make()
-    with pytest.raises(AgentError, match=r"my_robot.py:Sulky: cannot be made: Unsaid: it does not say why"):
+    with pytest.raises(AgentError, match=r"my_robot.py:Sulky: cannot be made: Unsaid: no reason given"):
         find_agent("my_robot.py:Sulky")()

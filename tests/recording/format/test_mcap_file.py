@@ -100,4 +100,4 @@ def test_a_disk_that_is_full_is_reported_once_and_stops_nothing(monkeypatch: pyt
     file.flush()
     file.close()
     assert not file.is_whole
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert said == ["/dev/full: cannot be written any more: No space left on device"]

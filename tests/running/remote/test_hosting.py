@@ -258,5 +258,7 @@ def test_the_run_ends_when_its_agent_has_whatever_that_leaves_behind(hostile: st
     result = hosted(f"{hostile}:{name}", lockstep=True, on_message=said.append)
     assert (result.outcome, result.error) == (Outcome.DONE, "")
     assert result.score.total > 0.0
-    left = "the agent left a process running, now ended: " if name == "Forks" else "left running, and ended with the"
+    left = (
+        "the agent left a process running, now ended: " if name == "Forks" else "threads left running, ended with the"
+    )
     assert any(left in line for line in said)

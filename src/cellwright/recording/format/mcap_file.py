@@ -230,7 +230,7 @@ class McapFile:
             self._drain()
             self._pass_on(_encoded_end(self._summary, self._counts, self._offset, self._checksum))
         except OSError as error:
-            self._failure = f"{self.path}: can be written no more: {error.strerror or error}"
+            self._failure = f"{self.path}: cannot be written any more: {error.strerror or error}"
             self._is_deaf = True
             self._waiting.clear()
         finally:

@@ -243,7 +243,7 @@ class PictureCamera(Sensor[Picture]):
 
     def _developed(self, exposure: _Exposure, drawn: Drawn) -> Picture:
         """Add the camera's noise, and apply its range."""
-        (colour, depth), chance = drawn, self._chance
+        (colour, depth), chance = drawn, self._noise_stream
         settings = self.description
         if colour is not None:
             if chance is not None:

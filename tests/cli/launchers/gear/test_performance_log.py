@@ -134,4 +134,4 @@ def test_full_disk_is_reported_once(tmp_path: Path) -> None:
     log = PerformanceLog(Path("/dev/full"), warnings.append)
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.effect(StateChanged(CompetitionState.DONE), 1)
-    assert warnings == ["/dev/full: can be written no more: No space left on device"]
+    assert warnings == ["/dev/full: cannot be written any more: No space left on device"]

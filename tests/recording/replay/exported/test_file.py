@@ -171,7 +171,7 @@ def test_a_disk_that_is_full_leaves_nothing(path: Path, tmp_path: Path, monkeypa
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "write", write)
-    with pytest.raises(UsageError, match=r"/out\.mcap: can be written no more: No space left on device$"):
+    with pytest.raises(UsageError, match=r"/out\.mcap: cannot be written any more: No space left on device$"):
         export(path, tmp_path / "out.mcap")
     assert list(tmp_path.iterdir()) == []
 

@@ -132,8 +132,8 @@ def test_services(queue: CommandQueue, ask: Ask) -> None:
 def test_a_refusal_discards_requests_and_is_shown(queue: CommandQueue, clock: Clock) -> None:
     queue.grab(0, ME, TIP)
     queue.drag(0, ME, UP)
-    queue.refused("/vr commands here")
-    assert (queue.notes.at(clock()), queue.notes.is_bad) == ("refused: /vr commands here", True)
+    queue.refused("/vr commands this topic")
+    assert (queue.notes.at(clock()), queue.notes.is_bad) == ("refused: /vr commands this topic", True)
     assert set(queue.refused_poses) == {0}
     queue.drag(0, ME, UP)
     clock.now += 0.1

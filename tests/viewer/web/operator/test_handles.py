@@ -127,7 +127,7 @@ def test_a_ghost_shows_the_target_of_a_hand_from_any_source(
 
 def test_a_ghost_of_what_was_refused(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     drag(handle(scene), AIM.position)
-    queue.refused("/vr commands here")
+    queue.refused("/vr commands this topic")
     handles.show(queue.state)
     ghost = part(scene, "icosphere", "ghost")
     assert (ghost.visible, tuple(ghost.color)) == (True, REFUSED)

@@ -43,5 +43,5 @@ def test_names_from_outside_are_text() -> None:
 def test_why_nothing_moves() -> None:
     queue = CommandQueue(seen(), Clock())
     assert "not heard from" in state_html(queue, 0.0)
-    queue.see(state(is_enabled=False, message="takes no commands: /io_teleop/set_enabled switches them on"))
+    queue.see(state(is_enabled=False, message="commands are disabled; call /io_teleop/set_enabled to enable them"))
     assert "set_enabled" in state_html(queue, 0.0)

@@ -101,7 +101,7 @@ def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
             assert queue.grab(0, ME, tip)
             queue.drag(0, ME, Pose((0.0, 0.0, 0.01)) @ tip)
             wait_until(lambda queue=queue: stands(queue).taken > 0, "command that was taken")  # type: ignore[misc]
-        wait_until(lambda: f"{NODE} commands here" in other.notes.text, "reason of the refusal")
+        wait_until(lambda: f"{NODE} commands this topic" in other.notes.text, "reason of the refusal")
         assert not other.hands.holds
         wait_until(lambda: stands(other).refused > 0, "count of the refusal")
         first.close()
