@@ -96,7 +96,7 @@ def test_time_passes_stands_and_passes_as_one_likes(visitor: Visitor) -> None:
     visitor.read("^paused$")
     before = seconds(visitor)
     visitor.press("10")
-    visitor.read("asked 10 ×")  # a round trip, in which no time passes
+    visitor.read("target 10 ×")  # a round trip, in which no time passes
     assert seconds(visitor) == before
     visitor.press("1 s")
     visitor.wait(lambda: seconds(visitor) == pytest.approx(before + 1.0, abs=0.011), "second more")
@@ -109,7 +109,7 @@ def test_another_who_comes_later_sees_the_present_and_both_may_act(
     late = visit_all(page.url)
     late.read("^paused$")
     assert seconds(late) == stands
-    late.press("Go on")
+    late.press("Resume")
     visitor.read("^running$")
     visitor.wait(lambda: seconds(visitor) > stands + 1.0, "time that goes on")
     visitor.press("Pause")

@@ -24,9 +24,9 @@ def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("backend", "reason"),
     [
-        ("ray", "=ray: give one of egl, osmesa, cgl, glfw, rays, or leave it unset; did you mean rays"),
+        ("ray", "=ray: unknown backend; set one of egl, osmesa, cgl, glfw, rays, or unset it; did you mean rays"),
         ("EGL", "; did you mean egl"),
-        ("\x1b[2J\nboo", r"=\x1b[2J boo: give one of"),
+        ("\x1b[2J\nboo", r"=\x1b[2J boo: unknown backend; set one of"),
     ],
 )
 def test_an_unknown_backend_is_refused_in_a_line(backend: str, reason: str, monkeypatch: pytest.MonkeyPatch) -> None:

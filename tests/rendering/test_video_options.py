@@ -11,7 +11,7 @@ from cellwright.util.errors import UsageError
 
 @pytest.mark.parametrize("size", [(0, 48), (15, 48), (65, 48), (64, 47), (64, 8192)])
 def test_sizes_that_no_video_has_are_refused(size: tuple[int, int]) -> None:
-    with pytest.raises(UsageError, match="of a video is an even number from 16 to 4096"):
+    with pytest.raises(UsageError, match="must be an even number from 16 to 4096"):
         check_video_size(*size)
 
 

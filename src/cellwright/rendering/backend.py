@@ -29,7 +29,7 @@ def requested_backend() -> str:
     if backend and backend not in BACKENDS:
         value = printable(backend, _MAX_SHOWN).replace("\n", " ")
         meant = did_you_mean(backend.lower(), BACKENDS)
-        raise UsageError(f"{BACKEND}={value}: give one of {', '.join(BACKENDS)}, or leave it unset{meant}")
+        raise UsageError(f"{BACKEND}={value}: unknown backend; set one of {', '.join(BACKENDS)}, or unset it{meant}")
     return backend
 
 

@@ -47,8 +47,8 @@ class VideoRecorder:
         if self._period < (tick := served.simulation.clock.timestep):
             min_speed = float(tick * RATE)
             raise UsageError(
-                f"{options.file}: a video shows no more than a frame a tick: give a speed of {min_speed:g} or more, "
-                f"not {options.speed:g}"
+                f"{options.file}: video speed must be at least {min_speed:g}, one frame per tick "
+                f"(got {options.speed:g})"
             )
         self._video = Video(options, self._taker.scene, lamp=lamp, warn=warn)
         self._watch: PeriodicCallback | None = None
@@ -72,8 +72,8 @@ class VideoRecorder:
             self._fail(str(error))
         if video.dropped:
             self._warn(
-                f"{video.file}: {video.dropped} of {video.taken + video.dropped} frames were left out, for drawing "
-                "them took longer than time did"
+                f"{video.file}: {video.dropped} of {video.taken + video.dropped} frames dropped; drawing was slower "
+                "than the simulation"
             )
         return video.made
 
@@ -90,4 +90,4 @@ class VideoRecorder:
     def _fail(self, reason: str) -> None:
         if self.is_whole:
             self.is_whole = False
-            self._warn(f"{self._video.file}: the video is not whole: {reason}")
+            self._warn(f"{self._video.file}: video is incomplete: {reason}")

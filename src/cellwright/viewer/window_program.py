@@ -44,9 +44,7 @@ def main(arguments: Sequence[str]) -> int:
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
         reason: Any = glfw.get_error()[1]
-        _print_line(
-            f"no window can be opened: {reason.decode(errors='replace') if isinstance(reason, bytes) else reason}"
-        )
+        _print_line(f"window cannot open: {reason.decode(errors='replace') if isinstance(reason, bytes) else reason}")
         return 1
     _print_line("ready")
     try:

@@ -86,7 +86,7 @@ def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine
         (["no.mcap"], "error: no.mcap: there is no such file"),
         (["127.0.0.1:1"], "error: 127.0.0.1:1: cannot be shown: nobody answers"),
         (["lesson", "--view-port", "70000"], "error: --view-port 70000: give a port"),
-        (["lesson", "--view-host", "no such host"], "error: no page can be shown: no such host: cannot be listened at"),
+        (["lesson", "--view-host", "no such host"], "error: page cannot start: no such host: cannot be listened at"),
     ],
 )
 def test_bad_input_is_reported_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:

@@ -128,7 +128,7 @@ def test_what_several_want_is_drawn_once() -> None:
 @pytest.mark.parametrize(("kind", "channel"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
 def test_what_a_camera_cannot_take(kind: str, channel: str) -> None:
     room = Room(replace(EYE, type=kind))
-    with pytest.raises(UsageError, match=f"a {kind} takes no such pictures"):
+    with pytest.raises(UsageError, match=f"a {kind} has no "):
         room.look(colour=channel == "colour", depth=channel == "depth")
 
 
@@ -230,9 +230,9 @@ def test_pictures_left_out_are_reported_at_most_once_a_second() -> None:
     room.run(110)
     room.worker.is_quick = False
     room.run(2500)
-    assert room.lines[0] == ("camera eye: 1 picture left out, 1 in all: drawing takes longer than the time between two")
+    assert room.lines[0] == ("camera eye: 1 picture dropped (1 in all); drawing takes longer than the camera's period")
     assert len(room.lines) == 3
-    assert "pictures left out" in room.lines[1]
+    assert "pictures dropped" in room.lines[1]
 
 
 def test_nothing_is_reported_while_the_worker_gets_ready() -> None:
@@ -262,10 +262,10 @@ def test_a_worker_that_fails_is_reported_once_and_the_run_goes_on() -> None:
     room.run(250)
     room.worker.is_broken = True
     room.run(900)
-    assert room.lines == ["cameras take no more pictures in this run: the brush is broken"]
+    assert room.lines == ["cameras are off for the rest of this run: the brush is broken"]
     assert room.worker.is_closed
     assert len(room.pictures) == 1
-    with pytest.raises(UsageError, match="can take no picture"):
+    with pytest.raises(UsageError, match="rendering has failed"):
         room.camera.read()
 
 

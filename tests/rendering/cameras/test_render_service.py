@@ -72,7 +72,7 @@ def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
     ]
     assert found[1:] == [None, None]
     assert len(lines) == 1
-    assert lines[0].startswith("cameras take no more pictures in this run: the process that draws has ended")
+    assert lines[0].startswith("cameras are off for the rest of this run: render process has ended")
     assert ask(service) is None
     service.reopen()
     again = ask(service)

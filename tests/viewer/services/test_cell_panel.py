@@ -172,7 +172,7 @@ def test_belt_agvs_and_gripper_are_in_the_panel() -> None:
     assert values["belt"] == {"power": 100.0, "population": True}
     assert [agv["state"] for agv in values["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
     assert values["gripper"] == {"enabled": False, "attached": False, "part": None}
-    assert values["refused"]["belt"].startswith("not in a competition")
+    assert values["refused"]["belt"].startswith("not available in competition mode")
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
 
 

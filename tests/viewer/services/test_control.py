@@ -79,7 +79,7 @@ def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -
 def test_a_refused_reset_has_a_reason() -> None:
     desk = control()
     assert "reset" in desk.state()["refused"]
-    with pytest.raises(RejectedCommandError, match="cannot begin anew"):
+    with pytest.raises(RejectedCommandError, match="restart is not available"):
         desk.control({"action": "reset"})
     assert desk.state()["resets"] == 0
 

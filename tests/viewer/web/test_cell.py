@@ -82,7 +82,7 @@ def test_a_failed_call_is_shown(opened: tuple[Any, CellPanels]) -> None:
     found.link.refuses = "the server is away"
     clicked(panels._send, "AGV 1")
     found.link.refuses, found.link.succeeds = "", True
-    assert [text for _, text in found.notices] == ["not now", "the server is away"]
+    assert [text for _, text in found.notices] == ["no reason given", "the server is away"]
 
 
 def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
@@ -95,7 +95,7 @@ def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
         assert "development mode" in panels._why_not.content
         recorded = {"kind": "recording", "of": cell_panel()}
         panels.panel(recorded)
-        assert "this is a recording" in panels._why_not.content
+        assert "recordings are read-only" in panels._why_not.content
 
 
 def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:

@@ -84,7 +84,7 @@ def test_before_the_start() -> None:
     texts = {piece.__name__: words(piece(panel)) for piece in PIECES}
     assert "whole" in texts["head_html"]
     assert "agent me · seed 0 · servo original" in texts["head_html"]
-    assert "has not begun" in texts["game_html"]
+    assert "has not started" in texts["game_html"]
     assert "no order" in texts["orders_html"]
     assert "empty" in texts["trays_html"]
     assert "suction off, holds nothing" in texts["floor_html"]
@@ -172,7 +172,7 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert "AGV 1 preparing to deliver at the end ▪" in after["trays_html"]
     assert "AGV 2 ready to deliver at the end empty" in after["trays_html"]
     assert "as order_0_kit_0 at the end 6 of 6" in after["trays_html"]
-    assert after["floor_html"].strip().startswith("as it stood at the end")
+    assert after["floor_html"].strip().startswith("state at the end of the run")
     assert ("active" in after["orders_html"], "open" in after["orders_html"]) == (False, True)
     shows.restart()
     assert texts() == before
@@ -184,14 +184,14 @@ def test_collisions_are_shown_the_newest_first() -> None:
     post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
     bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
     panel["collisions"] = {"count": 0, "latest": []}
-    assert "Collisions of the arm 0" in words(cell_panels.floor_html(panel))
+    assert "Arm collisions 0" in words(cell_panels.floor_html(panel))
     assert "✸" not in words(cell_panels.head_html(panel))
     panel["collisions"] = {"count": 5, "latest": [bin7, post]}
     assert words(cell_panels.floor_html(panel)).endswith(
-        "Collisions of the arm 5 ✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm "
-        "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 before"
+        "Arm collisions 5 ✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal "
+        "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 earlier"
     )
-    assert "✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm (5 collisions)" in words(
+    assert "✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal (5 collisions)" in words(
         cell_panels.head_html(panel)
     )
 

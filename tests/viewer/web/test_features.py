@@ -63,7 +63,7 @@ def test_bodies_that_look_alike_are_one_node() -> None:
         "/scene/bodies",
         "/scene/bodies/world",
         "/scene/bodies/arm.hand",
-        "/scene/bodies/bin1|gear_1 and others alike",
+        "/scene/bodies/bin1|gear_1 and copies",
         "/scene/bodies/touched looks",
     }
 
@@ -73,7 +73,7 @@ def test_bodies_go_where_they_are_and_hide() -> None:
     page = begun(bodies)
     before = frame(b1=0.5, b3=0.7, hidden=(4,))
     bodies.show(TimelineFrame.of(before))
-    hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and others alike"]
+    hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and copies"]
     assert hand.position.tolist() == [0.5, 0.0, 0.0]
     assert gears.batched_positions[1, 0] == pytest.approx(0.7)
     assert gears.batched_scales.tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]
@@ -175,7 +175,7 @@ def test_contacts_are_arrows_as_long_as_they_are_strong() -> None:
 def test_the_path_of_a_tool_is_as_long_as_its_last_seconds() -> None:
     paths = ToolPaths()
     page = begun(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
-    page.boxes["Path of the tool"].value = True
+    page.boxes["Tool path"].value = True
     for second in range(40):
         paths.show(TimelineFrame.of(frame(second * 10**9, b1=0.1 * second), frame() if second else None))
     points = page.nodes["/scene/path of tool 1"].points

@@ -18,7 +18,7 @@ from tests.viewer.web.fake_viewer import CAMERA
 ELEMENTS: dict[str, Any] = {
     "box": SimpleNamespace(value=True, visible=True, disabled=False),
     "slider": SimpleNamespace(value=0.5, visible=True, disabled=False),
-    "group": SimpleNamespace(value="Pause", visible=True, options=("Pause", "Go on")),
+    "group": SimpleNamespace(value="Pause", visible=True, options=("Pause", "Resume")),
     "hidden": SimpleNamespace(value=True, visible=False, disabled=False),
     "disabled": SimpleNamespace(value=True, visible=True, disabled=True),
 }
@@ -59,7 +59,7 @@ def is_taken(message: Any, found: Incoming | None = None) -> bool:
         update("box", False),
         update("slider", 0.25),
         update("slider", 3),
-        update("group", "Go on"),
+        update("group", "Resume"),
         {"type": "GuiButtonHoldMessage", "uuid": "box", "frequency": 10},
         {"type": "TransformControlsDragStartMessage", **HANDLE},
         DRAG,
@@ -125,7 +125,7 @@ def test_before_there_is_a_panel_nothing_on_it_can_be_used() -> None:
 
 
 def test_a_viser_whose_elements_cannot_be_found_is_none() -> None:
-    with pytest.raises(UsageError, match="cannot be guarded with this version of viser"):
+    with pytest.raises(UsageError, match="is not supported"):
         Incoming().follow(SimpleNamespace())
 
 

@@ -219,7 +219,7 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
 @QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_that_cannot_be_shown() -> None:
-    with pytest.raises(UsageError, match=r"no page can be shown: .*needs a token"):
+    with pytest.raises(UsageError, match=r"page cannot start: .*requires a token"):
         WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.viewer.web.time_controls import REALLY, RESET, SPEEDS, TimeControls, clock, seconds_of
+from cellwright.viewer.web.time_controls import CONFIRM_RESTART, RESTART, SPEEDS, TimeControls, clock, seconds_of
 from tests.viewer.web.pages import clicked, page
 
 
@@ -45,7 +45,7 @@ def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tupl
     shown["control"]["over"] = "the run is over"
     controls.panel(shown)
     assert [controls._steps.visible, controls._speeds.visible, controls._reset.visible] == [False, False, True]
-    assert "the run is over: all is shown as it stood at the end" in controls._clock.content
+    assert "the run is over: the page shows the final state" in controls._clock.content
     assert "running" not in controls._clock.content
     controls.panel(panel())
     assert "running" in controls._clock.content
@@ -68,7 +68,7 @@ def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeCon
     ("word", "expected"),
     [
         ("Pause", {"action": "pause"}),
-        ("Go on", {"action": "resume"}),
+        ("Resume", {"action": "resume"}),
         ("Tick", {"action": "step", "ticks": 1}),
         ("1 s", {"action": "step", "ticks": 500}),
     ],
@@ -93,10 +93,10 @@ def test_the_second_click_resets(opened: tuple[Any, TimeControls]) -> None:
     found.link.requests.clear()
     clicked(controls._reset, True)
     controls.panel(panel())
-    assert (found.link.requests, controls._reset.label) == ([], REALLY)
+    assert (found.link.requests, controls._reset.label) == ([], CONFIRM_RESTART)
     clicked(controls._reset, True)
     controls.panel(panel())
-    assert (found.link.requests, controls._reset.label) == ([{"action": "reset"}], RESET)
+    assert (found.link.requests, controls._reset.label) == ([{"action": "reset"}], RESTART)
     clicked(controls._reset, True)
     controls._first_click -= 10.0
     clicked(controls._reset, True)
@@ -105,8 +105,8 @@ def test_the_second_click_resets(opened: tuple[Any, TimeControls]) -> None:
 
 def test_a_refused_reset_shows_its_reason(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
-    controls.panel(panel(reset="not in a competition"))
-    assert (controls._reset.disabled, controls._reset.hint) == (True, "not in a competition")
+    controls.panel(panel(reset="not available in competition mode"))
+    assert (controls._reset.disabled, controls._reset.hint) == (True, "not available in competition mode")
 
 
 def test_a_refusal_is_shown(opened: tuple[Any, TimeControls]) -> None:
@@ -165,7 +165,7 @@ def test_time_of_each_kind_of_panel() -> None:
         ({"paused": True}, "paused"),
         ({"paused": True, "ticks_left": 3}, "a step"),
         ({"lockstep": True}, "lockstep"),
-        ({"speed": "max"}, "as fast as it goes"),
+        ({"speed": "max"}, "as fast as possible"),
         ({"speed": 0.1}, "asked 0.1 ×"),
     ],
 )

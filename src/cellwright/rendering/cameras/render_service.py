@@ -142,5 +142,5 @@ class RenderService:
     def _give_up(self, error: RenderingError) -> None:
         if not self._is_broken:
             self._is_broken = True
-            self._report(f"cameras take no more pictures in this run: {error}")
+            self._report(f"cameras are off for the rest of this run: {error}")
             self.close()

@@ -44,7 +44,7 @@ def known_evidence(cell: Cell) -> Evidence:
     return evidence(trial, cell.competition.score(), cell.competition.process_time)
 
 
-IN_COMPETITION = "not in a competition: development mode (-d) allows it"
+IN_COMPETITION = "not available in competition mode; use development mode (-d)"
 """Reason why belt, reset and the like are refused."""
 
 OVER = "the run is over"

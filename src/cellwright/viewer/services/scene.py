@@ -161,7 +161,9 @@ class SceneServices:
         return hashlib.sha256(self._source.scene).hexdigest()
 
 
-ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
+ITS_OWN_PAGE = (
+    "viewer services of a competition are for its own page only; start it with --view, or in development mode (-d)"
+)
 
 
 def offer_viewer_services(server: Server, served: ViewedNode, panel: PanelSource, control: Control) -> None:

@@ -41,7 +41,7 @@ class Bodies(Feature):
         if self._box is None:
             with self.page.tab(TAB):
                 self._box = self.page.server.gui.add_checkbox(
-                    "Collision shapes", initial_value=False, hint="What the engine takes the bodies for"
+                    "Collision shapes", initial_value=False, hint="Shapes that the physics engine uses"
                 )
             self._box.on_update(lambda _event: self.show_touched(self._box.value))
         if self._box.value:
@@ -91,7 +91,7 @@ class BodyNodes:
                     self._singles.append((body, self._scene.add_glb(path, data, cast_shadow=False)))
             else:
                 handle = self._scene.add_batched_glb(
-                    f"{paths[0]} and others alike",
+                    f"{paths[0]} and copies",
                     data,
                     batched_wxyzs=np.tile((1.0, 0.0, 0.0, 0.0), (len(bodies), 1)),
                     batched_positions=np.zeros((len(bodies), 3)),
@@ -263,7 +263,7 @@ class Environment(Feature):
         )
         with page.tab(TAB):
             box = server.gui.add_checkbox(
-                "Shadows", initial_value=not self._is_plain, hint="They cost a slow computer most"
+                "Shadows", initial_value=not self._is_plain, hint="Turn off on a slow computer"
             )
 
         @box.on_update

@@ -116,8 +116,8 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.stops == 1
     tab.gui.find("button", "Go home").use(ME)
     assert tab.queue.due() == [Ask.HOME]
-    switch: Any = tab.gui.find("checkbox", "Takes commands")
-    clear: Any = tab.gui.find("button", "End the emergency stop")
+    switch: Any = tab.gui.find("checkbox", "Accept commands")
+    clear: Any = tab.gui.find("button", "Clear emergency stop")
     switch.use(ME, value=False)
     assert tab.queue.due() == [Ask.DISABLE]
     assert not clear.visible
@@ -186,8 +186,8 @@ def test_a_real_robot_has_a_stop_and_no_more() -> None:
     tab = Tab(is_real=True)
     tab.see(is_stopped=True)
     assert {each.kind for each in tab.gui.made} == {"button", "html"}
-    assert any("leaves driving to others" in each.content for each in tab.gui.made if each.kind == "html")
-    assert not tab.gui.find("button", "End the emergency stop").visible
+    assert any("can only show and stop it" in each.content for each in tab.gui.made if each.kind == "html")
+    assert not tab.gui.find("button", "Clear emergency stop").visible
     tab.gui.find("button", "STOP").use(ME)
     assert tab.stops == 1
 

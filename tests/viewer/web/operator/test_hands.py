@@ -124,7 +124,7 @@ def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
     assert not hands.move(0, OTHER, stands.tips[1], 0.0)
     hands.release(0, OTHER)
     assert 0 in hands.holds
-    assert "no such arm" in hands.grab(7, ME, stands.tips[0], stands)
+    assert "unknown arm 7" in hands.grab(7, ME, stands.tips[0], stands)
 
 
 def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_is_held() -> None:

@@ -26,9 +26,9 @@ def test_a_robot_and_how_it_stands() -> None:
 
 
 def test_why_it_takes_no_commands() -> None:
-    assert state(is_stopped=True, is_enabled=False).why_not == "its emergency stop is on"
-    assert state(is_enabled=False).why_not == "it is switched off"
-    assert state(is_homing=True).why_not == "it is on its way home"
+    assert state(is_stopped=True, is_enabled=False).why_not == "the emergency stop is on"
+    assert state(is_enabled=False).why_not == "commands are disabled"
+    assert state(is_homing=True).why_not == "the robot is on its way home"
 
 
 def test_a_joint_without_limits_gets_a_turn_each_way() -> None:
@@ -45,9 +45,9 @@ def test_what_is_clamped_is_within_the_limits(value: float) -> None:
 
 @pytest.mark.parametrize("broken", [{}, {"robot": None}, {"robot": {"joints": 3}}, {"kind": "cell", "score": 1}])
 def test_what_is_no_robot_is_refused(broken: dict[str, Any]) -> None:
-    with pytest.raises(MessageError, match="tells of no robot"):
+    with pytest.raises(MessageError, match="has no robot"):
         SeenRobot.read({"name": "x", "digest": "y", **broken})
-    with pytest.raises(MessageError, match="tells of no robot"):
+    with pytest.raises(MessageError, match="has no robot"):
         RobotState.read(broken)
 
 

@@ -23,7 +23,7 @@ from tests.viewer.web.operator.robots import Clock, seen, state
 )
 def test_the_state_has_a_colour(changes: dict[str, Any], colour: str) -> None:
     assert pill(state(**changes))[1] == colour
-    assert pill(None) == ("not heard from", GREY)
+    assert pill(None) == ("not connected", GREY)
 
 
 def test_names_from_outside_are_text() -> None:
@@ -42,6 +42,6 @@ def test_names_from_outside_are_text() -> None:
 
 def test_why_nothing_moves() -> None:
     queue = CommandQueue(seen(), Clock())
-    assert "not heard from" in state_html(queue, 0.0)
-    queue.see(state(is_enabled=False, message="takes no commands: /io_teleop/set_enabled switches them on"))
+    assert "not connected" in state_html(queue, 0.0)
+    queue.see(state(is_enabled=False, message="commands are disabled; call /io_teleop/set_enabled to enable them"))
     assert "set_enabled" in state_html(queue, 0.0)

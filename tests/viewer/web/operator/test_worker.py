@@ -114,8 +114,8 @@ def test_it_finds_its_way_back_and_a_stop_is_not_lost(node: RobotNode) -> None:
         queue = at_work(worker)
         queue.slide(ELBOW, 1.0)
     wait_until(lambda: queue.state is None, "notice that the robot is gone")
-    assert "not got through yet" in worker.stop()
-    assert "not got through yet" in queue.notes.text
+    assert "not delivered yet" in worker.stop()
+    assert "not delivered yet" in queue.notes.text
     other = RobotNode(robot())
     with served(other, port=address[1]):
         wait_until(lambda: other.commander.is_stopped, "emergency stop of the other robot")

@@ -73,7 +73,7 @@ class SeenRobot:
                 is_real=bool(robot["is_real"]),
             )
         except (KeyError, TypeError, ValueError) as fault:
-            raise MessageError(f"the panel tells of no robot: {fault!r}") from None
+            raise MessageError(f"panel has no robot: {fault!r}") from None
 
     def clamped(self, joint: int, position: float) -> float:
         """Clamp a position [rad; m] to the limits of a joint."""
@@ -119,16 +119,16 @@ class RobotState:
         try:
             return cls(**{each.name: each.metadata["convert"](panel[each.metadata["key"]]) for each in fields(cls)})
         except (KeyError, TypeError, ValueError) as fault:
-            raise MessageError(f"the panel tells of no robot: {fault!r}") from None
+            raise MessageError(f"panel has no robot state: {fault!r}") from None
 
     @property
     def why_not(self) -> str:
         """Reason why the robot accepts no commands now; empty if it does."""
         if self.is_stopped:
-            return "its emergency stop is on"
+            return "the emergency stop is on"
         if self.is_homing:
-            return "it is on its way home"
-        return "" if self.is_enabled else "it is switched off"
+            return "the robot is on its way home"
+        return "" if self.is_enabled else "commands are disabled"
 
 
 def pose_of(numbers: Any) -> Pose:
@@ -141,10 +141,10 @@ def pose_of(numbers: Any) -> Pose:
         x, y, z, *quaternion = (float(each) for each in numbers)
         qw, qx, qy, qz = quaternion
     except TypeError:
-        raise ValueError("a pose is seven numbers") from None
+        raise ValueError("pose must be seven numbers: x, y, z, qw, qx, qy, qz") from None
     length = math.hypot(qw, qx, qy, qz)
     if not all(map(math.isfinite, (x, y, z, length))) or length < _MIN_LENGTH:
-        raise ValueError("a pose must be finite, and have a direction")
+        raise ValueError("pose must be finite, with a quaternion that is not zero")
     return Pose((x, y, z), normalized((qw, qx, qy, qz)))
 
 
