@@ -21,7 +21,7 @@ def points(model: Any, data: Any, geom: int) -> Any:
     return corners[np.lexsort(np.round(corners, 4).T)]
 
 
-def test_geoms_are_where_they_were() -> None:
+def test_engine_scene_geoms_have_original_poses() -> None:
     model, data, taker = small()
     shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(ShapeLayer))
     data.joint("swing").qpos[0] = 1.0
@@ -36,13 +36,13 @@ def test_geoms_are_where_they_were() -> None:
         assert points(shown.model, shown.data, int(after)) == pytest.approx(points(model, data, before), abs=1e-5)
 
 
-def test_only_what_pictures_show_is_in_it() -> None:
+def test_engine_scene_has_seen_layers_only() -> None:
     shown = EngineScene(small()[2].scene)
     assert set(shown.model.geom_group) == {int(layer) for layer in SEEN}
     assert not shown.model.geom_contype.any()
 
 
-def test_what_is_not_shown_is_out_of_sight() -> None:
+def test_hidden_body_is_out_of_sight() -> None:
     model, data, _ = small()
     taker = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
     shown = EngineScene(taker.scene)

@@ -17,12 +17,12 @@ from cellwright.util.pose import Pose
 from tests.rendering.scene.scenes import small
 
 
-def test_bodies_that_move_are_those_on_joints_and_those_that_are_put_somewhere() -> None:
+def test_moving_bodies_are_those_on_joints_and_mocap_bodies() -> None:
     taker = small()[2]
     assert taker.scene.bodies == ("world", "arm", "hand", "cart", "load", "ball", "ghost")
 
 
-def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
+def test_static_shapes_are_in_world_with_their_poses() -> None:
     _, _, taker = small()
     box = next(shape for shape in taker.scene.shapes if shape.form is ShapeType.BOX)
     assert box.body == 0
@@ -30,7 +30,7 @@ def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
     assert abs(box.pose.quaternion[3]) == pytest.approx(np.sqrt(0.5))
 
 
-def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
+def test_shapes_have_form_size_colour_and_layer() -> None:
     shapes = {shape.form: shape for shape in small()[2].scene.shapes}
     assert shapes[ShapeType.BOX].colour == (0.0, 0.0, 1.0, 1.0)
     assert shapes[ShapeType.CAPSULE].size[:2] == pytest.approx((0.05, 0.3))
@@ -46,13 +46,13 @@ def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
     }
 
 
-def test_what_cannot_be_seen_at_all_is_left_out() -> None:
+def test_invisible_shapes_are_omitted() -> None:
     taker = small()[2]
     ghost = taker.scene.bodies.index("ghost")
     assert not [shape for shape in taker.scene.shapes if shape.body == ghost]
 
 
-def test_a_frame_says_where_bodies_are_and_which_are_there_to_be_seen() -> None:
+def test_frame_has_poses_and_visibility_of_bodies() -> None:
     model, data, _ = small()
     ball = model.body("ball").id
     taker = SceneCapture(model, hidden=lambda: [ball])
@@ -72,7 +72,7 @@ def _places(taker: SceneCapture, frame: SceneFrame) -> Any:
 
 
 @pytest.mark.parametrize("kind", ["cell", "robot"])
-def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
+def test_shapes_on_bodies_match_engine_geoms(kind: str) -> None:
     served: Cell | RobotNode = (
         Cell(load_trial("lesson")) if kind == "cell" else RobotNode(load_robot("qinglong", print))
     )
@@ -86,7 +86,7 @@ def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
     assert _places(taker, frame) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
 
 
-def test_parts_out_of_play_are_not_shown() -> None:
+def test_parts_out_of_play_are_hidden() -> None:
     cell = Cell(load_trial("lesson"))
     taker = SceneCapture(cell.simulation.model, hidden=cell.hidden_bodies)
     cell.simulation.refresh()
@@ -96,7 +96,7 @@ def test_parts_out_of_play_are_not_shown() -> None:
     assert not frame.shown.all()
 
 
-def test_what_is_shown_is_looked_at_in_each_frame() -> None:
+def test_visibility_is_read_for_each_frame() -> None:
     simulation = Cell(load_trial("lesson")).simulation
     hidden: list[int] = []
     taker = SceneCapture(simulation.model, hidden=lambda: hidden)

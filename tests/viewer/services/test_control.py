@@ -22,7 +22,7 @@ def control(rate_control: RateControl | None = None, **more: Any) -> Control:
     return Control(rate_control or RateControl(1.0), **more)
 
 
-def test_time_is_paused_stepped_and_let_go_again() -> None:
+def test_control_pauses_steps_and_resumes() -> None:
     desk = control()
     assert desk.control({"action": "pause"})["paused"]
     state = desk.control({"action": "step", "ticks": 7})
@@ -34,14 +34,14 @@ def test_time_is_paused_stepped_and_let_go_again() -> None:
 @pytest.mark.parametrize(
     ("factor", "speed"), [(0.1, 0.1), (5, 5.0), ("max", None), (MIN_SPEED, 0.01), (MAX_SPEED, 1000.0)]
 )
-def test_a_speed_is_taken(factor: Any, speed: float | None) -> None:
+def test_control_accepts_valid_speed(factor: Any, speed: float | None) -> None:
     desk = control()
     assert desk.control({"action": "speed", "factor": factor})["speed"] == factor
     assert desk.rate_control.speed == speed
 
 
 @pytest.mark.parametrize("factor", [0, -1, 1e9, float("nan"), float("inf"), True, None, "fast", [1], {}])
-def test_a_speed_that_is_none_is_refused(factor: Any) -> None:
+def test_control_refuses_invalid_speed(factor: Any) -> None:
     desk = control()
     with pytest.raises(RejectedCommandError, match="factor"):
         desk.control({"action": "speed", "factor": factor})
@@ -49,14 +49,14 @@ def test_a_speed_that_is_none_is_refused(factor: Any) -> None:
 
 
 @pytest.mark.parametrize("ticks", [0, -3, 1.5, MAX_TICKS + 1, True, "all", None])
-def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
+def test_control_refuses_invalid_ticks(ticks: Any) -> None:
     desk = control()
     with pytest.raises(RejectedCommandError, match="ticks"):
         desk.control({"action": "step", "ticks": ticks})
     assert not desk.rate_control.is_paused
 
 
-def test_after_the_run_all_actions_but_reset_are_refused() -> None:
+def test_control_after_run_refuses_all_but_reset() -> None:
     desk = control(reset=Reset(lambda: None))
     assert desk.state()["over"] == ""
     desk.over = "the run is over"
@@ -68,7 +68,7 @@ def test_after_the_run_all_actions_but_reset_are_refused() -> None:
 
 
 @given(st.dictionaries(st.sampled_from(["action", "ticks", "factor", "x"]), st.none() | st.text() | st.integers()))
-def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -> None:
+def test_unknown_action_is_refused_without_effect(message: dict[str, Any]) -> None:
     desk = control()
     if message.get("action") not in ("pause", "resume", "step", "speed", "reset", "state"):
         with pytest.raises(UnknownNameError, match="action"):
@@ -76,7 +76,7 @@ def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -
         assert not desk.rate_control.is_paused
 
 
-def test_a_refused_reset_has_a_reason() -> None:
+def test_refused_reset_has_reason() -> None:
     desk = control()
     assert "reset" in desk.state()["refused"]
     with pytest.raises(RejectedCommandError, match="restart is not available"):
@@ -84,7 +84,7 @@ def test_a_refused_reset_has_a_reason() -> None:
     assert desk.state()["resets"] == 0
 
 
-def test_a_reset_is_counted() -> None:
+def test_reset_is_counted() -> None:
     done: list[bool] = []
     desk = control(reset=Reset(lambda: done.append(True)))
     before = desk.rate_control.changes
@@ -94,14 +94,14 @@ def test_a_reset_is_counted() -> None:
 
 
 @pytest.mark.parametrize("action", ["pause", "resume", "step", "speed"])
-def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
+def test_control_of_real_robot_refuses_time_actions(action: str) -> None:
     desk = control(refused={action: "a real robot keeps real time"})
     with pytest.raises(RejectedCommandError, match="real robot"):
         desk.control({"action": action, "factor": 2})
     assert desk.state()["refused"][action] == "a real robot keeps real time"
 
 
-def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> None:
+def test_control_over_server_refuses_with_reason_and_panel_has_state() -> None:
     talk, rate_control = Talk(), RateControl(1.0)
     with served(talk.node) as hall:
         offer_panel(hall.server, lambda request: {"kind": "robot", "asked": request}, Control(rate_control))

@@ -20,7 +20,7 @@ from tests.cells import KITTING, WHOLE
 from tests.middleware.server.talk import served
 
 
-def test_a_client_receives_the_scene_and_its_frames() -> None:
+def test_client_receives_scene_and_frames() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         scene_service.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
@@ -40,7 +40,7 @@ def test_a_client_receives_the_scene_and_its_frames() -> None:
     np.testing.assert_allclose(frame.poses[tray, :3], body.xpos, atol=1e-6)
 
 
-def test_parts_that_are_not_in_play_are_not_shown() -> None:
+def test_parts_out_of_play_are_hidden() -> None:
     cell = Cell(WHOLE)
     services = SceneServices(ServedScene(cell))
     scene = decode_scene(services.scene({})[1])
@@ -51,7 +51,7 @@ def test_parts_that_are_not_in_play_are_not_shown() -> None:
     assert hidden == out & set(scene.bodies)
 
 
-def test_another_run_has_another_number() -> None:
+def test_frame_after_reset_has_next_run_number() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
     before = services.frame({})[0]["run"]
@@ -60,7 +60,7 @@ def test_another_run_has_another_number() -> None:
 
 
 @pytest.mark.parametrize("every", [1, 7])
-def test_looking_leaves_no_trace(every: int) -> None:
+def test_scene_requests_leave_state_hash_unchanged(every: int) -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     services = SceneServices(ServedScene(watched))
     for tick in range(200):

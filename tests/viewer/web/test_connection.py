@@ -46,7 +46,7 @@ def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
         server.close("the end")
 
 
-def test_it_asks_and_raises_refusals() -> None:
+def test_connection_answers_requests_and_raises_refusals() -> None:
     cell = Cell(KITTING)
 
     def refuse(request: dict[str, Any]) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def test_it_asks_and_raises_refusals() -> None:
         assert not link.is_there
 
 
-def test_it_reconnects_to_a_server_that_is_back() -> None:
+def test_connection_reconnects_to_restarted_server() -> None:
     with hosted(Cell(KITTING)) as server:
         address = server.address
         link = ServerConnection(address)
@@ -92,7 +92,7 @@ def test_it_reconnects_to_a_server_that_is_back() -> None:
     link.close()
 
 
-def test_several_threads_each_get_their_own_answers() -> None:
+def test_connection_in_several_threads_gives_each_its_answers() -> None:
     wrong: list[int] = []
     with hosted(Cell(KITTING)) as server:
         server.offer("echo", lambda request: request)
@@ -110,7 +110,7 @@ def test_several_threads_each_get_their_own_answers() -> None:
     assert wrong == []
 
 
-def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
+def test_poller_gets_scene_once_and_frames_after_it() -> None:
     with hosted(Cell(KITTING)) as server:
         asking = StatePoller(ServerConnection(server.address), lambda: {"contacts": True})
         asking.is_watched = True
@@ -138,7 +138,7 @@ class Pause(threading.Event):
         return super().wait(TIMEOUT)
 
 
-def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_poller_without_browser_polls_rarely(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cellwright.viewer.web.connection.time", SimpleNamespace(perf_counter=lambda: 1.0))
     with hosted(Cell(KITTING)) as server:
         asking = StatePoller(ServerConnection(server.address), dict)
@@ -167,7 +167,7 @@ GOOD_SCENE = encode_scene(Scene("a", ("world",), (), ()))
         ({"digest": "a"}, b"AAA"),
     ],
 )
-def test_a_server_that_answers_with_nonsense_counts_as_away(answer: Any) -> None:
+def test_poller_takes_invalid_answers_as_disconnect(answer: Any) -> None:
     with hosted(Cell(KITTING)) as server:
         server.offer(SCENE, lambda _asked: answer)
         server.offer("cellwright/frame", lambda _asked: answer)
@@ -179,7 +179,7 @@ def test_a_server_that_answers_with_nonsense_counts_as_away(answer: Any) -> None
 
 
 @pytest.mark.slow
-def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
+def test_poller_drops_frames_of_another_scene_and_invalid_runs() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
     with hosted(cell) as server:

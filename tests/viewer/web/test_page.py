@@ -70,7 +70,7 @@ def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() -> None:
+def test_pages_leave_state_unchanged_and_late_browser_sees_present() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     with shown(watched) as (hall, page):
         first = FakeViewer(page.url)
@@ -91,7 +91,7 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_with_the_key_is_answered_and_others_are_not() -> None:
+def test_page_with_key_is_answered_and_others_are_refused() -> None:
     hall = Hall(Cell(KITTING), guarded=VIEWER_SERVICES)
     own = WebPage(hall.server.address, port=0, key=hall.server.key)
     other = WebPage(hall.server.address, port=0)
@@ -110,7 +110,7 @@ def test_a_page_with_the_key_is_answered_and_others_are_not() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_asks_little_until_there_is_a_browser() -> None:
+def test_page_without_browser_requests_few_panels() -> None:
     """Its panel requests are counted here; the tests of `StatePoller` cover the pauses between two polls."""
     panels: list[dict[str, Any]] = []
 
@@ -131,7 +131,7 @@ def test_a_page_asks_little_until_there_is_a_browser() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> None:
+def test_page_reconnects_and_shows_restarted_server() -> None:
     hall = Hall(Cell(KITTING))
     port = hall.server.address[1]
     page = WebPage(hall.server.address, port=0)
@@ -154,7 +154,7 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_that_ends_leaves_word_of_why() -> None:
+def test_ended_page_leaves_reason_in_browser() -> None:
     """The text that stays in a browser's window says that it is not current."""
     hall = Hall(Cell(KITTING))
     page = WebPage(hall.server.address, port=0)
@@ -173,7 +173,7 @@ def test_a_page_that_ends_leaves_word_of_why() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
+def test_killed_page_does_not_affect_second_page() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         other = WebPage(hall.server.address, port=0)
         ones, others = FakeViewer(page.url), FakeViewer(other.url)
@@ -188,7 +188,7 @@ def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
+def test_invalid_messages_of_browser_change_nothing_for_others() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         good = FakeViewer(page.url)
         hall.until(lambda: good.sees(TRAY))
@@ -218,13 +218,13 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_that_cannot_be_shown() -> None:
+def test_page_on_network_without_token_is_refused() -> None:
     with pytest.raises(UsageError, match=r"page cannot start: .*requires a token"):
         WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
 
 
 @pytest.mark.slow
-def test_on_gone_is_called_when_a_page_dies_and_not_when_it_is_closed() -> None:
+def test_on_gone_is_called_for_killed_page_and_not_for_closed_one() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     os.kill(page._process.pid, signal.SIGTERM)
@@ -242,7 +242,7 @@ def test_on_gone_is_called_when_a_page_dies_and_not_when_it_is_closed() -> None:
 
 
 @pytest.mark.slow
-def test_a_page_whose_parent_is_gone_ends_silently() -> None:
+def test_page_of_ended_parent_ends_silently() -> None:
     command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
     options = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
     reader, writer = os.pipe()

@@ -170,6 +170,7 @@ def _holds(element: Any, value: object) -> bool:
 
 
 MAX_CONNECTIONS = 32  # browsers at once
+_TOO_MANY = f"too many browsers (at most {MAX_CONNECTIONS})\n"
 MAX_UNFINISHED = 32  # connections without a whole request; the oldest makes room for another
 MAX_MESSAGE_BYTES = 4 << 20  # bytes of a browser's message
 TOKEN = "token"  # noqa: S105 (its name in the page's address)
@@ -266,9 +267,7 @@ class AccessGuard:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
             is_page = request.headers.get("Upgrade", "").lower() != "websocket"
             if not is_page and self._count >= MAX_CONNECTIONS:
-                return connection.respond(
-                    http.HTTPStatus.SERVICE_UNAVAILABLE, f"too many browsers (at most {MAX_CONNECTIONS})\n"
-                )  # type: ignore[no-any-return]
+                return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, _TOO_MANY)  # type: ignore[no-any-return]
             response: Response | None = None if answer is None else answer(connection, request)
             if is_page and response is not None:
                 response.headers["Referrer-Policy"] = "no-referrer"

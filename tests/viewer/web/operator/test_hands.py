@@ -32,7 +32,7 @@ def held(at: Pose, standing_: RobotState, arm: int = 0) -> Hands:
 
 
 @given(POSES, POSES, POSES)
-def test_taking_hold_moves_nothing_wherever_the_handle_stands(handle: Pose, tip: Pose, reference: Pose) -> None:
+def test_grab_of_handle_anywhere_moves_nothing(handle: Pose, tip: Pose, reference: Pose) -> None:
     stands = state(tips=(tip, tip), references=(reference, reference))
     hands = held(handle, stands)
     assert hands.due(stands, 0.0) is None, "nothing is sent before it moves"
@@ -43,7 +43,7 @@ def test_taking_hold_moves_nothing_wherever_the_handle_stands(handle: Pose, tip:
 
 
 @given(POSES, POSES, POSES)
-def test_a_handle_at_the_tip_leads_the_tip_where_it_is_put(tip: Pose, put: Pose, reference: Pose) -> None:
+def test_handle_at_tip_moves_tip_to_its_pose(tip: Pose, put: Pose, reference: Pose) -> None:
     stands = state(tips=(tip, tip), references=(reference, reference))
     hands = held(tip, stands)
     hands.move(0, ME, put, 0.0)
@@ -53,7 +53,7 @@ def test_a_handle_at_the_tip_leads_the_tip_where_it_is_put(tip: Pose, put: Pose,
 
 
 @given(POSES, st.tuples(METRES, METRES, METRES))
-def test_a_handle_along_the_worlds_axes_moves_and_turns_the_tip_along_them(tip: Pose, way: tuple[float, ...]) -> None:
+def test_handle_along_world_axes_moves_and_turns_tip_along_them(tip: Pose, way: tuple[float, ...]) -> None:
     stands = state(tips=(tip, tip))
     hands = held(Pose(tip.position), stands)
     x, y, z = (at + step for at, step in zip(tip.position, way, strict=True))
@@ -64,7 +64,7 @@ def test_a_handle_along_the_worlds_axes_moves_and_turns_the_tip_along_them(tip: 
     assert same(requested, Pose((x, y, z), (turn @ Pose(quaternion=tip.quaternion)).quaternion), 1e-6)
 
 
-def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:
+def test_other_hand_keeps_pose_despite_later_measurements() -> None:
     stands = state()
     hands = held(stands.tips[0], stands)
     sent = []
@@ -77,7 +77,7 @@ def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:
     assert same(stands.references[1] @ lefts.pop(), stands.tips[1])
 
 
-def test_the_other_hand_is_brought_on_to_where_it_was_being_brought() -> None:
+def test_other_hand_keeps_its_target() -> None:
     stands = state()
     aim = Pose((0.0, 0.0, 0.2)) @ stands.tips[1]
     stands = state(aims=(None, aim))
@@ -88,7 +88,7 @@ def test_the_other_hand_is_brought_on_to_where_it_was_being_brought() -> None:
     assert same(stands.references[1] @ sent[1], aim)
 
 
-def test_a_servo_that_is_not_quite_there_makes_nothing_creep() -> None:
+def test_servo_error_does_not_make_hand_creep() -> None:
     stands = state()
     aim = Pose((0.002, 0.0, 0.0)) @ stands.tips[0]
     hands = held(stands.tips[0], state(aims=(aim, None)))
@@ -100,7 +100,7 @@ def test_a_servo_that_is_not_quite_there_makes_nothing_creep() -> None:
     assert same(hands.held(0) or Pose(), stands.tips[0]), "one that is under way begins where it is"
 
 
-def test_both_hands_at_once() -> None:
+def test_both_hands_are_dragged_at_once() -> None:
     stands = state()
     hands = held(stands.tips[0], stands)
     assert hands.grab(1, OTHER, stands.tips[1], stands) == ""
@@ -117,7 +117,7 @@ def test_both_hands_at_once() -> None:
     assert same(stands.references[0] @ sent[0], stands.tips[0]), "it stays, while the other is held on"
 
 
-def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
+def test_held_hand_refuses_other_browser() -> None:
     stands = state()
     hands = held(stands.tips[0], stands)
     assert "another browser" in hands.grab(0, OTHER, stands.tips[0], stands)
@@ -127,7 +127,7 @@ def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
     assert "unknown arm 7" in hands.grab(7, ME, stands.tips[0], stands)
 
 
-def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_is_held() -> None:
+def test_drag_sends_at_most_50_poses_per_second_until_release() -> None:
     stands = state()
     hands = held(stands.tips[0], stands)
     count = 0
@@ -140,7 +140,7 @@ def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_i
     assert not hands.holds
 
 
-def test_a_handle_that_rests_is_repeated_for_a_while() -> None:
+def test_resting_handle_repeats_pose_for_limited_time() -> None:
     stands = state()
     hands = held(stands.tips[0], stands)
     hands.move(0, ME, stands.tips[0], 10.0)
@@ -151,7 +151,7 @@ def test_a_handle_that_rests_is_repeated_for_a_while() -> None:
     assert hands.due(stands, 20.0)
 
 
-def test_what_ends_the_motion_ends_the_hold() -> None:
+def test_discarded_requests_end_hold() -> None:
     stands = state()
     hands = held(stands.tips[0], stands)
     hands.move(0, ME, stands.tips[1], 0.0)

@@ -44,7 +44,7 @@ def stands(queue: CommandQueue) -> RobotState:
 
 
 @pytest.mark.slow
-def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> None:
+def test_dragged_hand_reaches_target_and_other_stays(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
         queue = at_work(worker)
@@ -66,7 +66,7 @@ def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> N
         worker.close()
 
 
-def test_sliders_grippers_stop_and_home(node: RobotNode) -> None:
+def test_worker_sends_sliders_grippers_stop_and_home(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
         queue = at_work(worker)
@@ -91,7 +91,7 @@ def test_sliders_grippers_stop_and_home(node: RobotNode) -> None:
     assert worker.queue is not None
 
 
-def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
+def test_refusal_ends_drag_with_reason(node: RobotNode) -> None:
     with served(node) as address:
         first, second = Worker(address), Worker(address)
         second._link.node = "/other_browser"
@@ -108,7 +108,7 @@ def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
         second.close()
 
 
-def test_it_finds_its_way_back_and_a_stop_is_not_lost(node: RobotNode) -> None:
+def test_worker_reconnects_and_keeps_stop(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
         queue = at_work(worker)
