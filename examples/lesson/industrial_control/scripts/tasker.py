@@ -25,7 +25,7 @@ class PerformTaskClass(ariac.MyCompetitionClass):
         self.patience = rospy.get_param("~patience", 20.0)  # how long to wait for a gear [s]
         self.last_gear = None  # when the beam was last seen broken
         # In the order of arm_joint_names: elbow, rail, shoulder lift, shoulder pan, wrist 1, 2 and 3 [rad; m for the
-        # rail]. The eighth number stands for the gripper, as in joint_states; the controller passes over it.
+        # rail]. The eighth number stands for the gripper, as in joint_states; the controller ignores it.
         self.waypoints = [
             [2.5, 0.0, -1.2, 3.20, 3.5, -1.51, 0.0, 0.0],  # 0: ready
             [2.09, 0.25, -0.47, 3.2, 3.1, -1.51, 0.0, 0.0],  # 1: on a piston rod of bin 7
@@ -148,7 +148,7 @@ class PerformTaskClass(ariac.MyCompetitionClass):
         self.count += 1
 
     def holds_a_part(self):
-        """Whether the cup holds a part; if not, back to where the arm waits for the next one."""
+        """Return whether the cup holds a part; if not, move to where the arm waits for the next one."""
         if self.current_gripper_state.attached:
             return True
         rospy.loginfo("missed it")

@@ -45,7 +45,7 @@ def test_target_walks_within_limits_and_arrives(requested: float, period: float)
 def test_blocked_joint_is_awaited_then_given_up() -> None:
     found, note = walked(1.0, JOINT_PATIENCE + 1.0, follows=False)
     assert max(found) <= -1.2 + JOINT_LEAD["rad"] + 1e-9
-    assert note == "right_3 did not reach its target; it stopped at -1.200"
+    assert note == "right_3 is blocked at -1.200"
 
 
 def test_walk_begins_at_measured_position_not_at_old_target() -> None:

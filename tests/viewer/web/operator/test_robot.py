@@ -26,9 +26,9 @@ def test_robot_and_state_are_read_from_panel() -> None:
 
 
 def test_why_not_has_reason_for_each_hold() -> None:
-    assert state(is_stopped=True, is_enabled=False).why_not == "the emergency stop is on"
-    assert state(is_enabled=False).why_not == "commands are disabled"
-    assert state(is_homing=True).why_not == "the robot is on its way home"
+    assert state(is_stopped=True, is_enabled=False).why_not == "the emergency stop is active"
+    assert state(is_enabled=False).why_not == "it is not enabled"
+    assert state(is_homing=True).why_not == "it is moving home"
 
 
 def test_joint_without_limits_has_full_turn_each_way() -> None:

@@ -125,10 +125,10 @@ class RobotState:
     def why_not(self) -> str:
         """Reason why the robot accepts no commands now; empty if it does."""
         if self.is_stopped:
-            return "the emergency stop is on"
+            return "the emergency stop is active"
         if self.is_homing:
-            return "the robot is on its way home"
-        return "" if self.is_enabled else "commands are disabled"
+            return "it is moving home"
+        return "" if self.is_enabled else "it is not enabled"
 
 
 def pose_of(numbers: Any) -> Pose:
