@@ -49,9 +49,9 @@ def test_light_reaches_unobstructed_points(seed: int) -> None:
     reached = caster.reaches(lamp, points)
     assert 0 < reached.sum() < len(points)
     for point, lit in zip(points, reached, strict=True):
-        way = np.linalg.norm(point - lamp)
-        distance = mujoco.mj_ray(model, data, lamp, (point - lamp) / way, SHOWN, True, -1, None)
-        assert lit == (distance < 0 or distance > way - 1e-4)
+        reach = np.linalg.norm(point - lamp)
+        distance = mujoco.mj_ray(model, data, lamp, (point - lamp) / reach, SHOWN, True, -1, None)
+        assert lit == (distance < 0 or distance > reach - 1e-4)
 
 
 def test_empty_bundle_has_no_hits() -> None:

@@ -42,7 +42,7 @@ class VideoRecorder:
         lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
-        self._taker = SceneCapture(served.simulation.model, name=served.name, hidden=served.hidden_bodies)
+        self._capture = SceneCapture(served.simulation.model, name=served.name, hidden=served.hidden_bodies)
         self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
             min_speed = float(tick * RATE)
@@ -50,7 +50,7 @@ class VideoRecorder:
                 f"{options.file}: video speed must be at least {min_speed:g}, one frame per tick "
                 f"(got {options.speed:g})"
             )
-        self._video = Video(options, self._taker.scene, lamp=lamp, warn=warn)
+        self._video = Video(options, self._capture.scene, lamp=lamp, warn=warn)
         self._watch: PeriodicCallback | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""
@@ -80,7 +80,7 @@ class VideoRecorder:
     def _take(self, _sample: int) -> None:
         simulation = self._served.simulation
         simulation.refresh()
-        frame = self._taker.frame(simulation.data, simulation.now)
+        frame = self._capture.frame(simulation.data, simulation.now)
         self._video.take(frame, self._camera, self._caption(), waits=self._waits)
         if self._video.error:
             self._fail(self._video.error)

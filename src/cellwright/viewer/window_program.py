@@ -77,7 +77,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
     with window.lock():
         picture.look_at_it(window.cam)
     while window.is_running():
-        begun = time.perf_counter()
+        started_at = time.perf_counter()
         with window.lock():
             moved = picture.moved()
         if moved:
@@ -88,7 +88,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
         with window.lock():
             picture.take(state)
         window.sync()
-        time.sleep(max(0.0, _PERIOD - (time.perf_counter() - begun)))
+        time.sleep(max(0.0, _PERIOD - (time.perf_counter() - started_at)))
 
 
 class RobotPicture:

@@ -35,9 +35,9 @@ def process_of(service: RenderService) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["", "rays"])
-def test_drawn_picture_shows_tick_of_request(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BACKEND, way)
+@pytest.mark.parametrize("backend", ["", "rays"])
+def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, backend)
     simulation = room()
     service = RenderService(simulation)
     requests = []

@@ -22,12 +22,12 @@ def points(model: Any, data: Any, geom: int) -> Any:
 
 
 def test_engine_scene_geoms_have_original_poses() -> None:
-    model, data, taker = small()
-    shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(ShapeLayer))
+    model, data, capture = small()
+    shown = EngineScene(decode_scene(encode_scene(capture.scene)), layers=tuple(ShapeLayer))
     data.joint("swing").qpos[0] = 1.0
     data.qpos[1:4] = (1.0, 2.0, 3.0)
     mujoco.mj_kinematics(model, data)
-    shown.show(taker.frame(data, 0))
+    shown.show(capture.frame(data, 0))
     seen = [geom for geom in range(model.ngeom) if model.geom_rgba[geom, 3] > 0]
     assert len(seen) == shown.model.ngeom
     for kind in set(model.geom_type[seen]):  # there is one of each
@@ -44,8 +44,8 @@ def test_engine_scene_has_seen_layers_only() -> None:
 
 def test_hidden_body_is_out_of_sight() -> None:
     model, data, _ = small()
-    taker = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
-    shown = EngineScene(taker.scene)
-    shown.show(taker.frame(data, 0))
-    ball = taker.scene.bodies.index("ball")
+    capture = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
+    shown = EngineScene(capture.scene)
+    shown.show(capture.frame(data, 0))
+    ball = capture.scene.bodies.index("ball")
     assert shown.data.xpos[ball, 2] == -1000.0

@@ -17,12 +17,12 @@ from tests.robot.robots import two_arms
 
 
 def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneCapture]:
-    taker = SceneCapture(served.simulation.model)
-    return json.loads(json.dumps(served.scene_metadata(taker.index))), taker
+    capture = SceneCapture(served.simulation.model)
+    return json.loads(json.dumps(served.scene_metadata(capture.index))), capture
 
 
 def test_cell_metadata_has_sensors_and_gripper() -> None:
-    metadata, taker = about(Cell(WHOLE))
+    metadata, capture = about(Cell(WHOLE))
     assert metadata["kind"] == "cell"
     sensors = {each["name"]: each for each in metadata["sensors"]}  # type: ignore[attr-defined]
     assert {name: each["form"] for name, each in sensors.items()} == {
@@ -34,14 +34,14 @@ def test_cell_metadata_has_sensors_and_gripper() -> None:
     }
     assert sensors["break_beam_1"]["position"] == pytest.approx(SENSORS[0].pose.position)
     [[body, place]] = metadata["tools"]  # type: ignore[misc]
-    assert taker.scene.bodies[body] == "vacuum_gripper_link"  # type: ignore[has-type]
+    assert capture.scene.bodies[body] == "vacuum_gripper_link"  # type: ignore[has-type]
     assert len(place) == 3  # type: ignore[has-type]
 
 
 def test_robot_metadata_has_tips_and_bare_cell_metadata_is_empty() -> None:
-    metadata, taker = about(RobotNode(two_arms()))
+    metadata, capture = about(RobotNode(two_arms()))
     assert metadata["kind"] == "robot"
-    assert [taker.scene.bodies[body] for body, _ in metadata["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
+    assert [capture.scene.bodies[body] for body, _ in metadata["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
     bare, _ = about(Cell(BARE))
     assert bare == {"kind": "cell", "sensors": [], "tools": []}
 

@@ -71,7 +71,7 @@ def test_scene_requests_leave_state_hash_unchanged(every: int) -> None:
     assert watched.state_hash() == alone.state_hash()
 
 
-class Looker:
+class FrameClient:
     """Client that polls as a page does: with the number of its newest frame."""
 
     def __init__(self, services: SceneServices) -> None:
@@ -95,23 +95,23 @@ class Looker:
 
 def test_frame_since_recent_sequence_holds_changes_only() -> None:
     cell = Cell(WHOLE)
-    looker = Looker(SceneServices(ServedScene(cell)))
-    looker.look()
-    whole = len(looker.data)
-    assert is_whole_frame(looker.data)
+    frame_client = FrameClient(SceneServices(ServedScene(cell)))
+    frame_client.look()
+    whole = len(frame_client.data)
+    assert is_whole_frame(frame_client.data)
     for _ in range(50):
         cell.step()
-        looker.look()
-        assert not is_whole_frame(looker.data)
-        assert len(looker.data) < whole
-        assert looker.has(cell)
+        frame_client.look()
+        assert not is_whole_frame(frame_client.data)
+        assert len(frame_client.data) < whole
+        assert frame_client.has(cell)
 
 
 def test_frame_of_same_state_keeps_its_sequence_number(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(KITTING)
     source = ServedScene(cell)
     services = SceneServices(source)
-    one, other = Looker(services), Looker(services)
+    one, other = FrameClient(services), FrameClient(services)
     assert one.look() == other.look()
     cell.step()
     number = one.look()
@@ -133,7 +133,7 @@ def test_frame_since_unknown_sequence_is_whole(since: object) -> None:
 def test_frame_since_forgotten_sequence_is_whole_and_next_one_is_not() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
-    often, seldom = Looker(services), Looker(services)
+    often, seldom = FrameClient(services), FrameClient(services)
     seldom.look()
     for _ in range(HISTORY_LENGTH):
         cell.step()
@@ -148,13 +148,13 @@ def test_frame_since_forgotten_sequence_is_whole_and_next_one_is_not() -> None:
 
 def test_frames_go_on_after_reset() -> None:
     cell = Cell(WHOLE)
-    looker = Looker(SceneServices(ServedScene(cell)))
+    frame_client = FrameClient(SceneServices(ServedScene(cell)))
     for _ in range(20):
         cell.step()
-        looker.look()
+        frame_client.look()
     cell.reset()
-    looker.look()
-    assert looker.has(cell)
+    frame_client.look()
+    assert frame_client.has(cell)
 
 
 def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:

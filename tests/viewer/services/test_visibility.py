@@ -25,7 +25,7 @@ def evidence_of(cell: Cell) -> dict[str, Any]:
     return found
 
 
-def begun(*, competition: bool = True) -> Cell:
+def started_cell(*, competition: bool = True) -> Cell:
     """Cell a moment after the first order was announced."""
     cell = Cell(SECRETIVE, competition=competition)
     start(cell)
@@ -40,7 +40,7 @@ def test_competition_before_start_has_no_orders() -> None:
 
 
 def test_running_competition_shows_announced_orders_and_no_faults() -> None:
-    cell = begun()
+    cell = started_cell()
     assert [each.order_id for each in known_orders(cell)] == ["order_0"]
     assert without_faults(cell).faulty_parts == frozenset()
     assert "order_1" not in json.dumps(evidence_of(cell))
@@ -51,7 +51,7 @@ def test_running_competition_shows_announced_orders_and_no_faults() -> None:
 
 @pytest.mark.parametrize("is_over", [True, False])
 def test_ended_competition_and_development_mode_hide_nothing(is_over: bool) -> None:
-    cell = begun(competition=is_over)
+    cell = started_cell(competition=is_over)
     if is_over:
         assert call(cell, "end_competition").success
         cell.step()

@@ -24,7 +24,7 @@ SECRET = "a1b2c3"
 
 
 @contextmanager
-def door(token: str = "") -> Iterator[AccessGuard]:
+def open_guard(token: str = "") -> Iterator[AccessGuard]:
     found = AccessGuard("127.0.0.1", 0, token=token)
     try:
         yield found
@@ -35,7 +35,7 @@ def door(token: str = "") -> Iterator[AccessGuard]:
 @contextmanager
 def page(token: str = "") -> Iterator[AccessGuard]:
     """Access guard with viser behind it."""
-    with door(token) as found:
+    with open_guard(token) as found:
         with found.guards_viser():
             server = ViserServer(found.host, found.port, verbose=False)
         yield found
@@ -48,18 +48,18 @@ def refusal(found: AccessGuard, path: str = "/", **headers: str) -> str:
 
 @pytest.mark.parametrize("host", ["127.0.0.1:{}", "localhost:{}", "LOCALHOST", "[::1]:9"])
 def test_guard_admits_names_of_this_machine(host: str) -> None:
-    with door() as found:
+    with open_guard() as found:
         assert found.refusal("/", Headers({"Host": host.format(found.port)})) == ""
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:80", "", "[", "localhost@evil.example"])
 def test_guard_refuses_foreign_host_name(host: str) -> None:
-    with door() as found:
+    with open_guard() as found:
         assert found.refusal("/", Headers({"Host": host})) != ""
 
 
 def test_guard_refuses_foreign_origin() -> None:
-    with door() as found:
+    with open_guard() as found:
         own = f"http://127.0.0.1:{found.port}"
         assert refusal(found, Origin=own) == ""
         for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", "", "http://["):
@@ -67,7 +67,7 @@ def test_guard_refuses_foreign_origin() -> None:
 
 
 def test_guard_with_token_refuses_requests_without_it() -> None:
-    with door(SECRET) as found:
+    with open_guard(SECRET) as found:
         assert found.url == f"http://127.0.0.1:{found.port}/?token={SECRET}"
         assert refusal(found, f"/?token={SECRET}") == ""
         assert refusal(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
@@ -78,7 +78,7 @@ def test_guard_with_token_refuses_requests_without_it() -> None:
 
 
 def test_guard_refuses_two_host_headers() -> None:
-    with door() as found:
+    with open_guard() as found:
         headers = Headers([("Host", "localhost"), ("Host", "evil.example")])
         assert found.refusal("/", headers) == "request must have one Host header and at most one Origin header"
         assert found.refusal("/", Headers()) == "request must have one Host header and at most one Origin header"
@@ -90,7 +90,7 @@ def test_guard_on_network_without_token_is_refused() -> None:
 
 
 def test_guard_on_port_in_use_takes_next_port() -> None:
-    with door() as first:
+    with open_guard() as first:
         second = AccessGuard("127.0.0.1", first.port)
         second.socket.close()
         assert first.port < second.port <= first.port + 20
@@ -167,7 +167,7 @@ def _is_cut_off(connection: Connection) -> bool:
 
 
 def test_unsupported_viser_is_refused_by_guard() -> None:
-    with door() as found, pytest.raises(UsageError, match="is not supported"), found.guards_viser():
+    with open_guard() as found, pytest.raises(UsageError, match="is not supported"), found.guards_viser():
         pass
     assert websockets.asyncio.server.serve.__name__ == "serve"
 

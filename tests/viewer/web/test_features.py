@@ -50,7 +50,7 @@ def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Scene
     return SceneFrame(time, poses, shown)
 
 
-def begun(feature: Feature, **about: Any) -> FakePage:
+def page_with(feature: Feature, **about: Any) -> FakePage:
     page = FakePage(ALIKE, **about)
     feature.page = page  # type: ignore[assignment]
     feature.on_scene(ALIKE)
@@ -58,7 +58,7 @@ def begun(feature: Feature, **about: Any) -> FakePage:
 
 
 def test_bodies_of_same_shapes_are_one_node() -> None:
-    page = begun(Bodies())
+    page = page_with(Bodies())
     assert set(page.nodes) == {
         "/scene/bodies",
         "/scene/bodies/world",
@@ -70,7 +70,7 @@ def test_bodies_of_same_shapes_are_one_node() -> None:
 
 def test_bodies_move_to_poses_and_hide() -> None:
     bodies = Bodies()
-    page = begun(bodies)
+    page = page_with(bodies)
     before = frame(b1=0.5, b3=0.7, hidden=(4,))
     bodies.show(TimelineFrame.of(before))
     hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and copies"]
@@ -87,7 +87,7 @@ def test_bodies_move_to_poses_and_hide() -> None:
 
 def test_collision_shapes_replace_looks() -> None:
     bodies = Bodies()
-    page = begun(bodies)
+    page = page_with(bodies)
     bodies.show(TimelineFrame.of(frame(b1=0.5)))
     page.boxes["Collision shapes"].value = True
     page.boxes["Collision shapes"].clicked(None)
@@ -102,7 +102,7 @@ def test_collision_shapes_replace_looks() -> None:
 
 def test_large_bodies_cast_shadows_that_follow_them() -> None:
     shadows = Shadows()
-    page = begun(shadows)
+    page = page_with(shadows)
     assert set(page.nodes) == {"/scene/shadows", "/scene/shadows/0", "/scene/shadows/1", "/scene/shadows/6"}
     aside = np.array(page.nodes["/scene/shadows"].position)
     assert np.linalg.norm(aside) == pytest.approx(0.03)
@@ -132,7 +132,7 @@ SENSORS = [
 
 def test_beams_are_requested_and_drawn_while_switched_on() -> None:
     beams = Beams()
-    page = begun(beams, sensors=SENSORS)
+    page = page_with(beams, sensors=SENSORS)
     assert beams.wants() == {}
     page.boxes["Sensors"].value = True
     assert beams.wants() == {"sensors": True}
@@ -159,7 +159,7 @@ def test_beams_are_requested_and_drawn_while_switched_on() -> None:
 
 def test_contact_arrows_are_as_long_as_forces() -> None:
     contacts = Contacts()
-    page = begun(contacts)
+    page = page_with(contacts)
     assert contacts.wants() == {}
     page.boxes["Contacts and forces"].value = True
     assert contacts.wants() == {"contacts": True}
@@ -174,7 +174,7 @@ def test_contact_arrows_are_as_long_as_forces() -> None:
 
 def test_tool_path_spans_last_seconds() -> None:
     paths = ToolPaths()
-    page = begun(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
+    page = page_with(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
     page.boxes["Tool path"].value = True
     for second in range(40):
         paths.show(TimelineFrame.of(frame(second * 10**9, b1=0.1 * second), frame() if second else None))
@@ -226,7 +226,7 @@ def test_views_of_cell_are_fixed_and_views_of_robot_show_it_whole() -> None:
 
 def test_view_click_moves_camera_of_clicking_browser_only() -> None:
     views = Views()
-    page = begun(views, kind="cell")
+    page = page_with(views, kind="cell")
     views.show(TimelineFrame.of(frame()))
     assert page.server.initial_camera.position == VIEWS["overview"].eye
     buttons = page.boxes["Look at"]

@@ -96,12 +96,12 @@ def test_page_with_key_is_answered_and_others_are_refused() -> None:
     own = WebPage(hall.server.address, port=0, key=hall.server.key)
     other = WebPage(hall.server.address, port=0)
     try:
-        invited, stranger = FakeViewer(own.url), FakeViewer(other.url)
-        hall.until(lambda: invited.sees(TRAY))
-        hall.until(lambda: any("not for you" in text for text in stranger.texts))
-        assert not stranger.sees(TRAY)
-        invited.close()
-        stranger.close()
+        own_viewer, other_viewer = FakeViewer(own.url), FakeViewer(other.url)
+        hall.until(lambda: own_viewer.sees(TRAY))
+        hall.until(lambda: any("not for you" in text for text in other_viewer.texts))
+        assert not other_viewer.sees(TRAY)
+        own_viewer.close()
+        other_viewer.close()
     finally:
         own.close()
         other.close()
@@ -123,10 +123,10 @@ def test_page_without_browser_requests_few_panels() -> None:
         hall.until(lambda: len(hall.requests) >= 3)
         assert len(panels) <= 2  # those of its features for another scene
         before = len(hall.requests)
-        someone = FakeViewer(page.url)
+        viewer = FakeViewer(page.url)
         hall.until(lambda: len(hall.requests) > before + 10)
         hall.until(lambda: len(panels) > 4)
-        someone.close()
+        viewer.close()
 
 
 @QUICK_PAGES
@@ -136,17 +136,17 @@ def test_page_reconnects_and_shows_restarted_server() -> None:
     port = hall.server.address[1]
     page = WebPage(hall.server.address, port=0)
     try:
-        someone = FakeViewer(page.url)
-        hall.until(lambda: someone.sees(TRAY))
+        viewer = FakeViewer(page.url)
+        hall.until(lambda: viewer.sees(TRAY))
         hall.server.close("the run is over")
         wait_until(
-            lambda: any("Not connected" in text and "the run is over" in text for text in someone.texts),
+            lambda: any("Not connected" in text and "the run is over" in text for text in viewer.texts),
             "notice that the cell is gone",
-            seen=lambda: someone.texts,
+            seen=lambda: viewer.texts,
         )
         hall = Hall(RobotNode(two_arms()), port)
-        hall.until(lambda: someone.sees("bodies/world") and not someone.sees(TRAY))
-        someone.close()
+        hall.until(lambda: viewer.sees("bodies/world") and not viewer.sees(TRAY))
+        viewer.close()
     finally:
         page.close()
         hall.server.close("the test is over")
@@ -158,17 +158,17 @@ def test_ended_page_leaves_reason_in_browser() -> None:
     """The text that stays in a browser's window says that it is not current."""
     hall = Hall(Cell(KITTING))
     page = WebPage(hall.server.address, port=0)
-    someone = FakeViewer(page.url)
-    hall.until(lambda: someone.sees(TRAY))
+    viewer = FakeViewer(page.url)
+    hall.until(lambda: viewer.sees(TRAY))
     hall.server.close("the node has stopped")
 
     def wait_for(words: str) -> None:
-        wait_until(lambda: any(words in text for text in someone.texts), words, seen=lambda: someone.texts)
+        wait_until(lambda: any(words in text for text in viewer.texts), words, seen=lambda: viewer.texts)
 
     wait_for("**Not connected:** the node has stopped.")
     page.close()
     wait_for("**This page has ended:** the node has stopped.")
-    someone.close()
+    viewer.close()
 
 
 @QUICK_PAGES

@@ -96,6 +96,12 @@ class Scene:
         bodies: unique names of the bodies that may move; the first is "world", which holds all static shapes.
         shapes: the shapes on them.
         meshes: meshes of the shapes.
+
+    Example:
+        >>> ball = SceneShape(1, ShapeType.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), ShapeLayer.BOTH)
+        >>> scene = Scene("demo", ("world", "ball"), (ball,), ())
+        >>> decode_scene(encode_scene(scene)) == scene
+        True
     """
 
     name: str
@@ -119,6 +125,14 @@ class SceneFrame:
         poses: (bodies, 7) x, y, z [m] and quaternion w, x, y, z of each body in the world, in the order of
             `Scene.bodies`; float32. The world's own is the identity.
         shown: (bodies,) True if visible; a part that is not in play is not.
+
+    Example:
+        >>> poses = np.array([(0, 0, 0, 1, 0, 0, 0), (1, 2, 3, 1, 0, 0, 0)], np.float32)
+        >>> frame = SceneFrame(0, poses, np.ones(2, np.bool_))
+        >>> frame.pose(1).position
+        (1.0, 2.0, 3.0)
+        >>> decode_frame(frame.encode()).equals(frame)
+        True
     """
 
     time: int
@@ -126,12 +140,17 @@ class SceneFrame:
     shown: NDArray[np.bool_]
 
     def pose(self, body: int) -> Pose:
-        """world_T_body of a body."""
+        """world_T_body of the body with this index in `Scene.bodies`."""
         x, y, z, qw, qx, qy, qz = self.poses[body].tolist()
         return Pose((x, y, z), (qw, qx, qy, qz))
 
     def placed(self, body: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Transform points (n, 3) [m] from the frame of a body to the world."""
+        """Transform points from the frame of a body to the world.
+
+        Args:
+            body: index in `Scene.bodies`.
+            points: (n, 3) [m].
+        """
         place, scalar, vector = np.split(self.poses[body].astype(np.float64), (3, 4))
         across = 2 * np.cross(vector, points)
         found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
@@ -146,7 +165,11 @@ class SceneFrame:
         )
 
     def encode(self, before: SceneFrame | None = None) -> bytes:
-        """Encode as bytes; with a frame `before` of the same scene, only the changes since then."""
+        """Encode as bytes.
+
+        Args:
+            before: a frame of the same scene that the receiver has; the bytes then hold the changes since it only.
+        """
         count = len(self.poses)
         if before is None or len(before.poses) != count:
             kind, bodies = _WHOLE, np.arange(count)

@@ -183,7 +183,7 @@ class StatePoller:
     def _run(self) -> None:
         while not self._is_over:
             self._wake.clear()
-            begun = time.perf_counter()
+            started_at = time.perf_counter()
             try:
                 self._ask()
                 pause = _FRAMES if self.is_watched else _IDLE
@@ -196,7 +196,7 @@ class StatePoller:
                 self._link.close()
                 self.found.put(error if isinstance(error, AwayError) else AwayError(str(error)))
                 pause = _AWAY
-            spent = time.perf_counter() - begun
+            spent = time.perf_counter() - started_at
             self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
         self._link.close()
 

@@ -227,7 +227,7 @@ class Page:
         self._poller.start()
         try:
             while not self._is_over:
-                begun = time.perf_counter()
+                started_at = time.perf_counter()
                 while self._take_next(0.0):
                     pass
                 if not self._poller.is_watched:
@@ -236,11 +236,11 @@ class Page:
                 moment = self._interpolator.at(time.perf_counter())
                 if moment is not None:
                     self._show(moment)
-                spent = time.perf_counter() - begun
+                spent = time.perf_counter() - started_at
                 time.sleep(max(_PERIOD - spent, spent / 2))  # leave part of a core free
         finally:
             if self.server.get_clients():
-                self._say_that_it_ends()
+                self._announce_end()
             self._poller.close()
             self.link.close()
 
@@ -307,7 +307,7 @@ class Page:
             self._each(lambda feature: feature.on_disconnect(reason))
         self._away_reason = reason
 
-    def _say_that_it_ends(self) -> None:
+    def _announce_end(self) -> None:
         """Leave browsers with the last state, the reason of the end, and no controls."""
         reason = self._last_word() if self._away_reason is None else self._away_reason
         if self._away_reason is not None:

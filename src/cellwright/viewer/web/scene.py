@@ -54,17 +54,17 @@ class Bodies(Feature):
             if nodes is not None:
                 nodes.show(moment)
 
-    def show_touched(self, is_wanted: bool) -> None:  # noqa: FBT001
+    def show_touched(self, is_on: bool) -> None:  # noqa: FBT001
         """Show the collision shapes of the bodies in place of their looks."""
         if self._looks is None or self.page.scene is None:
             return
-        if is_wanted and self._touched is None:
+        if is_on and self._touched is None:
             self._touched = BodyNodes(self.page, self.page.scene, "touched", TOUCHED)
             if self._newest is not None:
                 self._touched.show(TimelineFrame.of(self._newest))
         if self._touched is not None:
-            self._touched.set_visible(is_wanted)
-        self._looks.set_visible(not is_wanted)
+            self._touched.set_visible(is_on)
+        self._looks.set_visible(not is_on)
 
 
 class BodyNodes:

@@ -76,7 +76,7 @@ def test_moved_slider_sends_target_and_shows_position(tab: Tab) -> None:
     assert isinstance(order, MoveJoints)
     assert set(order.targets) == {"right_3"}
     tab.see(0.2, positions=at(right_3=-1.1))
-    assert slider.value == 0.5, "it stands where it was put"
+    assert slider.value == 0.5, "it stays where it was put"
     assert slider.label.endswith("(-1.10)"), "and tells where its joint is"
     tab.queue.joints.forget()
     tab.see(2.0, positions=at(right_3=-0.9))
@@ -207,7 +207,7 @@ def test_state_text_is_set_only_on_change(tab: Tab) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lacks", "stands", "name"),
+    ("lacks", "state_changes", "name"),
     [
         ({"arms": ()}, {"tips": (), "references": (), "aims": ()}, "Handles at the hands"),
         ({"grippers": ()}, {"grippers": (), "gripper_targets": ()}, "Grippers"),
@@ -215,9 +215,9 @@ def test_state_text_is_set_only_on_change(tab: Tab) -> None:
         ({"groups": ()}, {}, "Right arm"),
     ],
 )
-def test_controls_of_missing_limbs_are_absent(lacks: dict[str, Any], stands: dict[str, Any], name: str) -> None:
+def test_controls_of_missing_limbs_are_absent(lacks: dict[str, Any], state_changes: dict[str, Any], name: str) -> None:
     gui, queue = FakeGui(), CommandQueue(replace(seen(), **lacks))
-    queue.see(state(**stands))
+    queue.see(state(**state_changes))
     handles = Handles(FakeScene(), "/scene", queue)
     controls = Controls(gui, nullcontext, queue, handles, lambda: "")
     handles.show(queue.state)

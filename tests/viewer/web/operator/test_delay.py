@@ -12,12 +12,12 @@ def moved(by: float) -> tuple[Pose, ...]:
 def test_delay_is_median_from_request_to_motion() -> None:
     delay = Delay()
     for number, seconds in enumerate((0.03, 0.05, 0.04)):
-        begun = 10.0 * number
-        delay.begin(state(), begun)
-        delay.begin(state(), begun + 0.01)
-        delay.look(state(tips=moved(1e-4)), begun + seconds - 0.01)
-        delay.look(state(tips=moved(1e-2)), begun + seconds)
-        delay.look(state(tips=moved(2e-2)), begun + seconds + 0.1)
+        started_at = 10.0 * number
+        delay.begin(state(), started_at)
+        delay.begin(state(), started_at + 0.01)
+        delay.look(state(tips=moved(1e-4)), started_at + seconds - 0.01)
+        delay.look(state(tips=moved(1e-2)), started_at + seconds)
+        delay.look(state(tips=moved(2e-2)), started_at + seconds + 0.1)
     assert delay.seconds is not None
     assert abs(delay.seconds - 0.04) < 1e-9, "the median"
 

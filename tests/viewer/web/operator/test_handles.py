@@ -110,12 +110,13 @@ def test_hold_of_robot_hides_handle(
 
 
 def test_ghost_shows_target_from_any_client(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
-    ghost, words, way = (
-        part(scene, kind, name) for kind, name in (("icosphere", "ghost"), ("label", "words"), ("line_segments", "way"))
+    ghost, words, line = (
+        part(scene, kind, name)
+        for kind, name in (("icosphere", "ghost"), ("label", "words"), ("line_segments", "line"))
     )
     show(handles, queue, aims=(AIM, None), time=1)
     assert (ghost.visible, tuple(ghost.color), words.visible) == (True, BESIDE, False)
-    assert way.points[0] == pytest.approx(np.array([TIPS[0].position, AIM.position]), abs=1e-6)
+    assert line.points[0] == pytest.approx(np.array([TIPS[0].position, AIM.position]), abs=1e-6)
     assert not part(scene, "icosphere", "ghost", 1).visible
     show(handles, queue, aims=(AIM, None), time=10**9)
     assert (tuple(ghost.color), words.visible, words.text) == (SHORT, True, "out of reach")

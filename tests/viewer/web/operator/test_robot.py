@@ -16,13 +16,13 @@ from tests.viewer.web.operator.robots import number, seen, state
 
 
 def test_robot_and_state_are_read_from_panel() -> None:
-    robot, stands = seen(), state()
+    robot, robot_state = seen(), state()
     assert robot.joints[number("left_finger")].unit == "m"
     assert robot.arms == robot.grippers == ("right", "left")
     assert robot.base_mode == "original"
-    assert len(stands.positions) == len(robot.joints)
-    assert stands.tips[0].position[1] == pytest.approx(-0.3, abs=1e-3)
-    assert stands.why_not == ""
+    assert len(robot_state.positions) == len(robot.joints)
+    assert robot_state.tips[0].position[1] == pytest.approx(-0.3, abs=1e-3)
+    assert robot_state.why_not == ""
 
 
 def test_why_not_has_reason_for_each_hold() -> None:
