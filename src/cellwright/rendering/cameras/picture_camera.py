@@ -274,7 +274,7 @@ class PictureCamera(Sensor[Picture]):
 
     @property
     def _is_behind(self) -> bool:
-        """True if so many pictures are being drawn that another one would be late."""
+        """True if too many pictures are being drawn for another one to be on time."""
         max_waiting = max(1, -(-self._latency_ns // self._period_ns))
         waiting = sum(each.pending is not None and not each.pending.is_drawn for each in self._exposures)
         return waiting >= max_waiting
