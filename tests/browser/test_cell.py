@@ -96,7 +96,7 @@ def test_pause_and_step_buttons_control_time(visitor: Visitor) -> None:
     visitor.read("^paused$")
     before = seconds(visitor)
     visitor.press("10")
-    visitor.read("asked 10 ×")  # a round trip, in which no time passes
+    visitor.read("target 10 ×")  # a round trip, in which no time passes
     assert seconds(visitor) == before
     visitor.press("1 s")
     visitor.wait(lambda: seconds(visitor) == pytest.approx(before + 1.0, abs=0.011), "second more")
@@ -107,7 +107,7 @@ def test_second_browser_sees_present_state_and_may_control(page: WebPage, visito
     late = visit_all(page.url)
     late.read("^paused$")
     assert seconds(late) == stands
-    late.press("Go on")
+    late.press("Resume")
     visitor.read("^running$")
     visitor.wait(lambda: seconds(visitor) > stands + 1.0, "time that goes on")
     visitor.press("Pause")

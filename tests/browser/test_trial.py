@@ -53,10 +53,10 @@ def test_page_of_finished_run_shows_end_of_run_and_of_page(tmp_path: Path, visit
         visitor.read("^delivering at the end$")
         visitor.read("the run is over: done")
         visitor.read(r"^0 of 12 points")
-        visitor.read("all is shown as it stood at the end")
+        visitor.read("the page shows the final state")
         assert visitor.find("^running$") is None
         assert not visitor.button("Pause").is_visible()
-        assert visitor.button("Begin anew").is_disabled()  # it is a competition
+        assert visitor.button("Restart").is_disabled()  # it is a competition
         before = visitor.canvas()
         visitor.frames(10)
         assert change(before, visitor.canvas()) < 1e-3
@@ -78,7 +78,7 @@ def replayed(folder: Path, visit: Visit) -> None:
     with viewed(folder, "view", "run.mcap") as recording:
         visitor = visit(recording.url)
         visitor.read("^paused$")
-        visitor.read(r"at \[s\]")
+        visitor.read(r"time \[s\]")
         early = visitor.scene()
         handle = visitor.page.get_by_role("slider").first
         handle.focus()

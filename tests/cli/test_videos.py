@@ -22,11 +22,11 @@ SMALL = ("--video-size", "64x48")
         (["--video", "a.avi"], "--video a.avi: give a file whose name ends in .mp4"),
         (["--video", "no/a.mp4"], "there is no folder no"),
         (["--video", "a.mp4", "--video-camera", "nowhere"], "--video-camera: unknown view 'nowhere'"),
-        (["--video", "a.mp4", "--video-camera", "1,2:3"], "--video-camera 1,2:3: give where it stands"),
-        (["--video", "a.mp4", "--video-camera", "1,2,3:1,2,3"], "cannot look at the point where it stands"),
-        (["--video", "a.mp4", "--video-speed", "0"], "--video-speed: the speed of a video is a number above 0"),
+        (["--video", "a.mp4", "--video-camera", "1,2:3"], "--video-camera 1,2:3: not a camera; give its position"),
+        (["--video", "a.mp4", "--video-camera", "1,2,3:1,2,3"], "camera position and target must differ"),
+        (["--video", "a.mp4", "--video-speed", "0"], "--video-speed: video speed must be above 0"),
         (["--video", "a.mp4", "--video-size", "64"], "--video-size 64: give width and height"),
-        (["--video", "a.mp4", "--video-size", "65x48"], "the width of a video is an even number from 16 to 4096"),
+        (["--video", "a.mp4", "--video-size", "65x48"], "video width must be an even number from 16 to 4096"),
         (["--video-speed", "2"], "require --video FILE.mp4"),
     ],
 )
@@ -59,7 +59,7 @@ def test_unknown_rendering_backend_is_refused(
     ran = cellwright(*command.split())
 
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith("error: CELLWRIGHT_RENDERING=opengl: give one of egl, ")
+    assert ran.err.startswith("error: CELLWRIGHT_RENDERING=opengl: unknown backend; set one of egl, ")
     assert ran.err.count("\n") == 1
     assert [each.name for each in Path().iterdir()] == ["camera.yaml"]
 

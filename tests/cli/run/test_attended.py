@@ -175,7 +175,10 @@ def test_ctrl_c_ends_paused_run() -> None:
 
 @pytest.mark.parametrize(
     ("cell", "apart", "reason"),
-    [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS)],
+    [
+        (Cell(KITTING), False, "not available in competition mode"),
+        (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS),
+    ],
 )
 def test_run_that_cannot_restart_reports_reason(cell: Cell, apart: bool, reason: str) -> None:
     def ask(link: ServerConnection) -> None:
@@ -255,10 +258,10 @@ def test_viewers_stay_after_remote_agent_ends() -> None:
 
 def test_failed_page_start_leaves_no_server(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
-        raise UsageError("no page can be shown")
+        raise UsageError("page cannot start")
 
     monkeypatch.setattr(sessions, "open_page", refuse)
-    with pytest.raises(UsageError, match="no page"), looked_at(Cell(KITTING)):
+    with pytest.raises(UsageError, match="page cannot start"), looked_at(Cell(KITTING)):
         pass
 
 

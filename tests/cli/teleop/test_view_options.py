@@ -22,7 +22,7 @@ def test_gui_without_display_is_refused(cellwright: CommandLine, monkeypatch: py
     for option in ("--gui", "--init-debug"):
         ran = cellwright("teleop", "tandem", *SHORT, option)
         assert ran.status == 2
-        assert ran.err.startswith("error: no window can be opened: ")
+        assert ran.err.startswith("error: window cannot open: ")
         assert ran.err.count("\n") == 1
 
 

@@ -86,7 +86,7 @@ def test_view_of_served_competition_is_refused(cellwright: CommandLine, tmp_path
         (["no.mcap"], "error: no.mcap: there is no such file"),
         (["127.0.0.1:1"], "error: 127.0.0.1:1: cannot be shown: no server answers"),
         (["lesson", "--view-port", "70000"], "error: --view-port 70000: give a port"),
-        (["lesson", "--view-host", "no such host"], "error: no page can be shown: no such host: cannot listen"),
+        (["lesson", "--view-host", "no such host"], "error: page cannot start: no such host: cannot listen"),
     ],
 )
 def test_invalid_input_prints_one_line(words: list[str], reason: str, cellwright: CommandLine) -> None:

@@ -227,7 +227,7 @@ def test_a_bare_robot_and_debug_which_prints_the_index_table(
     rows = [line.split() for line in said.out.splitlines()]
     assert ["1", "shoulder", "revolute", "shoulder_link", "lift_link", "-2", "2"] in rows
     assert ["2", "tip", "fixed", "tip_link", "shoulder_link"] in rows
-    assert "no window can be opened" in said.err
+    assert "window cannot open" in said.err
 
 
 @pytest.mark.slow
