@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cellwright.running.run.session import restored_environment
+from cellwright.running.run.agent_work import restored_environment
 
 
 def upset(folder: Path) -> None:
