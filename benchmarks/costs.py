@@ -1,7 +1,7 @@
-"""Marginal costs beside the same cell alone: of a listener, a log, a recording, another cell.
+"""Marginal cost of a subscriber, a log, a recording, another cell.
 
-All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and continue in the same way.
-They run in turn, and their processor time counts.
+All start from one snapshot of the lesson's cell, with the belt running and the arm at rest, and continue in the same
+way. They run in turn, and their processor time counts.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
 
 def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, on_progress: OnProgress) -> Iterator[Figure]:
     topics = cell.topics()
-    listened = [(f"a listener on {name}", [name]) for name in _that_speak(cell, start, steps)]
-    listened += [("a listener on every topic", topics), ("two listeners on every topic", topics * 2)]
+    listened = [(f"a subscriber to {name}", [name]) for name in _that_speak(cell, start, steps)]
+    listened += [("a subscriber to every topic", topics), ("two subscribers to every topic", topics * 2)]
     on_progress(f"listeners on {len(listened) - 2} topics")
     for label, names in listened:
         heard: list[str] = []
@@ -119,7 +119,7 @@ def _log(until: float, repeats: int) -> Iterator[Figure]:
 
 
 def _recording(until: float, repeats: int) -> Iterator[Figure]:
-    """Yield the figures of the same run bare, with a listener on every topic, and recorded."""
+    """Yield the figures of the same run bare, with a subscriber to every topic, and recorded."""
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         file = Path(folder, "run.mcap")
         cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
@@ -135,7 +135,7 @@ def _recording(until: float, repeats: int) -> Iterator[Figure]:
         )
         rate = file.stat().st_size / 1024 / until
     yield Figure("a run of the agent recorded / without", recorded / bare, note=f"{until:g} s, {rate:.0f} KiB each")
-    yield Figure("a run of the agent recorded / listened to", recorded / heard, note="a listener on every topic")
+    yield Figure("a run of the agent recorded / with subscribers", recorded / heard, note="a subscriber to every topic")
 
 
 def _second_cell(cell: Cell, start: Snapshot, steps: int, repeats: int) -> Iterator[Figure]:

@@ -1,7 +1,7 @@
 """Gain from a second process: the 15 finals evaluated by one worker and by two, in turn.
 
-Every final runs with two seeds, so that the work can be halved. The program moves the arm for a minute and ends the
-game, so that the figure is that of simulator and evaluation alone.
+Every final runs with two seeds, so the work can be halved. The agent moves the arm for a minute and ends the game, so
+the figure is that of simulator and evaluation alone.
 """
 
 from __future__ import annotations

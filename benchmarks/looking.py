@@ -1,9 +1,9 @@
-"""Cost of viewing and keeping a run: a page, a page in a browser, a recording, a video.
+"""Cost of viewing and recording a run: a page, a page in a browser, a recording, a video.
 
 The bundled agent works the lesson, bare and with each of them in turn. It runs at full speed, or at twice real time
 with a browser, which needs longer than such a run to open a page. The processor time of the cell's process is compared,
-without that of its start. Pages, browsers and videos are drawn in other processes, which need cores of their own. All
-runs end in the same state.
+without its start. Pages, browsers and videos are drawn in other processes, which need cores of their own. All runs end
+in the same state.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         options = {
             "": _FAST,
-            "a page that nobody has open": [*_PAGE, *_FAST],
+            "a page without a browser": [*_PAGE, *_FAST],
             "a recording": ["--record", f"{folder}/run.mcap", *_FAST],
         }
         best = _in_turn(options, until, repeats, found)

@@ -1,8 +1,9 @@
-"""The whole cell beside PyBullet: speed, and agreement of both simulations.
+"""Speed of the whole cell compared with PyBullet, and agreement of both simulations.
 
-Both take equally many steps in turn, and the best of the repeats counts. Ours is the whole product, without listeners.
-PyBullet only steps and drives the arm, sampled from the same trajectory; the time of this sampling counts for both.
-Shapes, masses, gravity, friction and the belt's speed are the same in both; all else of PyBullet is its default.
+Both make equally many steps in turn, and the best of the repeats counts. Ours is the whole product, without
+subscribers. PyBullet only steps and drives the arm, sampled from the same trajectory; the time of this sampling counts
+for both. Shapes, masses, gravity, friction and the belt's speed are the same in both. Everything else of PyBullet is
+its default.
 """
 
 from __future__ import annotations
@@ -94,8 +95,8 @@ def _with_few(rate: int, repeats: int) -> Iterator[Figure]:
         ours, theirs = pair(FEW, rate, repeats, stack, sleeping=(True, False))
         own, asleep, awake = min_times([ours, *theirs], rate, repeats)
     label = f"{FEW} parts, {rate} Hz"
-    yield Figure(f"{label}: as fast as PyBullet whose parts sleep", asleep / own)
-    yield Figure(f"{label}: as fast as PyBullet by default, where none sleeps", awake / own)
+    yield Figure(f"{label}: speed / PyBullet with sleep", asleep / own)
+    yield Figure(f"{label}: speed / PyBullet by default, without sleep", awake / own)
 
 
 def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
@@ -112,23 +113,23 @@ def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
             f"{own:.0f} us, and {other - other_resting:.0f} of PyBullet's {other:.0f} us"
         )
         yield Figure(f"{label}: ours", 1e6 / own / rate, "x real time")
-        yield Figure(
-            f"{label}: as fast as PyBullet whose parts sleep", other / own, minimum=MIN_RATIOS[rate], note=shares
-        )
+        yield Figure(f"{label}: speed / PyBullet with sleep", other / own, minimum=MIN_RATIOS[rate], note=shares)
         by_itself = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
         yield Figure(
-            f"{label}: as fast as PyBullet by default, where none sleeps",
+            f"{label}: speed / PyBullet by default, without sleep",
             restless / own,
             minimum=MIN_DEFAULT_RATIO,
             note=by_itself,
         )
-        yield Figure(f"{label}: as fast as PyBullet whose parts sleep, the belt empty", other_resting / own_resting)
-        yield Figure(f"{label}: as fast as PyBullet, none sleeping in ours either", restless / own_restless)
+        yield Figure(f"{label}: speed / PyBullet with sleep, empty belt", other_resting / own_resting)
+        yield Figure(f"{label}: speed / PyBullet, both without sleep", restless / own_restless)
         difference = agreement(ours, theirs, rate)
-    yield Figure(f"{label}: a part at rest, off from where it lies in PyBullet", difference.resting, "mm", maximum=1.0)
+    yield Figure(
+        f"{label}: distance of a resting part from its place in PyBullet", difference.resting, "mm", maximum=1.0
+    )
     for who, belt, arm in zip(("ours", "PyBullet"), difference.belt, difference.arm, strict=True):
-        yield Figure(f"{label}: what rides on the belt, off its speed, {who}", belt, "%", maximum=0.5)
-        yield Figure(f"{label}: a joint of the arm, off its way, {who}", arm, "mrad", maximum=20.0)
+        yield Figure(f"{label}: speed error of parts on the belt, {who}", belt, "%", maximum=0.5)
+        yield Figure(f"{label}: path error of a joint of the arm, {who}", arm, "mrad", maximum=20.0)
 
 
 def pair(

@@ -91,19 +91,18 @@ WIDTH = 120
 
 HEAD = """# Benchmarks
 
-What Cellwright costs, measured. This page is written by a command and not by hand: `make bench`, which is
-`python -m benchmarks --write docs/benchmarks.md`. It takes the figures on your machine, and exits with status 1 if one
-is outside its bound.
+What does Cellwright cost in time and memory? `make bench` (`python -m benchmarks --write docs/benchmarks.md`) measures
+it on your machine and writes this page. It exits with status 1 if a figure is outside its bound.
 
-## How to read it
+## Reading the tables
 
-- **Ratios travel, times do not.** A ratio (`x`) compares two things measured in one run on one machine, and comes out
-  much the same elsewhere. A time is that of the machine below, in the state that it was in.
-- **Bounds** are what the project holds itself to. A figure without one is there to be known.
-- Of repeats the best counts, unless a note says otherwise: what else a machine does can only make things slower. The
-  repeats of things that are compared are taken in turn.
-- What is skipped lacks something on this machine, and says what.
-- To see where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
+- **Compare ratios, not times.** A ratio (`x`) compares two things in one run on one machine, and is similar elsewhere.
+  A time is valid only for the machine below, in its state then.
+- A **bound** is a target of the project. Figures without a bound are for information.
+- The best of several repeats counts, unless a note says otherwise: other work can only slow a machine down. Compared
+  things run in turn.
+- A skipped benchmark names what this machine lacks.
+- To find where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
 """
 
 

@@ -1,9 +1,9 @@
-"""Speed of a robot's whole node beside the engine of the io_teleop node's original.
+"""Speed of a robot's whole node compared with PyBullet, the engine of the original io_teleop node.
 
-Both load the same URDF, fastened at its root, without gravity, with a position drive at every joint. Ours is the node
-as it is served: commands on the bus, commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven
-as the original drives it: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates`
-100 times a second, and no messages.
+Both load the same URDF, fixed at its root, without gravity, with a position drive at every joint. Ours is the node as
+served: commands on the bus, commander, servos, and joint_states at 100 Hz for one subscriber. PyBullet is driven as in
+the original: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates` 100 times a second,
+and no messages.
 
 At rest there are no commands; in motion, all joints follow sines at 100 Hz. The repeats run in turn and the best of
 each counts, in processor time.

@@ -1,4 +1,4 @@
-"""Cost of ROS 1: round trips through bridge and cell, beside a bare pair of rospy nodes.
+"""Cost of ROS 1: round trips through bridge and cell, compared with a bare pair of rospy nodes.
 
 A cell of the trial `lesson` is stepped at 1 kHz in real time and echoes its commands. A rospy client measures the round
 trip, and does the same with another rospy node, in turn.
@@ -40,7 +40,7 @@ SECONDS = 60.0
 CALLS, ROUNDS = 500, 3
 """Round trips in a measurement, and measurements."""
 MESSAGES = {"50 Hz": 500, "1 kHz": 10_000}
-TRIPS = {"topic": "a topic, there and back", "kept": "a service, connected", "fresh": "a service, connected anew"}
+TRIPS = {"topic": "a topic, there and back", "kept": "a service, open connection", "fresh": "a service, new connection"}
 MAX_RATIO, MAX_EXTRA = 1.5, 0.2
 """Bound of a bridged round trip: this ratio to the bare one, plus this time [ms]."""
 

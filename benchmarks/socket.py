@@ -143,7 +143,7 @@ def pace(seconds: float) -> Iterator[Figure]:
         found = served.result()["pace"]
     late = found["worst_lateness"] * 1e3
     yield Figure(
-        "real time, with a listener", found["factor"], note=f"{seconds:g} s, the latest tick {late:.1f} ms late"
+        "real time, with a subscriber", found["factor"], note=f"{seconds:g} s, the latest tick {late:.1f} ms late"
     )
 
 

@@ -1,7 +1,7 @@
 """Time of a new process until the first step of the lesson's cell, and its memory then.
 
-The process is new each time, its files are in the system's cache. That is the cost of a program that is started again
-and again, as in tests and CI.
+The process is new each time, and its files are in the system's cache. This is the cost of a program that is started
+again and again, as in tests and CI.
 """
 
 from __future__ import annotations

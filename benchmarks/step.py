@@ -1,7 +1,7 @@
 """Cost of a step of the cell, with parts at rest and awake.
 
-Small parts of four kinds lie in the bins; the belt and the arm stand still, without listeners. Parts at rest sleep.
-Awake is the same cell with the engine's sleeping switched off: nothing moves there either, but all of it is computed.
+Small parts of four kinds lie in the bins. The belt and the arm stand still, without subscribers. Parts at rest sleep.
+"Awake" is the same cell without the engine's sleeping: nothing moves there either, but everything is computed.
 """
 
 from __future__ import annotations

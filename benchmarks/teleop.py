@@ -1,7 +1,7 @@
 """Latency from a command to its motion: in one process, over the socket, and over ROS 1.
 
-The QingLong's node runs in real time at 240 Hz. A `joint_cmd` at a random moment turns its head a little, and the clock
-stops when a `joint_states` arrives that shows it moving.
+The QingLong's node runs in real time at 240 Hz. A `joint_cmd` at a random time turns its head a little, and the clock
+stops at the first `joint_states` that shows the motion.
 
 Most of the latency is inherent: the command waits for the next step (4.2 ms apart). Motion is published 100 times a
 second, which at 240 steps a second is every second or third step. The latency from these causes alone is computed.
@@ -193,15 +193,15 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     trials = 3 if quick else TRIALS
     on_progress(f"{trials} commands in one process")
     applied, moved = sampling()
-    yield figure("until a command is applied: waiting for the step alone", applied, "computed")
+    yield figure("until a command is applied: wait for the step only", applied, "computed")
     here_applied, here_moved = in_one_process(trials)
     yield figure("until a command is applied: in one process", here_applied)
-    yield figure("until motion is told: waiting for step and message alone", moved, "computed")
-    yield figure("until motion is told: in one process", here_moved)
+    yield figure("until motion is reported: wait for step and message only", moved, "computed")
+    yield figure("until motion is reported: in one process", here_moved)
     on_progress(f"{trials} commands over the socket")
-    yield figure("until motion is told: over the socket", over_the_socket(trials))
+    yield figure("until motion is reported: over the socket", over_the_socket(trials))
     on_progress(f"{trials} commands over ROS 1")
-    label = "until motion is told: over ROS 1"
+    label = "until motion is reported: over ROS 1"
     with ros1_environment() as environment:
         try:
             python = find(environment).python

@@ -1,8 +1,8 @@
-"""A whole trial of 500 s (`trial.yaml`): cost of the cell beside its engine.
+"""Cost of a whole trial of 500 s (`trial.yaml`), compared with its engine alone.
 
-The bundled agent works it once, and its commands are noted. A second cell without listeners replays them, and the agent
-works a third, in which every topic has a listener. Their states are the same in the end, so the engine did the same
-work in each. Its time (`engine_time.py`) is the reference for the run's.
+The bundled agent works it once, and its commands are recorded. A second cell without subscribers replays them. The
+agent works a third one, in which every topic has a subscriber. Their final states are equal, so the engine did the same
+work in each. Its time (`engine_time.py`) is the reference.
 """
 
 from __future__ import annotations
@@ -105,17 +105,17 @@ def _passed(cell: Cell, engine: EngineTime, wall: float) -> FinishedRun:
 
 
 def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
-    """Run the trial without listeners, with the agent, and with a listener on every topic."""
+    """Run the trial without listeners, with the agent, and with a subscriber to every topic."""
     seconds = QUICK_SECONDS if quick else SECONDS
     on_progress("the agent works it")
     agent, commands = worked(seconds)
     on_progress("nobody listens")
     alone = min((played(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
-    yield from figures("nobody listening", alone, seconds, maximum=1.15)
+    yield from figures("without subscribers", alone, seconds, maximum=1.15)
     yield from figures("the agent kitter at work", agent, seconds, maximum=1.3)
     on_progress("everything is listened to")
     observed, _ = worked(seconds, topics=None)
-    yield from figures("the agent at work, a listener on every topic", observed, seconds)
+    yield from figures("the agent kitter at work, a subscriber to every topic", observed, seconds)
     parts = len(Cell(bench_trial()).parts.all)
     yield Figure(
         "the engine alone", alone.engine / alone.steps * 1e6, "us/step", note=f"{parts} parts, {len(commands)} commands"

@@ -72,20 +72,20 @@ def _trial_bounds() -> str:
     return _bounds(
         {
             "all files together": f"{MAX_BYTES >> 10} KiB",
-            "values in a file, each use of an anchor counted": f"{MAX_NODES:,}".replace(",", " "),
+            "values in a file; each use of an anchor counts": f"{MAX_NODES:,}".replace(",", " "),
             "nesting": f"{MAX_DEPTH} levels",
-            "parts in a cell, those that the belt will bring included; parts of one order": f"{MAX_PARTS}",
-            "kits that all orders ask for, each part in one counted as well": f"{MAX_KITS:,}".replace(",", " "),
+            "parts in a cell, including belt parts; parts of one order": f"{MAX_PARTS}",
+            "kits of all orders, plus their parts": f"{MAX_KITS:,}".replace(",", " "),
             "sensors; cameras that take pictures": f"{MAX_SENSORS}; {MAX_CAMERAS}",
-            "a camera's pictures": f"{MAX_PICTURE_SIZE[0]} × {MAX_PICTURE_SIZE[1]} pixels, "
-            f"{MAX_DEPTH_PIXELS / 1e6:g} million where depth is measured; {MIN_PICTURE_RATE:g} to "
+            "pictures of a camera": f"{MAX_PICTURE_SIZE[0]} × {MAX_PICTURE_SIZE[1]} pixels, "
+            f"{MAX_DEPTH_PIXELS / 1e6:g} million with depth; {MIN_PICTURE_RATE:g} to "
             f"{MAX_PICTURE_RATE:g} Hz; {MAX_FOV:g} rad wide; {MAX_CAMERA_LATENCY:g} s late",
             "part types of your own; pieces of furniture": f"{MAX_TYPES}; {MAX_FURNITURE}",
-            "shapes of one model; its meshes, each and those of a trial together": f"{MAX_SHAPES}; "
+            "shapes of one model; size of a mesh, and of all meshes of a trial": f"{MAX_SHAPES}; "
             f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",
-            "errors, and warnings, that are printed; the others are counted": f"{MAX_PROBLEMS}",
+            "printed errors and printed warnings; the others are counted": f"{MAX_PROBLEMS}",
             "a coordinate": f"±{MAX_COORDINATE:,.0f} m".replace(",", " "),
-            "an expression": f"{MAX_LENGTH} characters, whole numbers up to {MAX_BITS} bits on the way",
+            "an expression": f"{MAX_LENGTH} characters, intermediate whole numbers up to {MAX_BITS} bits",
             "a name": f"{MAX_NAME_LENGTH} characters",
         }
     )
@@ -109,7 +109,7 @@ def _unused() -> str:
         *(f"folding_waist.{name}" for name in FOLDING_WAIST_UNUSED),
     ]
     rows += [f"| {', '.join(f'`{name}`' for name in names)} | |"]
-    return "\n".join(["| entry | what it is in the original |", "|---|---|", *rows, ""])
+    return "\n".join(["| entry | meaning in the original |", "|---|---|", *rows, ""])
 
 
 if __name__ == "__main__":

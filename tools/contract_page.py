@@ -14,25 +14,30 @@ from cellwright.middleware.messages.types import short_name, sources
 INTRODUCTION = """\
 # The contract of the kit-building cell
 
-Every name that the cell answers to, in a program's own process as over ROS 1. The names, types, rates and latches are
-those of the 2017 competition. Made from the table in `src/cellwright/cell/interface/rows.py` by
-`python -m tools.contract_page > docs/contract.md`; a test holds the two together.
+Which topics, services and actions does a cell have? The tables below list all of them. `cellwright serve lesson` offers
+them over a socket, and with `--ros1` over ROS 1. Names, types, rates and latches are those of the 2017 competition.
 
-- Rates are in simulation time, and "each step" means the simulation's own step (2 ms unless the file says otherwise).
-- A latched topic gives a late listener its newest message.
-- The quality of service (QoS) is in the terms of ROS 2, for a bridge to come. ROS 1 has none.
-- `{sensor}` stands for the name of a sensor in the file, `{n}` for the number of an AGV, 1 or 2.
-- In messages a quaternion is (x, y, z, w).
-- In competition mode some names act otherwise, as their last column says. Listening never changes what the cell does,
-  not even to a topic that is silent then.
-- The original simulator's own services under `/gazebo` are no part of the contract.
+| convention | meaning |
+|---|---|
+| rate | in simulation time; "each step" is the step of the simulation, 2 ms by default |
+| latched | a late subscriber gets the newest message |
+| QoS | quality of service in ROS 2's terms, for a future bridge; ROS 1 has none |
+| `{sensor}`, `{n}` | the name of a sensor in the file; the number of an AGV, 1 or 2 |
+| quaternion | (x, y, z, w) in messages |
+| in competition mode | how the entry differs in competition mode |
+
+A subscription never changes what the cell does, even for a topic that is silent in competition mode. The original
+simulator's own services under `/gazebo` are not part of the contract.
+
+`python -m tools.contract_page > docs/contract.md` writes this page from the table in
+`src/cellwright/cell/interface/rows.py`. A test compares the two.
 """
 
 CAMERAS = """\
 ## Cameras that take pictures
 
-They were not there in 2017, and are only where a file asks for them: [Cameras](cameras.md). None is latched; each
-comes at its camera's own rate, and only while somebody listens.
+The 2017 competition had no such cameras; a cell has them only if its file contains them: [Cameras](cameras.md). They
+publish at their own rate, unlatched, while they have a subscriber.
 """
 
 
@@ -55,7 +60,7 @@ def markdown(rows: Iterable[Endpoint]) -> str:
 
 def types_table() -> str:
     """Return the types that the project defines itself, with their ROS 1 checksums."""
-    lines = ["| type | | MD5 |", "|---|---|---|"]
+    lines = ["| type | meaning | MD5 |", "|---|---|---|"]
     for name, text in sources().items():
         about = text.splitlines()[0].removeprefix("# ")
         lines.append(f"| `{short_name(name)}` | {about} | `{md5(name)}` |")
@@ -65,16 +70,16 @@ def types_table() -> str:
 def contract_page() -> str:
     """Return the whole page."""
     types = (
-        "## Types of its own\n\n"
-        "Standard types come from ROS itself; these are defined in `src/cellwright/messages/definitions`. "
-        "The checksum is ROS 1's.\n"
+        "## Message types\n\n"
+        "`src/cellwright/middleware/messages/definitions` defines these types. All others "
+        "are\nstandard types of ROS. The checksums are ROS 1's.\n"
     )
     cameras = f"{CAMERAS}\n{_table(PICTURES, rated=False)}"
     return "\n".join((INTRODUCTION, markdown(GEAR), cameras, types, types_table()))
 
 
 def _table(rows: Sequence[Endpoint], *, rated: bool) -> str:
-    columns = ["name", "type", "rate", "latched", "QoS in ROS 2", "there", "what it is", "in competition mode"]
+    columns = ["name", "type", "rate", "latched", "QoS in ROS 2", "available", "meaning", "in competition mode"]
     missing = set() if rated else {"rate", "latched"}
     if rows[0].kind is not EndpointKind.TOPIC:
         missing.add("QoS in ROS 2")
@@ -91,8 +96,8 @@ def _cells(row: Endpoint) -> dict[str, str]:
         "rate": row.rate_text,
         "latched": "yes" if row.latch else "",
         "QoS in ROS 2": row.qos.text,
-        "there": row.where.value,
-        "what it is": row.about,
+        "available": row.where.value,
+        "meaning": row.about,
         "in competition mode": "" if row.competition is CompetitionMode.SAME else row.competition.value,
     }
 

@@ -14,15 +14,15 @@ from cellwright.robot.interface import IO_TELEOP
 
 BEGIN, END = "<!-- topics -->\n", "<!-- end of topics -->\n"
 
-_HEAD = ("name", "type", "rate", "QoS in ROS 2", "there", "what it is", "known from")
+_HEAD = ("name", "type", "rate", "QoS in ROS 2", "available", "meaning", "origin")
 
 
 def tables() -> str:
     """Return the node's published topics, its subscribed topics, and its services."""
     parts = []
     for title, kind, direction in (
-        ("It says", EndpointKind.TOPIC, Direction.OUT),
-        ("It hears", EndpointKind.TOPIC, Direction.IN),
+        ("Published topics", EndpointKind.TOPIC, Direction.OUT),
+        ("Subscribed topics", EndpointKind.TOPIC, Direction.IN),
         ("Services", EndpointKind.SERVICE, Direction.IN),
     ):
         rows = [row for row in IO_TELEOP if (row.kind, row.direction) == (kind, direction)]

@@ -12,10 +12,10 @@ def test_figures() -> None:
     figures = {figure.label: figure for figure in costs.measure(progress.append, quick=True)}
     assert [line.split()[0] for line in progress] == ["listeners", "a", "a", "a"]
     assert all(figure.value > 0.0 for figure in figures.values())
-    assert "20 messages in 20 steps" in figures["a listener on /clock / none"].note
-    assert "a listener on /ariac/orders / none" not in figures
+    assert "20 messages in 20 steps" in figures["a subscriber to /clock / none"].note
+    assert "a subscriber to /ariac/orders / none" not in figures
     assert figures["a run of the agent recorded / without"].value > 0
-    assert figures["a run of the agent recorded / listened to"].value > 0
+    assert figures["a run of the agent recorded / with subscribers"].value > 0
     assert "KiB written" in figures["a run of the agent with a log / without"].note
 
 

@@ -37,14 +37,14 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]
 def test_the_start_does_not_count(runs: list[tuple[str, float, str | None]]) -> None:
     progress: list[str] = []
     figures = {figure.label: figure for figure in looking.measure(progress.append, quick=False)}
-    assert figures["a page that nobody has open / bare"].value == pytest.approx(1.1, abs=0.2)
+    assert figures["a page without a browser / bare"].value == pytest.approx(1.1, abs=0.2)
     assert figures["a recording / bare"].value == pytest.approx(1.4, abs=0.2)
     assert "2.0 MB for 60 s" in figures["a recording / bare"].note
     assert figures["a video / bare"].value == pytest.approx(2.2, abs=0.2)
     assert figures["a picture of a video, in wall time"].value == pytest.approx(1200 / 201)
     assert figures["different end states of all these runs"].value == 1
     assert [label for label, figure in figures.items() if figure.maximum == looking.VIEW_COST] == [
-        "a page that nobody has open / bare",
+        "a page without a browser / bare",
         "a page in a browser / bare",
     ]
     assert {option for option, _until, browser in runs if browser} == {"--view"}

@@ -14,7 +14,7 @@ def test_figures() -> None:
     figures = {figure.label: figure for figure in ros1.measure(lambda _: None, quick=True)}
     assert figures["joint states at 1 kHz: lost"].value == 0
     assert figures["joint states at 1 kHz: rate"].value == pytest.approx(1000.0, rel=0.01)
-    assert figures["a service, connected: bare rospy"].value > 0.0
+    assert figures["a service, open connection: bare rospy"].value > 0.0
     assert figures["the bridge at 1 kHz, busy"].value >= 0.0
 
 

@@ -20,7 +20,7 @@ def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
         assert figures[label].value > 0.0
     lost = [figure for label, figure in figures.items() if label.endswith("lost")]
     assert [(figure.value, figure.maximum) for figure in lost] == [(0, 0.0)]
-    assert 0.0 < figures["real time, with a listener"].value < 1.5
+    assert 0.0 < figures["real time, with a subscriber"].value < 1.5
 
 
 def test_a_tick_without_a_listener_is_timed_too() -> None:

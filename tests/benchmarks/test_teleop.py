@@ -18,7 +18,7 @@ def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(teleop, "find", missing)
     monkeypatch.setattr(teleop, "REST", 0.15)
     figures = {figure.label: figure for figure in teleop.measure(lambda _: None, quick=True)}
-    ros = figures.pop("until motion is told: over ROS 1")
+    ros = figures.pop("until motion is reported: over ROS 1")
     assert math.isnan(ros.value)
     assert ros.note == "skipped: there is no ROS 1"
     assert all(figure.value > 0.0 for figure in figures.values())
