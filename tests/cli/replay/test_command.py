@@ -81,7 +81,7 @@ def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tm
     [
         (["no.mcap"], "no.mcap: cannot be read: No such file or directory"),
         (["."], ".: cannot be read"),
-        (["text.mcap"], "text.mcap: it is no MCAP file"),
+        (["text.mcap"], "text.mcap: not an MCAP file"),
         (["PATH", "--serve", "--speed", "0"], "--speed 0: give a factor above 0"),
         (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),

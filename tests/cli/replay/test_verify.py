@@ -160,9 +160,9 @@ class Changed:
 @pytest.mark.parametrize(
     ("kind", "facts", "reason"),
     [
-        ("cell", {"files": []}, "does not hold the files"),
-        ("cell", {"files": ["../x"]}, "a name that it cannot have"),
-        ("cell", {"files": ["files/none.yaml"]}, "does not hold none.yaml: it was cut short too early"),
+        ("cell", {"files": []}, "lacks the files"),
+        ("cell", {"files": ["../x"]}, "invalid file name"),
+        ("cell", {"files": ["files/none.yaml"]}, "lacks none.yaml; it was cut short too early"),
         ("cell", {"seed": "x"}, "seed is 'x'"),
         ("cell", {"servo": "soft"}, "servos 'soft'"),
         ("cell", {"checkpoints": [-1]}, "checkpoints are no times"),

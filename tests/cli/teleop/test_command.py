@@ -62,7 +62,7 @@ def test_the_summary_for_people(cellwright: CommandLine) -> None:
 
 def test_a_node_that_takes_no_commands_yet_says_so(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--start-disabled", "--sim-time", "--until", "0.01", "--port", "0")
-    assert ran.out.splitlines()[0].endswith(", real time, takes no commands until /io_teleop/set_enabled says so")
+    assert ran.out.splitlines()[0].endswith(", real time, commands disabled until enabled with /io_teleop/set_enabled")
 
 
 def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:

@@ -55,7 +55,7 @@ def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str
 @pytest.mark.parametrize(("start", "until"), [(10**12, None), (None, -1), (200, 100)])
 def test_where_nothing_is_there_is_no_bag(start: int | None, until: int | None, tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
-    with pytest.raises(UsageError, match="nothing is in it at these times"):
+    with pytest.raises(UsageError, match="no messages in this time range"):
         write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=start, until=until)
     assert [each.name for each in tmp_path.iterdir()] == ["a.mcap"]
 

@@ -13,7 +13,11 @@ from tests.recording.format.files import write
 
 @pytest.mark.parametrize(
     ("names", "reason"),
-    [((), "needs a file"), (("a.txt",), "is a file such as run.mcap"), (("a.bag", "b.bag"), "one recording of a kind")],
+    [
+        ((), "record: no file given"),
+        (("a.txt",), "use a name such as run.mcap"),
+        (("a.bag", "b.bag"), "only one .bag file"),
+    ],
 )
 def test_what_cannot_be_is_refused(names: tuple[str, ...], reason: str) -> None:
     with pytest.raises(UsageError, match=reason):
@@ -49,4 +53,4 @@ def test_what_was_recorded_stays_when_no_bag_can_be_made_of_it(tmp_path: Path) -
     assert not files.is_whole
     assert files.path.is_file()
     assert len(said) == 1
-    assert said[0].endswith(f"what was recorded is in {files.path}")
+    assert said[0].endswith(f"the recording is in {files.path}")

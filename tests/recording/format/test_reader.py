@@ -121,7 +121,11 @@ def test_one_that_was_changed_is_read_or_refused(
 
 @pytest.mark.parametrize(
     ("content", "reason"),
-    [(b"", "no MCAP file"), (b"#ROSBAG V2.0\n", "a bag of ROS 1"), (b"\x89MCAP0\r\n", "no recording")],
+    [
+        (b"", "not an MCAP file"),
+        (b"#ROSBAG V2.0\n", "a ROS 1 bag"),
+        (b"\x89MCAP0\r\n", "not a recording of Cellwright"),
+    ],
 )
 def test_what_is_no_recording_is_refused_in_a_line(tmp_path: Path, content: bytes, reason: str) -> None:
     (tmp_path / "a.mcap").write_bytes(content)
@@ -134,10 +138,10 @@ def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
     with McapFile(tmp_path / "late.mcap") as file:
         file.describe(names.METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), LATEST + 1, text("late"))
-    with pytest.raises(RecordingError, match="nothing sensible of its times"):
+    with pytest.raises(RecordingError, match="invalid times of a chunk"):
         RecordingFile(tmp_path / "late.mcap")
     late = struct.pack("<BQHIQQ", 5, 22, 1, 0, LATEST + 1, 0)
-    with pytest.raises(RecordingError, match="which no run comes to"):
+    with pytest.raises(RecordingError, match="which no run reaches"):
         list(chunk_entries(late))
 
 

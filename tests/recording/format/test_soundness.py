@@ -61,6 +61,6 @@ def test_a_file_within_one_that_was_cut_is_checked_too(whole: Path, tmp_path: Pa
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3].replace(b"a scene", b"a scone"))
     with (
         RecordingFile(tmp_path / "cut.mcap") as recording,
-        pytest.raises(RecordingError, match="the checksum of the file 'scene' within is wrong"),
+        pytest.raises(RecordingError, match="wrong checksum of the attached file 'scene'"),
     ):
         recording.check_bytes()

@@ -35,5 +35,8 @@ def test_what_is_latched_and_what_is_said(
 
 def test_where_nothing_is(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
-    with RecordingFile(tmp_path / "a.mcap") as recording, pytest.raises(UsageError, match="nothing is in it"):
+    with (
+        RecordingFile(tmp_path / "a.mcap") as recording,
+        pytest.raises(UsageError, match="no messages in this time range"),
+    ):
         TimeRange(recording, 40 * MS, None)

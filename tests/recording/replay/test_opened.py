@@ -95,7 +95,7 @@ def test_errors_about_unknown_names_list_the_known_ones(run: Recording, ask: obj
 
 
 def test_texts_are_no_arrays(run: Recording) -> None:
-    with pytest.raises(RecordingError, match="no rows of numbers"):
+    with pytest.raises(RecordingError, match="fields must be numeric"):
         run.arrays("/ariac/competition_state", "data")
 
 

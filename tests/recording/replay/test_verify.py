@@ -151,12 +151,12 @@ def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
             def messages(self, *_: object, **__: object) -> list[object]:
                 return [message._replace(data=message.data.replace(b"tick", b"tock"))]
 
-        with pytest.raises(RecordingError, match=r"state_hash at .* makes no sense"):
+        with pytest.raises(RecordingError, match=r"state_hash at .* is invalid"):
             list(recorded_steps(Odd()))  # type: ignore[arg-type]
 
 
 def test_an_invalid_command_is_reported(taken: list[Step]) -> None:
     command = next(step for step in taken if isinstance(step, Command))
 
-    with pytest.raises(RecordingError, match="makes no sense"):
+    with pytest.raises(RecordingError, match=r"is invalid|invalid command"):
         again([replace(command, type="osrf_gear/Nonsense")])

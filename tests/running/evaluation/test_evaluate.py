@@ -114,7 +114,7 @@ def test_a_run_that_is_not_done_says_why(judge: Judge, program: str, outcome: st
 @pytest.mark.slow
 def test_a_program_that_hangs(judge: Judge) -> None:
     (result,) = judge("Hang", wall=2.0)
-    assert (result.outcome, result.reason) == ("wall_limit", "still at work after 2 s")
+    assert (result.outcome, result.reason) == ("wall_limit", "still running after 2 s")
     assert result.is_lost
     assert any("programs.py" in line and "in run" in line for line in result.log)
 
@@ -124,7 +124,7 @@ def test_a_program_that_hangs(judge: Judge) -> None:
 @LINUX
 def test_a_program_that_eats_memory(judge: Judge) -> None:
     (result,) = judge("Eat", memory=400 << 20)
-    assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 400 MiB of memory: MemoryError")
+    assert (result.outcome, result.reason) == ("memory_limit", "needed more than 400 MiB of memory: MemoryError")
 
 
 @QUICK_WORKERS
@@ -132,7 +132,7 @@ def test_a_program_that_eats_memory(judge: Judge) -> None:
 @LINUX
 def test_memory_of_child_processes_counts(judge: Judge) -> None:
     (result,) = judge("EatInChildren", memory=500 << 20)
-    assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 500 MiB of memory")
+    assert (result.outcome, result.reason) == ("memory_limit", "needed more than 500 MiB of memory")
     assert result.simulated == 0.0
 
 
@@ -203,7 +203,7 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
         ("programs.py:Deliver", ""),
         ("programs.py:Delivers", "did you mean Deliver"),
         ("programs.py:CannotBeMade", "cannot be made: OSError: no map found"),
-        ("programs.py:DiesWhenMade", "the process in which it was made did not live (exit status 9)"),
+        ("programs.py:DiesWhenMade", "the process that creates it ended early (exit status 9)"),
         ("missing", "unknown agent 'missing'"),
     ],
 )
@@ -238,7 +238,7 @@ def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
 
 
 def test_at_least_one_process_is_needed(folder: Path) -> None:
-    with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="at least one"):
+    with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="workers must be at least 1"):
         Evaluation(store, limits=RunLimits(), workers=0)
 
 

@@ -22,9 +22,9 @@ def test_a_case_for_each_run_and_a_failure_for_each_that_did_not_pass() -> None:
     assert failures[0] is None
     reasons = [(each.get("type"), each.get("message")) for each in failures if each is not None]
     assert reasons == [
-        ("done", "2 of 12 points, but 75 % of the points were asked for"),
+        ("done", "2 of 12 points, below the required 75 % of the points"),
         ("crashed", "ValueError: <no> & \N{REPLACEMENT CHARACTER}"),
-        ("wall_limit", "still at work after 5 s"),
+        ("wall_limit", "still running after 5 s"),
     ]
     assert "2 of 2  gear_part: bin1|gear_part_1 lies in its place" in (cases[1].findtext("system-out") or "")
     assert "\N{REPLACEMENT CHARACTER}[31m" in (cases[2].findtext("system-err") or "")

@@ -141,6 +141,6 @@ def test_one_evaluation_at_a_time_has_a_folder(folder: Path, here: Callable[[str
     wait_until((folder / "out" / "logs").exists, "folder of logs")
     status, out = here("Hang")
     assert status == 2
-    assert b"error: out: another evaluation is at work in this folder" in out
+    assert b"error: out: in use by another evaluation" in out
     os.kill(first.pid, signal.SIGINT)
     first.communicate(timeout=TIMEOUT)

@@ -68,17 +68,17 @@ def test_what_it_says() -> None:
     page = Page(report(RESULTS, Threshold.read("75%")))
     for text in (
         "my.py:Mine",
-        "1 trial, 4 seeds; every run was to reach 75 % of the points",
+        "1 trial, 4 seeds; required of every run: 75 % of the points",
         "1 of 4",
         "33.3%",
-        "2 of 12 points, but 75 % of the points were asked for",
-        "still at work after 5 s",
+        "2 of 12 points, below the required 75 % of the points",
+        "still running after 5 s",
         "ValueError: <no> & \x07 \x1b[31m",
         "bin1|gear_part_1",
-        "besides: bin2|disk_part_1 (wrong type)",
+        "extra: bin2|disk_part_1 (wrong type)",
         "kit order_0_kit_0: 2 of 6 points",
-        "there 1 of 2, pose 1 of 2, bonus 0 of 2 (an ordered part is not there)",
-        "kit order_0_kit_1: 0 of 4 points within reach, 6 on paper",
+        "present 1 of 2, pose 1 of 2, bonus 0 of 2 (an ordered part is not there)",
+        "kit order_0_kit_1: 0 of 4 points attainable, 6 at most",
         "its kit was never submitted",
         "none on the tray <when> submitted",
     ):

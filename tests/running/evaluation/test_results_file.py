@@ -47,7 +47,7 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
 def test_a_file_that_is_not_regular_is_not_read(tmp_path: Path, device: str) -> None:
     (tmp_path / RESULTS_NAME).symlink_to(device)
-    with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
+    with pytest.raises(UsageError, match=r"results\.jsonl: not a regular file"):
         ResultsFile(tmp_path)
 
 
@@ -75,13 +75,13 @@ def test_another_file_is_refused_and_left_alone(line: str, tmp_path: Path) -> No
     first = write(tmp_path)
     file = tmp_path / "results.jsonl"
     file.write_bytes(first + line.encode() + first)
-    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to begin anew"):
+    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to start over"):
         ResultsFile(tmp_path)
     assert file.read_bytes() == first + line.encode() + first
 
 
 def test_a_folder_is_for_one_at_a_time(tmp_path: Path) -> None:
-    with ResultsFile(tmp_path), pytest.raises(UsageError, match="another evaluation is at work"):
+    with ResultsFile(tmp_path), pytest.raises(UsageError, match="in use by another evaluation"):
         ResultsFile(tmp_path)
     ResultsFile(tmp_path).close()
 

@@ -31,7 +31,7 @@ def test_a_threshold(text: str, points: float, reached: bool) -> None:
 
 @pytest.mark.parametrize("text", ["", "%", "much", "nan", "inf%", "8 points"])
 def test_invalid_thresholds_are_refused(text: str) -> None:
-    with pytest.raises(UsageError, match="give points, such as 8, or a share"):
+    with pytest.raises(UsageError, match="or a share of the attainable points"):
         Threshold.read(text)
 
 
@@ -44,9 +44,9 @@ def test_shortcoming_gives_the_reason() -> None:
     half = Threshold.read("50%")
     assert shortcoming(result(6.0), half) == ""
     assert shortcoming(result(0.0), None) == ""
-    assert shortcoming(result(5.0), half) == "5 of 12 points, but 50 % of the points were asked for"
-    assert shortcoming(result(5.0), Threshold.read("5.5")) == "5 of 12 points, but 5.5 points were asked for"
-    assert shortcoming(LOST, None) == "still at work after 5 s"
+    assert shortcoming(result(5.0), half) == "5 of 12 points, below the required 50 % of the points"
+    assert shortcoming(result(5.0), Threshold.read("5.5")) == "5 of 12 points, below the required 5.5 points"
+    assert shortcoming(LOST, None) == "still running after 5 s"
     assert shortcoming(result(12.0, outcome="time_limit", reason="time limit"), half) == "time limit"
 
 
@@ -89,8 +89,8 @@ def test_the_document_is_json_and_has_everything() -> None:
     assert document["min_score"] == "75 % of the points"
     assert document["trials"][0]["outcomes"] == {"done": 1, "wall_limit": 1}
     assert [each["shortcoming"] for each in document["results"]] == [
-        "2 of 12 points, but 75 % of the points were asked for",
-        "still at work after 5 s",
+        "2 of 12 points, below the required 75 % of the points",
+        "still running after 5 s",
     ]
     assert document["results"][0]["score"]["orders"][0]["kits"][0]["bonus"] == "parts short"
     assert document["versions"]["cellwright"]

@@ -17,7 +17,7 @@ from cellwright.running.remote.program import AgentExit, ExitReason
         ('{"parting": "crashed", "error": "a\\nb"}', AgentExit(ExitReason.CRASHED, "a\nb")),
         (r'{"parting": "crashed", "error": "\ud800\u001b[2J"}', AgentExit(ExitReason.CRASHED, r"\ud800\x1b[2J")),
         ('{"parting": "refused", "error": "no map"}', "no map"),
-        ('{"parting": "refused", "error": ""}', "the agent could not be made"),
+        ('{"parting": "refused", "error": ""}', "the agent could not be created"),
         ('{"parting": "gone", "error": ""}', ""),
         ('{"parting": "crashed"}', ""),
         ("", ""),

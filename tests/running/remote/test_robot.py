@@ -20,7 +20,7 @@ def test_an_order_is_a_robot(tmp_path: Path) -> None:
     ("urdf", "given", "said"),
     [
         ("none.urdf", configs(), r"none\.urdf"),
-        ("small.urdf", ["arms"], "a robot configuration is a dictionary"),
+        ("small.urdf", ["arms"], "configs: must be a dictionary"),
         ("small.urdf", {**configs(), "dorsal": {"joint_index": 2}}, r"^configs: dorsal\.joint_index"),
         (
             "small.urdf",

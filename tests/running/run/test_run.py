@@ -162,7 +162,7 @@ def test_until() -> None:
 
 
 def test_without_an_agent_a_run_needs_an_end() -> None:
-    with pytest.raises(UsageError, match="without an agent a run has no end"):
+    with pytest.raises(UsageError, match="a run without an agent needs an end"):
         run_cell(Cell(BARE), None)
     result = run_cell(Cell(BARE), None, RunOptions(until=0.25))
     assert (result.outcome, result.steps, result.competition_state) == (Outcome.UNTIL, 125, "init")

@@ -50,7 +50,7 @@ def test_each_run_has_files_of_its_own(tmp_path: Path) -> None:
 
 
 def test_without_program_clients_or_end_there_is_no_run() -> None:
-    with Session(BARE) as session, pytest.raises(UsageError, match="say until when"):
+    with Session(BARE) as session, pytest.raises(UsageError, match="until: a run without an agent needs an end"):
         session.run()
     assert Session(BARE).run(until=0.25).steps == 125
 
@@ -117,7 +117,7 @@ def test_a_robot_and_a_recording_of_it(tmp_path: Path) -> None:
     with Session("tandem", record=tmp_path / "robot.mcap") as session:
         client = session.client("/operator")
         assert not isinstance(client, Client)
-        with pytest.raises(UsageError, match="an agent works a cell"):
+        with pytest.raises(UsageError, match="program: an agent needs a cell"):
             session.run(Ends())
         client.sleep(0.3)
     with Session(tmp_path / "robot.mcap") as played:
@@ -142,7 +142,10 @@ def test_an_unknown_name_is_refused() -> None:
 
 
 def test_a_log_is_of_a_cell(tmp_path: Path) -> None:
-    with Session("tandem", log=tmp_path / "a.jsonl") as session, pytest.raises(UsageError, match="a log is of a run"):
+    with (
+        Session("tandem", log=tmp_path / "a.jsonl") as session,
+        pytest.raises(UsageError, match="log: only a cell has a log"),
+    ):
         session.run(until=0.1)
 
 

@@ -140,7 +140,7 @@ class Recording:
         try:
             return np.array(times), *(np.array(column, np.float64) for column in columns)
         except (TypeError, ValueError) as error:
-            raise RecordingError(f"{topic}: its fields are no rows of numbers: {error}") from None
+            raise RecordingError(f"{topic}: fields must be numeric and of constant length: {error}") from None
 
     @cached_property
     def scene(self) -> Scene:

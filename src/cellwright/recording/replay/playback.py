@@ -20,7 +20,7 @@ from cellwright.recording.format.reader import RecordedMessage, RecordingFile
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
-WHY_NOT = "this is a recording: it plays what was, and hears no commands"
+READ_ONLY = "a recording is read-only; it accepts no commands"
 
 
 class ReadOnlyBus(Bus):
@@ -35,8 +35,8 @@ class ReadOnlyBus(Bus):
         self._refuse(service, node)
 
     def _refuse(self, name: str, node: str) -> NoReturn:
-        self.refusals.refuse(f"{name} from {node}" if node else name, WHY_NOT)
-        raise RejectedCommandError(WHY_NOT)
+        self.refusals.refuse(f"{name} from {node}" if node else name, READ_ONLY)
+        raise RejectedCommandError(READ_ONLY)
 
 
 _MAX_MESSAGES = 2000  # messages that are examined

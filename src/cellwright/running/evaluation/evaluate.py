@@ -63,7 +63,7 @@ class Evaluation:
         on_look: Callable[[Sequence[Running]], None] = lambda _running: None,
     ) -> None:
         if workers < 1:
-            raise UsageError(f"{workers} processes work nothing: give at least one")
+            raise UsageError(f"workers must be at least 1 (got {workers})")
         self._store = store
         self._limits = limits or RunLimits()
         self._workers = workers
@@ -96,7 +96,7 @@ class Evaluation:
             return worker.refused
         if worker.result is None:
             last = "".join(f"\n{line}" for line in worker.last_lines())
-            return f"{agent}: the process in which it was made did not live ({ending or 'it hung'}){last}"
+            return f"{agent}: the process that creates it ended early ({ending or 'timed out'}){last}"
         return ""
 
     def stop(self) -> None:
@@ -170,7 +170,7 @@ class Evaluation:
         else:
             since = time.monotonic() - (worker.begun or worker.started)
             if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
-                broken = Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"
+                broken = Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"
             kind, reason = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
             figures = {"points": 0.0, "wall": far.wall, "simulated": far.simulated}
             result = Result.of(job, self._limits, outcome=kind.value, reason=reason, **figures)
@@ -203,7 +203,7 @@ class Evaluation:
                 words = f"wrote more than {self._limits.log / MEBIBYTE:g} MiB to its log"
                 self._finish(worker, (Lost.LOG_LIMIT, words))
             elif now > begun + self._limits.wall:
-                self._finish(worker, (Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"))
+                self._finish(worker, (Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"))
 
     def _memory_words(self) -> str:
-        return f"wanted more than {self._limits.memory / MEBIBYTE:g} MiB of memory"
+        return f"needed more than {self._limits.memory / MEBIBYTE:g} MiB of memory"

@@ -110,7 +110,7 @@ def read_report(path: Path) -> AgentExit | str:
         said = json.loads(file.read(_MAX_REPORT))
         if isinstance(said, dict) and isinstance(error := said.get("error"), str):
             if said.get("parting") == REFUSED:
-                return printable(error) or "the agent could not be made"
+                return printable(error) or "the agent could not be created"
             return AgentExit(ExitReason(str(said.get("parting"))), printable(error))
     return ""
 
@@ -152,7 +152,7 @@ class RemoteAgent(Program):
         """
         server = session.server
         if server is None:
-            raise UsageError("an agent in a process of its own needs a session that serves clients: serve=True")
+            raise UsageError("agent: a RemoteAgent requires a session that serves clients; pass serve=True")
         if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
         over, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)

@@ -84,7 +84,9 @@ def configuration(order: dict[str, Any]) -> RobotConfig:
     """
     configs = order["configs"]
     if not isinstance(configs, dict):
-        raise CellwrightError("configs: a robot configuration is a dictionary, as `yaml.safe_load` reads one")
+        raise CellwrightError(
+            f"configs: must be a dictionary, as `yaml.safe_load` returns it (got {type(configs).__name__})"
+        )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "configs.yml"
         file.write_text(yaml.safe_dump({**configs, "urdf_path": order["urdf"]}, sort_keys=False), encoding="utf-8")

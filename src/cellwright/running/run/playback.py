@@ -36,7 +36,7 @@ class PlaybackTarget(Target):
         at_end: whether playback then stops, pauses or repeats.
     """
 
-    acts, stopped, has_end = "see the recording", "the recording is over", True
+    acts, stopped, has_end = "view the recording", "the recording has ended", True
     node: Recorded
     # supplies the time; frames are those of the recording
     identity = Identity(REPLAY_NODE, "recording", makes_frames=False)

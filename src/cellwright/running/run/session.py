@@ -50,7 +50,7 @@ def warn_at_runtime(line: str) -> None:
 
 
 def _warn_of_name(old: str, new: str) -> None:
-    warnings.warn(f"cellwright.{old} is cellwright.{new} now", DeprecationWarning, stacklevel=3)
+    warnings.warn(f"cellwright.{old} is deprecated; use cellwright.{new}", DeprecationWarning, stacklevel=3)
 
 
 class Program(ABC):
@@ -213,7 +213,9 @@ class Session(SessionState):
         opened.callback(lambda: server.close(self._closing_reason()))
         opened.callback(self.target.close)  # closed first: it may answer what clients wait for
         if not server.is_local:
-            self.report(f"{options.host}: anybody who reaches this machine can {self.target.acts}")
+            self.report(
+                f"{options.host}: open to the network; every program that reaches this machine can {self.target.acts}"
+            )
         self.target.offer(self)
         if self._view:
             self.page = open_page(
@@ -267,9 +269,9 @@ class Session(SessionState):
                 return self.run(program, until=until)
         has_end = until is not None or self.stop.deadline != NEVER or self.target.has_end
         if program is None and self.server is None and not has_end:
-            raise UsageError("without an agent a run has no end: say until when")
+            raise UsageError("until: a run without an agent needs an end; pass a time, such as until=10.0")
         if program is not None and not isinstance(self.node, Cell):
-            raise UsageError("an agent works a cell; for a robot take session.client()")
+            raise UsageError("program: an agent needs a cell; for a robot use session.client()")
         if isinstance(program, str | type):
             program = find_agent(program)() if isinstance(program, str) else maker_of(program.__qualname__, program)()
         with ExitStack() as run:
@@ -367,7 +369,7 @@ class Session(SessionState):
         """Restart the run while clients stay connected; an agent in this process is run again."""
         if self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent):
             self.restart_requested = True
-            self.stop.request("the run begins again")
+            self.stop.request("the run restarts")
             return
         simulation = self.node.simulation
         before, runs = simulation.now, simulation.runs
@@ -404,17 +406,19 @@ def open_page(
     from cellwright.viewer.web.start import WebPage
 
     def tell_end() -> None:
-        another = "" if key else f"; another one: cellwright view {address[0]}:{address[1]}"
-        on_message(f"the page has ended{another}")
+        another = "" if key else f"; open another one with: cellwright view {address[0]}:{address[1]}"
+        on_message(f"the page has stopped{another}")
 
     page = WebPage(
         address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=tell_end
     )
     on_message(f"page: {page.url}")
     if options.token:
-        on_message("it is open to the network: whoever has this address can look on, and do what the page lets one do")
+        on_message(
+            "the page is open to the network: this address gives access to everything that the page shows and controls"
+        )
     if options.opens and not (has_desktop() and webbrowser.open(page.url)):
-        on_message("there is no desktop here to open a browser on: open that address yourself")
+        on_message("no desktop found to open a browser on; open the address yourself")
     return page
 
 
@@ -457,7 +461,7 @@ def is_robot(word: str | Path) -> bool:
     """
     if word in bundled_robots():
         if word in bundled_trials():
-            raise UsageError(f"{word}: is the name of a trial and of a robot: give the path of its file")
+            raise UsageError(f"{word}: names both a trial and a robot; give the path of a file")
         return True
     with suppress(CellwrightError, OSError, ValueError):  # loading it reports the errors
         return Path(word).is_dir() or is_robot_file(find_robot(word))

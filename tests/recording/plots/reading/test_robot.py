@@ -42,7 +42,7 @@ def test_the_strongest_obstacle_to_commands_is_shown() -> None:
         reader.take(message(time, each))
     assert [span.label for span in reader.safety.until(9.0)] == [
         "takes commands",
-        "silence: holds",
+        "no commands: holds",
         "disabled",
         "emergency stop",
         "on its way home",

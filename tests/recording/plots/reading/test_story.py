@@ -112,8 +112,8 @@ def cut(tmp_path: Path, cell: Path) -> Path:
 
 def test_one_that_was_cut_goes_as_far_as_it_goes(cut: Path, cell: Path) -> None:
     found, whole = loaded(cut), loaded(cell)
-    assert found.note.endswith("cut before its end")
-    assert found.warning == f"{cut}: was cut short; drawn as far as it goes"
+    assert found.note.endswith("cut short")
+    assert found.warning == f"{cut}: cut short; plotted as far as it goes"
     assert 0.0 < found.end < whole.end
     (arm,), (all_of_it,) = found.joints.values(), whole.joints.values()
     assert np.array_equal(arm[0].positions, all_of_it[0].positions[: len(arm[0].positions)])

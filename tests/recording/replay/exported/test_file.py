@@ -150,12 +150,12 @@ def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Pa
 
 def test_it_is_no_recording_and_says_so(path: Path, tmp_path: Path) -> None:
     export(path, tmp_path / "out.mcap")
-    with pytest.raises(RecordingError, match=r"out\.mcap: it was made for other tools"):
+    with pytest.raises(RecordingError, match=r"out\.mcap: not a recording, but an export for other tools"):
         RecordingFile(tmp_path / "out.mcap")
 
 
 def test_what_cannot_be_is_refused_and_leaves_all_as_it_was(path: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="nothing is in it at these times"):
+    with pytest.raises(UsageError, match="no messages in this time range"):
         export(path, tmp_path / "out.mcap", start=100 * SECOND)
     before = path.read_bytes()
     with pytest.raises(UsageError, match="is the recording itself"):
@@ -183,7 +183,7 @@ def test_missing_parts_are_reported(tmp_path: Path) -> None:
         channel = file.channel(TALK)
         file.add(channel, 5, text("a word"))
     (line,) = export(tmp_path / "a.mcap", tmp_path / "out.mcap")
-    assert line.startswith("what is to be seen is left out: ")
+    assert line.startswith("scene is left out: ")
     assert [(topic, time, message.data) for topic, time, message in read(tmp_path / "out.mcap")] == [
         ("/talk", 5, "a word")
     ]

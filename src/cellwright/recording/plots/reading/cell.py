@@ -140,7 +140,7 @@ class CompetitionReader:
                 case _:
                     pass
         except (KeyError, TypeError, AttributeError) as error:
-            raise MessageError(f"a line of the log that lacks something: {error}") from None
+            raise MessageError(f"incomplete line of the log: {error}") from None
 
     def _take_kit(self, event: dict[str, Any], when: float) -> None:
         tray = tray_name(str(event["tray_id"]))
@@ -182,7 +182,7 @@ class Trays:
         try:
             trays = {tray_name(str(tray["number"])): _parts_on_tray(tray) for tray in panel.get("trays", ())}
         except (KeyError, TypeError, AttributeError) as error:
-            raise MessageError(f"a panel that lacks something: {error}") from None
+            raise MessageError(f"incomplete panel: {error}") from None
         now = message.time / SECOND
         self.names += [name for name in trays if name not in self.names]
         there = {(tray, part) for tray, parts in trays.items() for part in parts}
