@@ -122,7 +122,7 @@ def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
         client = package.Client.connect(address, node="/me")
         client.wait_until(lambda: client.time > LENGTH / 2)
         newest, orders = client.joint_states.message, [order.order_id for order in client.orders]
-        with pytest.raises(package.errors.CellwrightError, match="this is a recording"):
+        with pytest.raises(package.errors.CellwrightError, match="a recording is read-only"):
             client.control_gripper(True)
         client.close()
         player.signal(signal.SIGTERM)

@@ -45,7 +45,7 @@ def changed(way: str, value: object) -> dict[str, Any]:
     return document
 
 
-def test_a_whole_result_comes_back_and_makes_a_report() -> None:
+def test_result_from_json_gives_same_json_and_report() -> None:
     read = Result.from_json(changed("log", ["x"]))
     assert read.as_json() == WHOLE
     assert "order_0_kit_0" in report([read], None)
@@ -73,11 +73,11 @@ def test_a_whole_result_comes_back_and_makes_a_report() -> None:
         ("timeline.agvs.1", 3, "timeline.agvs.1 must be a list"),
     ],
 )
-def test_a_misfit_is_reported(way: str, value: object, what: str) -> None:
+def test_misfit_in_result_is_refused_with_place(way: str, value: object, what: str) -> None:
     with pytest.raises(ResultError, match=f"not a result of this version of Cellwright: .*{what}"):
         Result.from_json(changed(way, value))
 
 
-def test_a_lost_run_has_no_score_and_no_timeline() -> None:
+def test_lost_run_without_score_and_timeline_is_valid() -> None:
     bare = {**WHOLE, "log": [], "score": {}, "timeline": {}}
     assert "lesson" in report([Result.from_json(bare)], None)

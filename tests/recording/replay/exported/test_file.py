@@ -62,7 +62,7 @@ def said(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Said:
 
 
 @pytest.mark.slow
-def test_what_was_said_is_in_it(path: Path, said: Said) -> None:
+def test_export_has_all_messages_of_recording(path: Path, said: Said) -> None:
     counts = Counter(topic for topic, _, _ in said)
     with RecordingFile(path) as recording:
         expected = {name: count for name, count in recording.counts.items() if name != FRAME}
@@ -76,7 +76,7 @@ def test_what_was_said_is_in_it(path: Path, said: Said) -> None:
     assert joints == again
 
 
-def test_every_marker_has_a_frame_and_every_body_of_the_cell_is_seen(path: Path, said: Said) -> None:
+def test_every_marker_has_frame_and_every_body_has_marker(path: Path, said: Said) -> None:
     (markers,) = (message.markers for topic, _, message in said if topic == MARKERS)
     first = next(message.transforms for topic, _, message in said if topic == TRANSFORMS)
     frames = {each.child_frame_id for each in first} | {"world"}
@@ -89,7 +89,7 @@ def test_every_marker_has_a_frame_and_every_body_of_the_cell_is_seen(path: Path,
     assert {each.ns for each in markers} == seen
 
 
-def test_the_tool_goes_its_way(path: Path, said: Said) -> None:
+def test_transforms_of_tool_equal_recorded_path(path: Path, said: Said) -> None:
     found = {}
     for topic, _, message in said:
         for each in message.transforms if topic == TRANSFORMS else ():
@@ -106,7 +106,7 @@ def test_the_tool_goes_its_way(path: Path, said: Said) -> None:
 
 
 @pytest.mark.slow
-def test_the_layout_for_foxglove_shows_what_is_there(said: Said) -> None:
+def test_foxglove_layout_names_existing_topics(said: Said) -> None:
     panels = json.loads(LAYOUT.read_text(encoding="utf-8"))["configById"]
     (markers,) = panels["3D!cell"]["topics"]
     assert markers == MARKERS
@@ -121,7 +121,7 @@ def test_the_layout_for_foxglove_shows_what_is_there(said: Said) -> None:
 
 
 @pytest.mark.slow
-def test_a_part_of_it_begins_with_what_was_known_by_then(path: Path, tmp_path: Path, said: Said) -> None:
+def test_export_of_time_range_begins_with_latched_state(path: Path, tmp_path: Path, said: Said) -> None:
     assert export(path, tmp_path / "part.mcap", start=2 * SECOND, until=int(2.5 * SECOND)) == []
     part = read(tmp_path / "part.mcap")
     assert (part[0][1], part[-1][1]) == (2 * SECOND, int(2.5 * SECOND))
@@ -137,7 +137,7 @@ def test_a_part_of_it_begins_with_what_was_known_by_then(path: Path, tmp_path: P
 
 
 @pytest.mark.slow
-def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Path) -> None:
+def test_export_of_truncated_recording_has_index(path: Path, tmp_path: Path) -> None:
     data = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
     assert export(tmp_path / "cut.mcap", tmp_path / "out.mcap") == []
@@ -148,13 +148,13 @@ def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Pa
     assert found["/ariac/joint_states"] == counts["/ariac/joint_states"] > 20
 
 
-def test_it_is_no_recording_and_says_so(path: Path, tmp_path: Path) -> None:
+def test_export_is_refused_as_recording(path: Path, tmp_path: Path) -> None:
     export(path, tmp_path / "out.mcap")
     with pytest.raises(RecordingError, match=r"out\.mcap: not a recording, but an export for other tools"):
         RecordingFile(tmp_path / "out.mcap")
 
 
-def test_what_cannot_be_is_refused_and_leaves_all_as_it_was(path: Path, tmp_path: Path) -> None:
+def test_invalid_export_is_refused_and_changes_no_file(path: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no messages in this time range"):
         export(path, tmp_path / "out.mcap", start=100 * SECOND)
     before = path.read_bytes()
@@ -166,7 +166,7 @@ def test_what_cannot_be_is_refused_and_leaves_all_as_it_was(path: Path, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_disk_that_is_full_leaves_nothing(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_is_refused_and_leaves_no_file(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def write(_file: int, _data: bytes) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -176,7 +176,7 @@ def test_a_disk_that_is_full_leaves_nothing(path: Path, tmp_path: Path, monkeypa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_missing_parts_are_reported(tmp_path: Path) -> None:
+def test_missing_scene_is_reported(tmp_path: Path) -> None:
     header = RecordingHeader("cell", "small")
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, header.metadata())
@@ -189,7 +189,7 @@ def test_missing_parts_are_reported(tmp_path: Path) -> None:
     ]
 
 
-def test_an_unknown_type_is_reported(tmp_path: Path) -> None:
+def test_unknown_type_is_reported(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), 5, text("a word"))

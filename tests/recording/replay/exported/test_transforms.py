@@ -58,7 +58,7 @@ runs = st.lists(st.lists(places, min_size=2, max_size=2), min_size=1, max_size=6
 
 
 @given(runs)
-def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
+def test_transforms_at_frame_equal_recorded_poses(run: list[list[Place]]) -> None:
     transforms = Transforms(BODIES)
     buffer = Buffer([said for number, each in enumerate(run) if (said := transforms.take(frame(number, each)))])
     for number, each in enumerate(run):
@@ -68,7 +68,7 @@ def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
 
 
 @given(runs)
-def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Place]]) -> None:
+def test_transforms_between_frames_are_interpolated(run: list[list[Place]]) -> None:
     transforms = Transforms(BODIES)
     buffer = Buffer([said for number, each in enumerate(run) if (said := transforms.take(frame(number, each)))])
     for number, (one, other) in enumerate(pairwise(run)):
@@ -81,7 +81,7 @@ def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Plac
 
 
 @given(runs)
-def test_a_second_of_it_is_enough_to_find_everything(run: list[list[Place]]) -> None:
+def test_one_second_of_transforms_has_all_bodies(run: list[list[Place]]) -> None:
     transforms = Transforms(BODIES)
     messages = [transforms.take(frame(number, each)) for number, each in enumerate(run)]
     for number, each in enumerate(run):
@@ -90,17 +90,17 @@ def test_a_second_of_it_is_enough_to_find_everything(run: list[list[Place]]) -> 
             assert Buffer(recent).find(body, number * PERIOD)[0] == (x if shown else 0.0)
 
 
-def test_of_what_stands_nothing_is_said_but_once_a_second() -> None:
+def test_standing_bodies_are_sent_once_a_second() -> None:
     transforms = Transforms(BODIES)
     said = [transforms.take(frame(number, [(0.0, True), (1.0, False)])) for number in range(51)]
     assert [number for number, each in enumerate(said) if each is not None] == [0, 25, 50]
 
 
-def test_a_frame_of_another_scene_is_skipped() -> None:
+def test_frame_of_other_scene_is_skipped() -> None:
     assert Transforms(("world", "cart")).take(frame(0, [(0.0, True), (1.0, True)])) is None
 
 
-def test_a_turn_that_is_none_is_no_turn() -> None:
+def test_zero_quaternion_becomes_identity() -> None:
     poses = np.zeros((2, 7), np.float32)
     said = Transforms(("world", "cart")).take(SceneFrame(0, poses, np.array([True, True])))
     assert said is not None

@@ -26,15 +26,15 @@ def of_robot(ahead: int) -> Memory:
 
 
 @pytest.mark.parametrize(("ahead", "found"), [(WALL, WALL), (0, 0), (2_000_000, 0)])
-def test_stamps_tell_which_clock_it_was(ahead: int, found: int) -> None:
+def test_clock_offset_is_found_from_stamps(ahead: int, found: int) -> None:
     assert clock_offset(of_robot(ahead)) == found
 
 
-def test_without_stamps_it_is_simulation_time() -> None:
+def test_messages_without_stamps_give_zero_offset() -> None:
     assert clock_offset(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
 
 
-def test_a_robot_without_a_clock_is_played_with_one() -> None:
+def test_recording_without_clock_is_played_with_clock() -> None:
     recorded = Recorded(of_robot(WALL))
     came: list[Any] = []
     recorded.bus.subscribe("/clock", came.append)
@@ -47,7 +47,7 @@ def test_a_robot_without_a_clock_is_played_with_one() -> None:
     assert times[-1] == SECOND
 
 
-def test_a_recorded_clock_is_the_only_one() -> None:
+def test_recorded_clock_has_one_publisher() -> None:
     recorded = Recorded(recording(1))
 
     assert recorded.bus.topic("/clock").publishers == ("/gazebo",)

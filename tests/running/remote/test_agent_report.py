@@ -23,7 +23,7 @@ from cellwright.running.remote.program import AgentExit, ExitReason
         ("", ""),
     ],
 )
-def test_a_report_says_how_an_agent_left_or_nothing(tmp_path: Path, text: str, said: AgentExit | str) -> None:
+def test_report_gives_exit_of_agent_or_empty_text(tmp_path: Path, text: str, said: AgentExit | str) -> None:
     file = tmp_path / "report.json"
     file.write_text(text, encoding="utf-8")
     assert read_report(file) == said

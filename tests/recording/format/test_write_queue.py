@@ -48,7 +48,7 @@ an_entry = st.tuples(st.integers(1, 9), st.integers(0, 99), st.binary(max_size=9
 
 @pytest.mark.slow
 @given(st.lists(st.lists(an_entry | st.sampled_from(["schema", "channel"]), max_size=20), max_size=5))
-def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
+def test_queue_yields_entries_in_order(given: list[list[Entry | str]]) -> None:
     waiting: WriteQueue[str] = WriteQueue()
     for items in given:
         for item in items:
@@ -62,7 +62,7 @@ def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
 
 
 @given(st.lists(an_entry, min_size=1, max_size=30), st.integers(1, 400))
-def test_parts_end_as_soon_as_they_are_large_enough(given: list[Entry], size: int) -> None:
+def test_part_ends_as_soon_as_it_reaches_size(given: list[Entry], size: int) -> None:
     parts = list(handed_in(given).parts(size))
     assert [entry for part in parts for entry in entries(part)] == given
     sizes = [[MESSAGE_OVERHEAD + len(data) for data in part.contents] for part in parts]
@@ -71,7 +71,7 @@ def test_parts_end_as_soon_as_they_are_large_enough(given: list[Entry], size: in
     assert [int(part.ends[-1]) - part.begin for part in parts] == [sum(each) for each in sizes]
 
 
-def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
+def test_entry_added_during_take_stays_for_next_take() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"early"))
     taking = waiting.take()
@@ -85,7 +85,7 @@ def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
 
 
 @pytest.mark.slow
-def test_two_threads_lose_nothing() -> None:
+def test_two_threads_lose_no_entry() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     count = 30_000
 
@@ -110,7 +110,7 @@ def test_two_threads_lose_nothing() -> None:
     assert found == expected
 
 
-def test_cleared_messages_are_not_taken() -> None:
+def test_cleared_queue_yields_no_entry() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"x"))
     waiting.add_record("y")
