@@ -109,7 +109,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     seconds = QUICK_SECONDS if quick else SECONDS
     on_progress("the agent works it")
     agent, commands = worked(seconds)
-    on_progress("nobody listens")
+    on_progress("no subscribers")
     alone = min((played(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
     yield from figures("without subscribers", alone, seconds, maximum=1.15)
     yield from figures("the agent kitter at work", agent, seconds, maximum=1.3)

@@ -1,6 +1,6 @@
 """A driver for `cellwright teleop ROBOT --driver my_driver.py:MyDriver`: start yours from here.
 
-It stands for a robot that nobody has: each joint follows its target with a lag, as fast as the URDF lets it. In yours,
+It stands for hardware: each joint follows its target with a lag, as fast as the URDF lets it. In yours,
 `command` and `read` talk to hardware. All methods are called by one thread, and may take their time: a reading at least
 100 times a second is good, none for half a second counts as failure. Whatever they raise has the robot held.
 """

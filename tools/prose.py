@@ -179,8 +179,8 @@ def check(path: Path, words: dict[str, str], report: Report) -> None:
                 count = sum(any(map(str.isalnum, word)) for word in sentence.split())
                 report.sentences.append(count)
                 if count > MAX_WORDS:
-                    told = f"a sentence of {count} words (at most {MAX_WORDS}); split it: {sentence[:50]!r}"
-                    report.findings.append(Finding(path, text.line, "sentence", told))
+                    long = f"a sentence of {count} words (at most {MAX_WORDS}); split it: {sentence[:50]!r}"
+                    report.findings.append(Finding(path, text.line, "sentence", long))
 
 
 def files(root: Path = ROOT) -> list[Path]:

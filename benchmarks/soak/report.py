@@ -28,7 +28,7 @@ def lines(soaked: Soaked) -> Iterator[str]:
     for label, count in sorted(soaked.counts.items()):
         yield _line(label, f"{count:,}")
     if math.isnan(growth.end):
-        yield _line("memory", "not told by this system, or too few rounds to say")
+        yield _line("memory", "not reported by this system, or too few rounds for a verdict")
     else:
         verdict = "steady" if growth.is_steady else f"GROWS by more than {STEADY:g} MiB"
         yield _line("memory", f"{growth.start:.1f} MiB early, {growth.end:.1f} MiB late: {verdict}")

@@ -64,7 +64,7 @@ def hull(points: np.ndarray) -> np.ndarray:
 
 
 def colour(body: str) -> str:
-    """What a body is drawn with; empty when it is left out."""
+    """Colour of a body; empty if it is not drawn."""
     return "" if "looks" in body else next((found for part, found in COLOURS.items() if part in body), "")
 
 

@@ -20,9 +20,9 @@ def draw(name: str, config: str, camera: Camera, agent: LessonAgent | None, unti
     Args:
         name: of the picture.
         config: name of the configuration.
-        camera: where it is taken from.
-        agent: who works the cell; None: nobody.
-        until: when it ends [s]; None: when the agent is done.
+        camera: name of the view.
+        agent: the agent, if any.
+        until: end of the run [s]; None ends it with the agent.
     """
     cell = Cell(load_trial([CONFIG / f"{config}.yaml"]).trial)
     run_cell(cell, agent, RunOptions(until=until))

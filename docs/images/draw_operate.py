@@ -1,6 +1,6 @@
 """Draws docs/images/operate-keyboard.svg and operate-signal.svg. To be run from the project's root.
 
-The robot is the QingLong, in this process; the keys are the ones that somebody would press.
+The robot is the QingLong, in this process; the keys are those of an operator.
 """
 
 import io

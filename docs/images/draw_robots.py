@@ -1,4 +1,4 @@
-"""Draws the pictures of the robots that come along: python docs/images/draw_robots.py."""
+"""Draws the pictures of the bundled robots: python docs/images/draw_robots.py."""
 
 import math
 from pathlib import Path

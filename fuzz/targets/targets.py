@@ -51,4 +51,4 @@ def attempt(data: bytes) -> None:
         if times != sorted(times) or not all(map(math.isfinite, (*times, *values, found.duration))):
             raise FindingError("targets that no clock comes to")
         if not all(found.positions.values()) or found.first.keys() != found.positions.keys():
-            raise FindingError("targets that are not told of as they are")
+            raise FindingError("the state does not match the targets")

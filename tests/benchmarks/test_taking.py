@@ -35,7 +35,7 @@ def test_one_that_fails_keeps_what_it_found() -> None:
 @pytest.mark.parametrize(
     "error",
     [
-        RunEndedError("the server is gone"),
+        RunEndedError("the server has closed the connection"),
         subprocess.TimeoutExpired("rospy", 120.0),
         subprocess.CalledProcessError(1, "rospy"),
         BrokenPipeError(32, "Broken pipe"),

@@ -45,7 +45,7 @@ def test_a_run_that_is_not(run: Soaked, words: str) -> None:
 def test_memory_that_is_not_measured() -> None:
     run = soaked(memory=math.nan)
     assert is_well(run)
-    assert "not told by this system" in "\n".join(lines(run))
+    assert "not reported by this system" in "\n".join(lines(run))
     ET.fromstring(picture([run]))
 
 

@@ -70,7 +70,7 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
     ran = cellwright("operate", "play", "far.csv", "--approach", "0", "--connect", address)
     assert (ran.status, ran.out) == (1, "")
     assert ran.err.startswith(
-        UNCHECKED + "error: right_1 did not come to the first target: it is at 2, and 9 was asked for"
+        UNCHECKED + "error: right_1 did not reach the first target: it is at 2, and the target is 9"
     )
 
 
@@ -78,7 +78,7 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
     ("arguments", "said"),
     [
         (["play", "none.csv"], "none.csv: cannot be read: No such file or directory"),
-        (["play", "bad.csv"], "bad.csv:2: right_1: 'x' is no number"),
+        (["play", "bad.csv"], "bad.csv:2: right_1: must be a number (got 'x')"),
         (["play", "strange.csv"], "unknown joint 'rigth_1'; did you mean right_1"),
         (["play", "motion.csv", "--speed", "0"], "--speed 0: give a factor above 0"),
         (["play", "motion.csv", "--approach", "-1"], "--approach -1: give a time"),

@@ -132,12 +132,12 @@ def test_the_base(robot: AssembledRobot) -> None:
 @pytest.mark.parametrize(
     ("indices", "positions", "said"),
     [
-        ([7], [0.0], "no joint with the index 7: indices are from 0 to 6"),
-        ([-1], [0.0], "no joint with the index -1"),
-        (["lift"], [0.0], "no joint with the index 'lift'"),
-        ([2], [0.0], "joint 2, tip, cannot be moved: it is fixed"),
+        ([7], [0.0], "joint index 7: must be from 0 to 6"),
+        ([-1], [0.0], "joint index -1"),
+        (["lift"], [0.0], "joint index 'lift'"),
+        ([2], [0.0], "joint 2, tip, cannot move: its type is fixed"),
         ([1], [float("nan")], "finite"),
-        ([0, 1], [0.1], "2 joints and 1 positions"),
+        ([0, 1], [0.1], "must have the same length .got 2 and 1"),
     ],
 )
 def test_what_is_refused(robot: AssembledRobot, indices: Any, positions: Any, said: str) -> None:

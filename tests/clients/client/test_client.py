@@ -197,10 +197,10 @@ def test_no_waypoints_bring_the_arm_to_rest() -> None:
 @pytest.mark.parametrize(
     ("act", "error", "reason"),
     [
-        (lambda c: c.send_arm([INITIAL], [1.0, 2.0]), UsageError, "as many times"),
-        (lambda c: c.send_arm([INITIAL], [1.0], velocities=[]), UsageError, "as many times"),
+        (lambda c: c.send_arm([INITIAL], [1.0, 2.0]), UsageError, "one entry for each waypoint"),
+        (lambda c: c.send_arm([INITIAL], [1.0], velocities=[]), UsageError, "one entry for each waypoint"),
         (lambda c: c.send_arm([INITIAL], [math.nan]), UsageError, "times must be finite"),
-        (lambda c: c.move_arm([]), UsageError, "nowhere to go"),
+        (lambda c: c.move_arm([]), UsageError, "at least one waypoint"),
         (lambda c: c.send_arm([INITIAL, INITIAL], [2.0, 1.0]), RejectedCommandError, "times must increase"),
         (lambda c: c.send_arm([INITIAL[:6]]), RejectedCommandError, "6 positions for 7 joints"),
         (lambda c: c.send_arm([(math.nan, *INITIAL[1:])]), RejectedCommandError, "nan as position"),

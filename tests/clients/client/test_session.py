@@ -197,7 +197,7 @@ def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
 
     def work() -> None:
         for act in (lambda: session.sleep(0.1), lambda: session.wait_until(lambda: True), lambda: session.time):
-            with pytest.raises(UsageError, match="for the thread that made it"):
+            with pytest.raises(UsageError, match="works in the thread that created it"):
                 act()
         session.adopt()
         session.sleep(0.1)
@@ -207,7 +207,7 @@ def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
     thread.start()
     thread.join()
     assert times == [0.1]
-    with pytest.raises(UsageError, match="for the thread that made it"):
+    with pytest.raises(UsageError, match="works in the thread that created it"):
         session.sleep(0.1)
     session.adopt()
     assert session.time == 0.1
@@ -217,7 +217,7 @@ def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
     client = Client(InProcess(Cell(ARM_ONLY)))
 
     def work() -> None:
-        with pytest.raises(UsageError, match="for the thread that made it"):
+        with pytest.raises(UsageError, match="works in the thread that created it"):
             client.idle(1.0)
 
     thread = threading.Thread(target=work)

@@ -317,7 +317,7 @@ def test_several_clients_in_lockstep_share_time() -> None:
 def test_where_no_cell_is_there_is_one_line() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         address = taken.getsockname()[:2]
-    with pytest.raises(UsageError, match=f"nobody answers at 127.0.0.1:{address[1]}: "):
+    with pytest.raises(UsageError, match=f"no server answers at 127.0.0.1:{address[1]}: "):
         SocketTransport(address)
 
 
@@ -341,7 +341,7 @@ def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
 
         thread = threading.Thread(target=answer)
         thread.start()
-        with pytest.raises(UsageError, match="nobody answers at"):
+        with pytest.raises(UsageError, match="no server answers at"):
             SocketTransport(address)
         thread.join(TIMEOUT)
 

@@ -88,8 +88,8 @@ def test_recorders_that_leave_the_slash_out_are_understood(tmp_path: Path) -> No
     [
         (SAID[:1], None, r"no commands of io_teleop in it; joint states are on: /io_teleop/joint_states"),
         (SAID, "/arm", r"no /arm in it; joint states are on: /io_teleop/joint_cmd, "),
-        ([("/io_teleop/joint_cmd", 1.0, ["head", "elbow"], [0.1])], None, "has not a finite position for each name"),
-        ([("/io_teleop/joint_cmd", 1.0, ["head"], [np.nan])], None, "has not a finite position for each name"),
+        ([("/io_teleop/joint_cmd", 1.0, ["head", "elbow"], [0.1])], None, "needs a finite position for each name"),
+        ([("/io_teleop/joint_cmd", 1.0, ["head"], [np.nan])], None, "needs a finite position for each name"),
     ],
 )
 def test_what_cannot_be_played_is_refused(said: Said, topic: str | None, reason: str, tmp_path: Path) -> None:
@@ -114,5 +114,5 @@ def test_a_folder_that_is_no_bag_is_refused(tmp_path: Path) -> None:
 
 def test_a_bag_that_never_ends_is_refused(tmp_path: Path) -> None:
     (tmp_path / "endless.bag").symlink_to("/dev/zero")
-    with pytest.raises(UsageError, match="cannot be read as a bag: no plain file"):
+    with pytest.raises(UsageError, match="cannot be read as a bag: not a regular file"):
         read_bag(tmp_path / "endless.bag")

@@ -71,7 +71,7 @@ def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     def send(_robot: OperatedRobot, order: MoveJoints) -> None:
         said.append(order.targets["right_1"])
         if len(said) > 20:
-            raise RunEndedError("the server is gone")
+            raise RunEndedError("the server has closed the connection")
 
     monkeypatch.setattr(OperatedRobot, "send", send)
     bus = there.session.transport.cell.bus  # type: ignore[attr-defined]
@@ -87,18 +87,18 @@ def test_a_node_that_holds_back_is_reported(there: OperatedRobot, monkeypatch: p
         OperatedRobot, "applied", property(lambda robot: {"right_1": min(robot.positions["right_1"], 0.1)})
     )
     note = exercise(there, "right_1", Wave(WaveShape.RAMP, 0.3, 1.0, 1)).note
-    assert note.startswith("asked for 0 to 0.3, applied ")
-    assert note.endswith("to 0.1: the node holds back")
+    assert note.startswith("sent 0 to 0.3, the node applied ")
+    assert note.endswith("to 0.1: it limits the targets")
 
 
 def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: OperatedRobot) -> None:
     before = there.positions
-    with pytest.raises(UsageError, match=r"right_3: a sine of 1 would go from -2\.2 to -0\.2"):
+    with pytest.raises(UsageError, match=r"right_3: a sine of 1 from -2\.2 to -0\.2 leaves"):
         check_signal(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
     check_signal(there, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
     assert check_signal(there, ["right_1"], SINE, LIMITS) == []
     assert check_signal(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
-        "right_1: the signal goes at 3.77 a second, and the joint can do 3"
+        "right_1: the signal is too fast for the joint (needs 3.77 a second, limit 3)"
     ]
     assert check_signal(there, ["right_1"], Wave(WaveShape.STEP, 0.3, 2.0, 1), LIMITS) == []
     with pytest.raises(UnknownNameError, match="did you mean right_1"):

@@ -67,7 +67,7 @@ def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: F
     order = jog.press(key)
     assert not isinstance(order, MoveJoints)
     assert jog.joint == ""
-    assert jog.note == "the node tells of no joints" or key not in ("left", "right")
+    assert jog.note == "the node publishes no joints" or key not in ("left", "right")
     shown = Console(width=120, file=io.StringIO())
     with shown.capture() as capture:
         shown.print(_joints(cast("OperatedRobot", robot), jog, LIMITS, 5))
@@ -94,7 +94,7 @@ def test_a_target_does_not_run_away_from_a_joint_that_is_held_up(jog: Jog) -> No
     jog.press("down")
     orders = [jog.press("right") for _ in range(40)]
     assert orders[-1] == MoveJoints({"arm_r_1": near(1.2)})
-    assert jog.note == "arm_r_1 is held up: it stands at 1.000"
+    assert jog.note == "arm_r_1 is blocked at 1.000"
     assert jog.press("left") == MoveJoints({"arm_r_1": near(1.18)})
 
 
@@ -120,7 +120,7 @@ def test_steps_have_a_smallest_and_a_largest(jog: Jog) -> None:
 def test_a_joint_of_unknown_position_is_not_moved(jog: Jog, robot: FakeRobot) -> None:
     del robot.positions["head_yaw"]
     assert jog.press("right") is None
-    assert jog.note == "the node does not say where head_yaw is"
+    assert jog.note == "the node publishes no position of head_yaw"
 
 
 def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> None:
@@ -167,7 +167,7 @@ def test_a_tip_turns_about_an_axis_and_back(key: str, axis: int, jog: Jog, robot
 def test_a_tip_that_does_not_follow_is_not_sent_farther(jog: Jog) -> None:
     orders = pressed(jog, *60 * "x")
     assert orders[-1] is None
-    assert jog.note == "the tip is held up, or cannot get there"
+    assert jog.note == "the tip is blocked, or the pose is out of reach"
     last = [order for order in orders if order is not None][-1]
     assert isinstance(last, MoveTips)
     assert last.tips[0].position[0] <= 0.6 + 1e-9
@@ -205,9 +205,9 @@ def test_services_have_keys(jog: Jog) -> None:
 
 def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: FakeRobot) -> None:
     jog.press("right")
-    robot.reason = "its emergency stop is on"
+    robot.reason = "the emergency stop is active"
     assert pressed(jog, "right", "x", "c") == [None, None, None]
-    assert jog.note == "not sent: its emergency stop is on"
+    assert jog.note == "not sent: the emergency stop is active"
     assert jog.press("u") is Ask.CLEAR_STOP
     robot.reason, robot.positions["head_yaw"] = "", 0.5
     assert jog.press("right") == MoveJoints({"head_yaw": near(0.52)})

@@ -77,14 +77,14 @@ def test_the_emergency_stop_overtakes_what_was_typed_before_it(operator: Keyboar
     assert operator.robot.status.emergency_stop
     assert "EMERGENCY STOP" in shown(operator)
     typed(operator, RIGHT)
-    assert operator.message == "not sent: its emergency stop is on"
+    assert operator.message == "not sent: the emergency stop is active"
 
 
 def test_keys_that_piled_up_are_not_all_carried_out(operator: Keyboard) -> None:
     typed(operator, 100 * RIGHT, pause=0.5)
     assert operator.robot.sent == MAX_STEPS
     assert operator.robot.positions["right_1"] == pytest.approx(MAX_STEPS * 0.02, abs=0.002)
-    assert "faster than the robot could be told" in operator.message
+    assert "too fast for the robot" in operator.message
 
 
 def test_a_refusal_is_shown_and_the_next_step_begins_at_the_measured_position(
@@ -153,7 +153,7 @@ def test_services_do_not_make_the_operator_wait(far: Keyboard) -> None:
     typed(far, "+", "+", RIGHT, RIGHT, pause=0.2)
     assert far.robot.positions["right_1"] > 0.15
     typed(far, "H")
-    assert far.message in ("home …", "not sent: it is on its way home")
+    assert far.message in ("home …", "not sent: it is moving home")
     typed(far, "e", pause=0.0)
     assert far.message == "still waiting for: home"
     typed(far, " ", pause=0.2)  # while it is on its way

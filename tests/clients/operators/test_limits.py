@@ -23,9 +23,9 @@ def test_a_clamped_position_is_within_and_the_nearest(position: float) -> None:
 
 def test_a_way_out_of_them_is_refused_with_the_figures() -> None:
     LIMITS.check("right_1", -2.0, 2.0, "a sine")
-    with pytest.raises(UsageError, match=r"right_1: a sine would go from 0 to 2\.1, .* \(two arms\) are -2 to 2"):
+    with pytest.raises(UsageError, match=r"right_1: a sine from 0 to 2\.1 leaves its limits \(two arms\): -2 to 2"):
         LIMITS.check("right_1", 0.0, 2.1, "a sine")
-    with pytest.raises(UsageError, match="would go from -3 to 0"):
+    with pytest.raises(UsageError, match="from -3 to 0 leaves"):
         LIMITS.check("right_1", -3.0, 0.0, "a sine")
 
 

@@ -107,7 +107,7 @@ def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -
 def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot) -> None:
     there.send(Now.STOP)
     there.session.sleep(0.3)
-    assert there.why_not() == "its emergency stop is on"
+    assert there.why_not() == "the emergency stop is active"
 
 
 @pytest.mark.parametrize(
@@ -115,8 +115,8 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
     [
         (TeleopStatus(), "", ""),
         (TeleopStatus(enabled=False), "it is not enabled", "enable"),
-        (TeleopStatus(resetting=True), "it is on its way home", ""),
-        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on", "clear-stop"),
+        (TeleopStatus(resetting=True), "it is moving home", ""),
+        (TeleopStatus(enabled=False, emergency_stop=True), "the emergency stop is active", "clear-stop"),
     ],
 )
 def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
@@ -140,15 +140,15 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
     assert there.positions == {"head": 0.1}
     assert there.position("head") == 0.1
     for strange in ("elbow", "wrist"):
-        with pytest.raises(UsageError, match=f"the node does not say where {strange} is"):
+        with pytest.raises(UsageError, match=f"the node publishes no position of {strange}"):
             there.position(strange)
-        with pytest.raises(UsageError, match="does not say"):
+        with pytest.raises(UsageError, match="publishes no position"):
             exercise.check_signal(there, [strange], Wave(WaveShape.SINE, 0.1, 1.0, 1), JointLimits())
     assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
 
 
 def test_where_nothing_is_said_it_says_so() -> None:
-    with pytest.raises(UsageError, match="nothing comes on /io_teleop/joint_states"):
+    with pytest.raises(UsageError, match="no messages on /io_teleop/joint_states"):
         OperatedRobot(NodeClient(Stranger([])))
 
 

@@ -46,7 +46,7 @@ def raising(error: BaseException) -> Callable[[], Any]:
         (lambda: SimpleNamespace(success=True, message=""), "done"),
         (lambda: SimpleNamespace(success=False, message="not now"), "refused; not now"),
         (raising(UsageError("no such thing")), "no such thing"),
-        (raising(RunEndedError("the server is gone")), "the server is gone"),
+        (raising(RunEndedError("the server has closed the connection")), "the server has closed the connection"),
         (raising(OSError("the cable is out")), "failed: OSError: the cable is out"),
         (lambda: None, "failed: AttributeError: 'NoneType' object has no attribute 'success'"),
     ],

@@ -59,20 +59,20 @@ def test_grippers_beside_joints_become_a_message_of_their_own(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "motion.csv:1: the first line must be `time` and names of joints"),
+        ("", "motion.csv:1: the first line must be `time` and joint names"),
         ("head,time\n", ":1: the first line must be `time`"),
         ("time\n0\n", ":1: the first line must name a joint"),
         ("time,,head\n", ":1: the first line must name a joint"),
         ("time,head,head\n", ":1: named twice: head"),
-        ("time,head\n", "motion.csv: there are no targets in it"),
-        ("time,head\n0,1,2\n", ":2: 3 fields, and the first line has 2"),
-        ("time,head\n0,x\n", ":2: head: 'x' is no number"),
-        ("time,head\n,1\n", ":2: time: '' is no number"),
-        ("time,head\n0,nan\n", ":2: head: nan is not finite"),
-        ("time,head\ninf,0\n", ":2: time: inf is not finite"),
-        ("time,head\n1,0\n0.5,0\n", ":3: time: 0.5 comes after 1; time must not go back"),
-        ("time,gripper_right\n0,1.5\n", ":2: gripper_right: 1.5 is not from 0 (open) to 1 (closed)"),
-        ("time,gripper_left\n0,1\n", ":2: gripper_left: grippers are told in their order"),
+        ("time,head\n", "motion.csv: it holds no targets"),
+        ("time,head\n0,1,2\n", ":2: needs 2 fields as in the first line (got 3)"),
+        ("time,head\n0,x\n", ":2: head: must be a number (got 'x')"),
+        ("time,head\n,1\n", ":2: time: must be a number (got '')"),
+        ("time,head\n0,nan\n", ":2: head: must be finite (got nan)"),
+        ("time,head\ninf,0\n", ":2: time: must be finite (got inf)"),
+        ("time,head\n1,0\n0.5,0\n", ":3: time: must not decrease (got 0.5 after 1)"),
+        ("time,gripper_right\n0,1.5\n", ":2: gripper_right: must be from 0 (open) to 1 (closed) (got 1.5)"),
+        ("time,gripper_left\n0,1\n", ":2: gripper_left: needs gripper_right as well"),
     ],
 )
 def test_a_bad_csv_file_is_refused_with_its_line(text: str, said: str, tmp_path: Path) -> None:
@@ -84,15 +84,15 @@ def test_a_bad_csv_file_is_refused_with_its_line(text: str, said: str, tmp_path:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("{", "is no JSON: Expecting property name"),
+        ("{", "is not JSON: Expecting property name"),
         ("[1]", 'must be an object with "time" and "positions"'),
         ('{"time": 0}', "must be an object"),
-        ('{"time": true, "positions": {}}', "time: True is no number"),
-        ('{"time": "0", "positions": {}}', "time: '0' is no number"),
+        ('{"time": true, "positions": {}}', "time: must be a number (got True)"),
+        ('{"time": "0", "positions": {}}', "time: must be a number (got '0')"),
         ('{"time": 0, "positions": [1]}', "positions: must be an object"),
-        ('{"time": 0, "positions": {"head": null}}', "positions: head: None is no number"),
-        ('{"time": 0, "positions": {"head": NaN}}', "positions: head: nan is no number"),
-        ('{"time": 0, "positions": {"head": 1e999}}', "positions: head: inf is no number"),
+        ('{"time": 0, "positions": {"head": null}}', "positions: head: must be a number (got None)"),
+        ('{"time": 0, "positions": {"head": NaN}}', "positions: head: must be a number (got nan)"),
+        ('{"time": 0, "positions": {"head": 1e999}}', "positions: head: must be a number (got inf)"),
         ('{"time": 0, "positions": {"head": ' + 5000 * "9" + "}}", "a number is too long"),
         (20000 * "[", "nested too deeply"),
     ],
@@ -155,12 +155,12 @@ def test_control_bytes_in_a_name_do_not_reach_the_terminal(tmp_path: Path) -> No
     path.write_text("time,a\x1b[2J\n0,x\n")
     with pytest.raises(DescriptionError) as raised:
         read_targets(path)
-    assert str(raised.value) == f"{path}:2: a\\x1b[2J: 'x' is no number"
+    assert str(raised.value) == f"{path}:2: a\\x1b[2J: must be a number (got 'x')"
 
 
 def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(playback, "MAX_FILE_SIZE", 1 << 20)
     path = tmp_path / "targets.csv"
     path.symlink_to("/dev/zero")
-    with pytest.raises(UsageError, match="is larger than 1 MiB"):
+    with pytest.raises(UsageError, match="must be at most 1 MiB"):
         read_targets(path)

@@ -62,11 +62,11 @@ def test_it_lasts_whole_periods(duration: float, periods: int) -> None:
 @pytest.mark.parametrize(
     ("numbers", "said"),
     [
-        ((0.0, 0.5, 4.0), "amplitude must be a number other than 0"),
+        ((0.0, 0.5, 4.0), "amplitude must not be 0"),
         ((math.nan, 0.5, 4.0), "amplitude"),
         ((math.inf, 0.5, 4.0), "amplitude"),
         ((0.1, 0.0, 4.0), "frequency must be above 0"),
-        ((0.1, 51.0, 4.0), "up to 50 Hz"),
+        ((0.1, 51.0, 4.0), "at most 50 Hz"),
         ((0.1, math.nan, 4.0), "frequency"),
         ((0.1, 0.5, 0.0), "duration must be above 0"),
         ((0.1, 0.5, 1e5), "duration"),

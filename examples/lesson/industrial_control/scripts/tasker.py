@@ -148,7 +148,7 @@ class PerformTaskClass(ariac.MyCompetitionClass):
         self.count += 1
 
     def holds_a_part(self):
-        """Whether the cup holds a part; if not, back to where the arm waits for the next one."""
+        """Return whether the cup holds a part; if not, move to where the arm waits for the next one."""
         if self.current_gripper_state.attached:
             return True
         rospy.loginfo("missed it")

@@ -54,5 +54,7 @@ def maker_of(target: str, found: object) -> Callable[[], Agent]:
     run = found.run
     if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run) or inspect.isasyncgenfunction(run):
         # called, it would silently do nothing
-        raise AgentError(f"{target}: its run(client) must be a plain method, without async or yield")
+        raise AgentError(
+            f"{target}: run(client) must be a plain method (got async or a generator); remove async and yield"
+        )
     return plugins.maker(target, found, AgentError)

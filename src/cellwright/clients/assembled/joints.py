@@ -102,22 +102,22 @@ class RobotJoints:
     def _command(self, service: str, indices: Indices, positions: Numbers) -> None:
         chosen, values = _listed(indices), _listed(positions)
         if len(chosen) != len(values):
-            raise UsageError(f"{len(chosen)} joints and {len(values)} positions: as many of each are needed")
+            raise UsageError(f"indices and positions must have the same length (got {len(chosen)} and {len(values)})")
         for index in chosen:
             self._check(index)
         numbers = [float(value) for value in values]
         if not all(map(math.isfinite, numbers)):
-            raise UsageError(f"a position must be a finite number, not {numbers}")
+            raise UsageError(f"positions must be finite (got {numbers})")
         if chosen:
             self._process.ask(service, joints=[int(index) for index in chosen], positions=numbers)
 
     def _check(self, index: Any) -> None:
         count = len(self.table)
         if isinstance(index, (bool, float, str)) or not 0 <= index < count:
-            raise UsageError(f"there is no joint with the index {index!r}: indices are from 0 to {count - 1}")
+            raise UsageError(f"joint index {index!r}: must be from 0 to {count - 1}")
         joint = self.table[index]
         if not joint.is_driven:
-            raise UsageError(f"joint {index}, {joint.name}, cannot be moved: it is {joint.type}")
+            raise UsageError(f"joint {index}, {joint.name}, cannot move: its type is {joint.type}")
 
 
 def _listed(value: Any) -> list[Any]:

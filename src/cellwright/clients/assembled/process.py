@@ -159,7 +159,7 @@ class RobotProcess:
                         return answer
                 data = connection.recv(_PIECE)
                 if not data:
-                    raise FrameError("it has hung up")
+                    raise FrameError("it closed the connection")
                 self._frames.extend(self._decoder.feed(data))
         except (OSError, FrameError) as error:
             self._connection = None

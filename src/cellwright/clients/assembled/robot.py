@@ -165,7 +165,7 @@ class RobotHead:
             UsageError: not three numbers.
         """
         if len(rotation) != 3:
-            raise UsageError(f"a head is turned by roll, pitch and yaw, three numbers, not {len(rotation)}")
+            raise UsageError(f"a head rotation is roll, pitch and yaw: three numbers (got {len(rotation)})")
         self._joints.move(self.head_joint_index, [rotation[axis] for axis in self._axes])
 
     def reset(self) -> None:

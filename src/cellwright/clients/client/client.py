@@ -148,9 +148,9 @@ class Client(NodeClient):
         """
         times = [float(number + 1) for number in range(len(waypoints))] if times is None else times
         if len(times) != len(waypoints) or (velocities is not None and len(velocities) != len(waypoints)):
-            raise UsageError("as many times, and velocities if any, are needed as there are waypoints")
+            raise UsageError("times, and velocities if given, must have one entry for each waypoint")
         if not all(map(math.isfinite, times)):
-            raise UsageError(f"times must be finite, not {list(times)}")
+            raise UsageError(f"times must be finite (got {list(times)})")
         self.publish("/ariac/arm/command", trajectory_message(joints, waypoints, times, velocities))
 
     def move_arm(
@@ -181,7 +181,7 @@ class Client(NodeClient):
             RejectedCommandError: the arm refuses them, and continues its motion.
         """
         if not len(waypoints):
-            raise UsageError("without a waypoint there is nowhere to go")
+            raise UsageError("a motion needs at least one waypoint")
         self.send_arm(waypoints, times, joints=joints)
         self.sleep(float(len(waypoints)) if times is None else times[-1])
         goal = dict(zip(joints, waypoints[-1], strict=False))

@@ -53,7 +53,7 @@ class NodeClient:
 
     def _refuse_strangers(self) -> None:
         if get_ident() != self._thread:
-            raise UsageError("a client is for the thread that made it: let that one ask, and hand over what it gets")
+            raise UsageError("a client works in the thread that created it; call it there, and pass the results on")
 
     @classmethod
     def in_process(cls, cell: Node, *, node: str = "/client") -> Self:
@@ -131,7 +131,7 @@ class NodeClient:
     def _refuse_nesting(self) -> None:
         self._refuse_strangers()
         if self._waiting:
-            raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
+            raise UsageError("sleep and wait_until cannot be called from a callback; return from it first")
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Call `callback(message)` for each message on a topic; the returned function ends that.
@@ -177,7 +177,7 @@ class Rate:
 
     def __init__(self, session: NodeClient, frequency: float) -> None:
         if not 0.0 < frequency < float("inf"):
-            raise UsageError(f"a rate must be above 0 Hz, not {frequency}")
+            raise UsageError(f"a rate must be above 0 Hz (got {frequency})")
         self._session = session
         self._period = 1.0 / frequency
         self._last = session.time

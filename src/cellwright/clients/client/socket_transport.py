@@ -60,7 +60,7 @@ class SocketConnection:
         try:
             self._socket = socket.create_connection(address, timeout=timeout)
         except (OSError, OverflowError) as error:
-            raise UsageError(f"nobody answers at {where}: {getattr(error, 'strerror', None) or error}") from None
+            raise UsageError(f"no server answers at {where}: {getattr(error, 'strerror', None) or error}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(True)
         self._decoder = Decoder()
@@ -76,7 +76,7 @@ class SocketConnection:
             """The server's description of itself, its topics and its services."""
         except (RunEndedError, FrameError) as error:
             self.close()
-            raise UsageError(f"nobody answers at {where}: {error}") from None
+            raise UsageError(f"no server answers at {where}: {error}") from None
 
     def number(self) -> int:
         """Return a free number for a request or a subscription."""
@@ -140,7 +140,7 @@ class SocketConnection:
         self._answers.clear()
         while not self._answers:
             if not self.listen(timeout):
-                raise RunEndedError(f"nothing has come for {timeout:g} s")
+                raise RunEndedError(f"no data for {timeout:g} s")
         return self._answers[0]
 
     def _send(self, data: bytes) -> None:
@@ -150,7 +150,7 @@ class SocketConnection:
             else:
                 self._send_much(data)
         except (OSError, ValueError):  # the second if another thread has closed the connection
-            self._is_over("the server is gone")
+            self._is_over("the server has closed the connection")
             raise RunEndedError(self._end) from None
 
     def _send_much(self, data: bytes) -> None:
@@ -175,13 +175,13 @@ class SocketConnection:
         except OSError:
             data = b""
         if not data:
-            self._is_over("the server is gone")
+            self._is_over("the server has closed the connection")
             return
         try:
             for frame in self._decoder.feed(data):
                 self._take(frame)
         except FrameError as error:
-            self._is_over(f"what answers there is no cell: {error}")
+            self._is_over(f"not a Cellwright server: {error}")
 
     def _take(self, frame: Frame) -> None:
         match frame.kind:

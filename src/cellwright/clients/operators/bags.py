@@ -38,7 +38,7 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
         UsageError: it cannot be read, or has no targets.
     """
     if path.exists() and not path.is_file() and not path.is_dir():
-        raise UsageError(f"{path}: cannot be read as a bag: no plain file")
+        raise UsageError(f"{path}: cannot be read as a bag: not a regular file")
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
@@ -58,7 +58,7 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
         reason = shortened(" ".join(str(error).split()) or type(error).__name__, _MAX_REASON)
         raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
     if not moments:
-        raise UsageError(f"{path}: there are no messages in it")
+        raise UsageError(f"{path}: it holds no messages")
     begin, to = moments[0].time, None if topic is None else JOINT_COMMAND
     return Targets(path, tuple(TargetSample(each.time - begin, to or each.topic, each.values) for each in moments))
 
@@ -69,5 +69,5 @@ def _moment(path: Path, time: int, topic: str, message: Any) -> TargetSample:
     if topic == GRIPPER_COMMAND:  # their names are ignored
         names = [*GRIPPERS, *(f"gripper_{number}" for number in range(2, len(positions)))][: len(positions)]
     if len(names) != len(positions) or not all(map(math.isfinite, positions)):
-        raise UsageError(f"{path}: a message on {topic} at {time / 1e9:.3f} s has not a finite position for each name")
+        raise UsageError(f"{path}: a message on {topic} at {time / 1e9:.3f} s needs a finite position for each name")
     return TargetSample(time / 1e9, topic, dict(zip(names, positions, strict=True)))

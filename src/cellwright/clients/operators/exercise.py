@@ -53,11 +53,11 @@ class Wave:
             UsageError: a number is out of its range.
         """
         if not math.isfinite(amplitude) or amplitude == 0.0:
-            raise UsageError(f"an amplitude must be a number other than 0, not {amplitude:g}")
+            raise UsageError(f"an amplitude must not be 0 (got {amplitude:g})")
         if not 0.0 < frequency <= MAX_FREQUENCY:
-            raise UsageError(f"a frequency must be above 0 and up to {MAX_FREQUENCY:g} Hz, not {frequency:g}")
+            raise UsageError(f"a frequency must be above 0 and at most {MAX_FREQUENCY:g} Hz (got {frequency:g})")
         if not 0.0 < duration <= MAX_DURATION:
-            raise UsageError(f"a duration must be above 0 and up to {MAX_DURATION:g} s, not {duration:g}")
+            raise UsageError(f"a duration must be above 0 and at most {MAX_DURATION:g} s (got {duration:g})")
         periods = max(1, round(duration * frequency))
         if periods / frequency > MAX_DURATION:
             raise UsageError(f"a period of {1 / frequency:g} s is longer than {MAX_DURATION:g} s")
@@ -303,7 +303,7 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
     robot.check_ready()
     speeds = {joint: limits.of_joint(joint).velocity for joint in joints}
     return [
-        f"{joint}: the signal goes at {wave.speed:.3g} a second, and the joint can do {speed:.3g}"
+        f"{joint}: the signal is too fast for the joint (needs {wave.speed:.3g} a second, limit {speed:.3g})"
         for joint, speed in speeds.items()
         if speed < wave.speed < math.inf  # a step is as fast as possible anyway
     ]
@@ -370,5 +370,7 @@ def _held_back(targets: Array, applied: list[float], wave: Wave) -> str:
     slack = _HELD_BACK * abs(wave.amplitude)
     sent, did = (float(targets.min()), float(targets.max())), (min(applied), max(applied))
     if did[0] > sent[0] + slack or did[1] < sent[1] - slack:
-        return f"asked for {sent[0]:.4g} to {sent[1]:.4g}, applied {did[0]:.4g} to {did[1]:.4g}: the node holds back"
+        return (
+            f"sent {sent[0]:.4g} to {sent[1]:.4g}, the node applied {did[0]:.4g} to {did[1]:.4g}: it limits the targets"
+        )
     return ""

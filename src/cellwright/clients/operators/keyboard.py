@@ -206,17 +206,17 @@ class Jog:
     def _move_joint(self, key: str) -> Order | None:
         joint, step = self.joint, self.joint_step
         if not joint:
-            self.note = "the node tells of no joints"
+            self.note = "the node publishes no joints"
             return None
         measured = self._robot.positions.get(joint)
         if measured is None:
-            self.note = f"the node does not say where {joint} is"
+            self.note = f"the node publishes no position of {joint}"
             return None
         lead = max(_JOINT_LEAD, 3.0 * step)
         goal = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
         target = min(max(goal, measured - lead), measured + lead)
         if target != goal:
-            self.note = f"{joint} is held up: it stands at {measured:.3f}"
+            self.note = f"{joint} is blocked at {measured:.3f}"
         within = self._limits.clamped(joint, target)
         if within != target:
             self.note = f"{joint} is at its limit"
@@ -227,13 +227,13 @@ class Jog:
     def _move_tip(self, key: str) -> Order | None:
         measured = self._robot.tips
         if self.arm >= len(measured):
-            self.note = "the node tells of no such tip on /io_teleop/state_ee_poses"
+            self.note = "no such tip on /io_teleop/state_ee_poses"
             return None
         tips = list(self.tip_targets if len(self.tip_targets) == len(measured) else measured)
         tip = self._stepped(tips[self.arm], key)
         away = math.dist(tip.position, measured[self.arm].position)
         if away > max(_TIP_LEAD, 3.0 * TIP_STEPS[self.size]):
-            self.note = "the tip is held up, or cannot get there"
+            self.note = "the tip is blocked, or the pose is out of reach"
             return None
         tips[self.arm] = tip
         self.joint_targets = {}
@@ -258,7 +258,7 @@ class Jog:
     def _move_gripper(self, key: str) -> Order | None:
         measured = self._robot.grippers
         if self.arm >= len(measured):
-            self.note = "the node tells of no such gripper on /io_teleop/gripper_states"
+            self.note = "no such gripper on /io_teleop/gripper_states"
             return None
         closed = list(self._grips if len(self._grips) == len(measured) else measured)
         step = GRIPPER_STEPS[self.size]
@@ -318,7 +318,7 @@ class Keyboard:
                 steps += 1
                 if steps > MAX_STEPS:
                     self.jog.forget()
-                    self.message = "keys came faster than the robot could be told; the oldest were taken"
+                    self.message = "keys came too fast for the robot; the oldest were sent"
                     continue
             if order is not None:
                 self._carry_out(order)

@@ -101,7 +101,7 @@ def read_targets(path: Path) -> Targets:
             last = found.time
             moments += _split(found)
     if not problems and not moments:
-        problems.append(Problem(Place(0, str(path), 0), "", "there are no targets in it"))
+        problems.append(Problem(Place(0, str(path), 0), "", "it holds no targets"))
     if problems:
         raise DescriptionError(problems)
     return Targets(path, tuple(moments))
@@ -112,7 +112,7 @@ def _text(path: Path) -> str:
         with open_to_read(path) as stream:
             content = stream.read(MAX_FILE_SIZE + 1)
         if len(content) > MAX_FILE_SIZE:
-            raise UsageError(f"{path}: is larger than {MAX_FILE_SIZE >> 20} MiB")
+            raise UsageError(f"{path}: must be at most {MAX_FILE_SIZE >> 20} MiB")
         return content.decode("utf-8-sig")
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from None
@@ -138,7 +138,7 @@ def _csv_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
 
 def _check_head(head: list[str]) -> str:
     if head[:1] != ["time"]:
-        return "the first line must be `time` and names of joints, with commas between"
+        return "the first line must be `time` and joint names, separated by commas"
     names = head[1:]
     if not names or not all(names):
         return "the first line must name a joint for each column"
@@ -148,7 +148,7 @@ def _check_head(head: list[str]) -> str:
 
 def _csv_moment(head: list[str], row: list[str]) -> TargetSample | str:
     if len(row) != len(head):
-        return f"{len(row)} fields, and the first line has {len(head)}"
+        return f"needs {len(head)} fields as in the first line (got {len(row)})"
     values: dict[str, float] = {}
     for name, field in zip(head, row, strict=True):
         if name != "time" and not field.strip():
@@ -156,7 +156,7 @@ def _csv_moment(head: list[str], row: list[str]) -> TargetSample | str:
         try:
             values[name] = float(field)
         except ValueError:
-            return f"{name}: {field.strip()!r:.40} is no number"
+            return f"{name}: must be a number (got {field.strip()!r:.40})"
     return TargetSample(values.pop("time"), JOINT_COMMAND, values)
 
 
@@ -166,7 +166,10 @@ def _json_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
             try:
                 yield number, _json_moment(json.loads(line))
             except (ValueError, RecursionError) as error:
-                yield number, f"is no JSON: {getattr(error, 'msg', 'a number is too long, or it is nested too deeply')}"
+                yield (
+                    number,
+                    f"is not JSON: {getattr(error, 'msg', 'a number is too long, or it is nested too deeply')}",
+                )
 
 
 def _json_moment(entry: Any) -> TargetSample | str:
@@ -174,12 +177,12 @@ def _json_moment(entry: Any) -> TargetSample | str:
         return 'must be an object with "time" and "positions"'
     time, positions = entry["time"], entry["positions"]
     if not _is_number(time):
-        return f"time: {time!r:.40} is no number"
+        return f"time: must be a number (got {time!r:.40})"
     if not isinstance(positions, dict):
         return "positions: must be an object with a number for each joint"
     for name, value in positions.items():
         if not _is_number(value):
-            return f"positions: {name}: {value!r:.40} is no number"
+            return f"positions: {name}: must be a number (got {value!r:.40})"
     return TargetSample(float(time), JOINT_COMMAND, {name: float(value) for name, value in positions.items()})
 
 
@@ -189,16 +192,16 @@ def _is_number(value: Any) -> bool:
 
 def _check_moment(moment: TargetSample, last: float) -> str:
     if not math.isfinite(moment.time):
-        return f"time: {moment.time} is not finite"
+        return f"time: must be finite (got {moment.time})"
     if moment.time < last:
-        return f"time: {moment.time:g} comes after {last:g}; time must not go back"
+        return f"time: must not decrease (got {moment.time:g} after {last:g})"
     for name, value in moment.values.items():
         if not math.isfinite(value):
-            return f"{name}: {value} is not finite"
+            return f"{name}: must be finite (got {value})"
         if name in GRIPPERS and not 0.0 <= value <= 1.0:
-            return f"{name}: {value:g} is not from 0 (open) to 1 (closed)"
+            return f"{name}: must be from 0 (open) to 1 (closed) (got {value:g})"
     if GRIPPERS[1] in moment.values and GRIPPERS[0] not in moment.values:
-        return f"{GRIPPERS[1]}: grippers are told in their order, so {GRIPPERS[0]} has to be said as well"
+        return f"{GRIPPERS[1]}: needs {GRIPPERS[0]} as well: grippers are addressed by order"
     return ""
 
 
@@ -238,7 +241,7 @@ def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:
         limits.check(name, min(values), max(values), str(targets.path))
     grippers = max((len(each.values) for each in targets.moments if each.topic == GRIPPER_COMMAND), default=0)
     if robot.grippers and grippers > len(robot.grippers):
-        raise UsageError(f"{targets.path}: targets of {grippers} grippers, and the robot has {len(robot.grippers)}")
+        raise UsageError(f"{targets.path}: has targets for {grippers} grippers (the robot has {len(robot.grippers)})")
     robot.check_ready()
 
 
@@ -278,10 +281,10 @@ def approach(
 
     if not session.wait_until(lambda: not missing(), _APPROACH_TIMEOUT):
         name = missing()[0]
-        reason = robot.why_not() or "something holds it back"
+        reason = robot.why_not() or "something blocks it"
         raise UsageError(
-            f"{name} did not come to the first target: it is at {robot.position(name):.4g}, and "
-            f"{first[name]:.4g} was asked for; {reason}"
+            f"{name} did not reach the first target: it is at {robot.position(name):.4g}, and "
+            f"the target is {first[name]:.4g}; {reason}"
         )
 
 

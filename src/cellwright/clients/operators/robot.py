@@ -60,7 +60,7 @@ class JointLimits:
         limits = self.of_joint(name)
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
             raise UsageError(
-                f"{name}: {motion} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
+                f"{name}: {motion} from {low:.4g} to {high:.4g} leaves its limits ({self.source}): "
                 f"{limits.lower:.4g} to {limits.upper:.4g}"
             )
 
@@ -143,7 +143,7 @@ FIRST_STATES_TIMEOUT = 5.0
 SETTLE = 0.5
 """Time [s] for first messages on the other topics; they are published 100 times a second."""
 
-_STOPPED, _DISABLED = "its emergency stop is on", "it is not enabled"
+_STOPPED, _DISABLED = "the emergency stop is active", "it is not enabled"
 
 
 class OperatedRobot:
@@ -167,7 +167,7 @@ class OperatedRobot:
         self._tips = session.latest("/io_teleop/state_ee_poses")
         self._status = session.latest("/io_teleop/status")
         if self._states.wait(FIRST_STATES_TIMEOUT) is None:
-            raise UsageError(f"nothing comes on {JOINT_STATES}: is it a robot's controller node that runs there?")
+            raise UsageError(f"no messages on {JOINT_STATES}: check that a robot controller node runs there")
         others = (self._applied, self._grippers, self._tips, self._status)
         session.wait_until(lambda: all(topic.message is not None for topic in others), SETTLE)
 
@@ -190,7 +190,7 @@ class OperatedRobot:
         try:
             return self.positions[joint]
         except KeyError:
-            raise UsageError(f"the node does not say where {joint} is") from None
+            raise UsageError(f"the node publishes no position of {joint}") from None
 
     @property
     def applied(self) -> dict[str, float]:
@@ -222,7 +222,7 @@ class OperatedRobot:
         if status.emergency_stop:
             return _STOPPED
         if status.resetting:
-            return "it is on its way home"
+            return "it is moving home"
         return "" if status.enabled else _DISABLED
 
     def check_ready(self) -> None:

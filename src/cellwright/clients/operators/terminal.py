@@ -43,7 +43,7 @@ def keyboard() -> Iterator[Read]:
         TerminatedError: from inside, on a signal to end the process.
     """
     if sys.stdin is None or not sys.stdin.isatty():
-        raise UsageError("stdin is no terminal: the keyboard operator needs one to read keys from")
+        raise UsageError("stdin is not a terminal; run the keyboard operator in one")
     if sys.platform == "win32":
         yield _read_windows
     else:
@@ -138,14 +138,14 @@ def _status_line(robot: OperatedRobot, name: str) -> Text:
     line.append(f" {name} ", style="reverse bold").append("  ")
     status = robot.status
     if status is None:
-        return line.append("the node tells no /io_teleop/status", style="dim")
+        return line.append("the node does not publish /io_teleop/status", style="dim")
     reason = robot.why_not()
     if status.emergency_stop:
         line.append(" EMERGENCY STOP ", style="bold white on red")
     elif reason:
         line.append(reason, style="bold yellow")
     elif status.silent:
-        line.append("holds: nothing came for too long", style="yellow")
+        line.append("holds: no command for too long", style="yellow")
     else:
         line.append("takes commands", style="green")
     line.append(f"  from {status.commander}" if status.commander else "")

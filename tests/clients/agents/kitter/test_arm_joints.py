@@ -27,5 +27,5 @@ def test_the_newest_joint_states_are_read() -> None:
 
 
 def test_without_an_arm_there_is_nothing_to_work_with() -> None:
-    with pytest.raises(UsageError, match="the arm does not tell where its joints are"):
+    with pytest.raises(UsageError, match="no joint positions: nothing is published"):
         KitterArm(Client(InProcess(Cell(BARE))))

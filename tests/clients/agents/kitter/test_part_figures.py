@@ -95,8 +95,8 @@ def test_a_part_of_a_trial_s_own_is_handled_by_its_model() -> None:
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
-        (own(spots=[]), "it has no flat top that the cup could stand on"),
-        (own(spots=[spot(radius=0.004)]), "its flat top is too small: a disc of 4 mm radius, 6 mm are needed"),
+        (own(spots=[]), "it has no flat top for the cup"),
+        (own(spots=[spot(radius=0.004)]), "its flat top is too small: a disc of 4 mm radius (needs 6 mm)"),
         (own(25.0), "it is too heavy: 25 kg, the arm carries 10 kg"),
         (own(5.0, spots=[spot(0.07)]), "it would turn the wrist: its flat top is 70 mm beside its centre of mass"),
         (own(spots=[spot(z=0.2)]), "it is too tall: 220 mm below the cup, 200 mm can be carried"),
@@ -106,7 +106,7 @@ def test_what_it_cannot_handle_has_a_reason(values: dict[str, Any], reason: str)
     catalogue = Catalogue({"my_part": values})
     assert "my_part" not in catalogue
     assert catalogue.why_not("my_part") == reason
-    assert catalogue.why_not("u_joint_part") == "its model is not known"
+    assert catalogue.why_not("u_joint_part") == "its model is unknown"
     with pytest.raises(UnknownNameError):
         catalogue.figures("my_part")
 
@@ -119,7 +119,7 @@ def test_the_first_order_of_a_type_says_which_side_is_up() -> None:
     goal = Pose.from_rpy((0.1, 0.0, 0.0), (0.0, -math.pi / 2, 0.0))  # its x axis up
     catalogue.note_order("my_part", goal)
     assert "my_part" not in catalogue
-    assert catalogue.why_not("my_part") == "it has no flat top that the cup could stand on"
+    assert catalogue.why_not("my_part") == "it has no flat top for the cup"
     assert catalogue.turned("my_part", goal).rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
     catalogue.note_order("my_part", Pose())
     assert "my_part" not in catalogue

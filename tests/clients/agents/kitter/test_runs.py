@@ -102,7 +102,7 @@ def test_parts_that_it_cannot_take_are_logged_at_the_end_with_the_reason(tmp_pat
     result, said = run_own(tmp_path, "my_ball", "my_anvil")
     assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
     assert [line.partition(" s: ")[2] for line in said] == [
-        "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius, 6 mm are needed",
+        "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius (needs 6 mm)",
         "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
     ]
     sentences = [part.sentence() for each in result.evidence.orders for kit in each.kits for part in kit.parts]

@@ -272,7 +272,7 @@ def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogC
     assert places(floor) == [(0.1, -0.1)]
     warnings = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
     assert warnings == [
-        "not brought for order_0_kit_0: 2 cone_part: it has no flat top that the cup could stand on",
+        "not brought for order_0_kit_0: 2 cone_part: it has no flat top for the cup",
         "not brought for order_0_kit_0: 1 disk_part: none was seen",
     ]
 

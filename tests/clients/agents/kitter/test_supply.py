@@ -51,13 +51,10 @@ def test_it_says_why_there_is_none() -> None:
     found = supply()
     place = lying(-0.4, 0.1).world_T_part
     found.note_failure("gear_part", place, is_in_reach=False)
-    assert found.why_none("gear_part") == "those that were seen lie out of the arm's reach"
+    assert found.why_none("gear_part") == "all visible ones are out of the arm's reach"
     found.note_failure("gear_part", place)
-    assert found.why_none("gear_part") == "the cup got no hold of any, in 1 attempt"
-    assert (
-        found.why_none("disk_part")
-        == "those that were seen lie with another side up than ordered, or on something else"
-    )
+    assert found.why_none("gear_part") == "the cup gripped none in 1 attempt"
+    assert found.why_none("disk_part") == "all visible ones lie with the wrong side up, or on something else"
     assert found.why_none("pulley_part") == "none was seen"
 
 

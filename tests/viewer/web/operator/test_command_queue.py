@@ -80,7 +80,7 @@ def test_nothing_is_sent_to_a_robot_that_takes_no_commands(
     queue.drive("left")
     queue.drag(0, ME, UP)
     assert queue.due() == []
-    assert queue.notes.at(clock()).startswith("not sent: it")
+    assert queue.notes.at(clock()).startswith("not sent: ")
 
 
 @pytest.mark.parametrize("held", HOLDS)
@@ -91,7 +91,7 @@ def test_whatever_holds_the_robot_ends_all_that_was_wanted(
     queue.drag(0, ME, UP)
     queue.slide(FINGER, 0.04)
     later(queue, clock, **held)
-    assert queue.notes.at(clock()).startswith("let go: it")
+    assert queue.notes.at(clock()).startswith("let go: ")
     later(queue, clock)
     queue.drag(0, ME, UP)
     clock.now += 0.1

@@ -45,7 +45,7 @@ def test_targets_walk_within_the_limits_and_arrive(requested: float, period: flo
 def test_a_joint_that_is_held_up_is_waited_for_and_given_up() -> None:
     found, note = walked(1.0, JOINT_PATIENCE + 1.0, follows=False)
     assert max(found) <= -1.2 + JOINT_LEAD["rad"] + 1e-9
-    assert note == "right_3 is held up: it stands at -1.200"
+    assert note == "right_3 is blocked at -1.200"
 
 
 def test_it_begins_where_the_joint_is_and_not_where_it_was_once_sent() -> None:

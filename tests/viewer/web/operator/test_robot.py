@@ -26,9 +26,9 @@ def test_a_robot_and_how_it_stands() -> None:
 
 
 def test_why_it_takes_no_commands() -> None:
-    assert state(is_stopped=True, is_enabled=False).why_not == "its emergency stop is on"
+    assert state(is_stopped=True, is_enabled=False).why_not == "the emergency stop is active"
     assert state(is_enabled=False).why_not == "it is switched off"
-    assert state(is_homing=True).why_not == "it is on its way home"
+    assert state(is_homing=True).why_not == "it is moving home"
 
 
 def test_a_joint_without_limits_gets_a_turn_each_way() -> None:

@@ -1,4 +1,4 @@
-"""What a package can bring along for Cellwright."""
+"""Plugins of one package: a trial, an agent, a sensor and a device."""
 
 from pathlib import Path
 

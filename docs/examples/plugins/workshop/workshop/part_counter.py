@@ -19,7 +19,7 @@ RADIUS = 0.5  # [m]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Count(Reading):
-    """How many parts there were."""
+    """Number of parts in a sample."""
 
     parts: int
 
@@ -42,7 +42,7 @@ class PartCounter(Sensor[Count]):
 
 
 def message(reading: Count, _: Sensor[Count]) -> Message:
-    """What is said of a reading."""
+    """Message of a reading."""
     return Float32(float(reading.parts))
 
 

@@ -26,7 +26,7 @@ class SignalLamp(Device):
         self._show(self._idle)
 
     def get_state(self) -> State:
-        """What a checkpoint keeps."""
+        """State for checkpoints."""
         return {"colour": self.colour}
 
     def set_state(self, state: State) -> None:

@@ -1,4 +1,4 @@
-"""An agent that looks on for a while and ends the competition."""
+"""Agent that waits for a while and ends the competition."""
 
 import logging
 

@@ -120,11 +120,11 @@ class Supply:
     def why_none(self, part_type: str) -> str:
         """Return the reason why no part of a type was available."""
         if tried := self._tried[part_type]:
-            return f"the cup got no hold of any, in {tried} attempt{'s' if tried > 1 else ''}"
+            return f"the cup gripped none in {tried} attempt{'s' if tried > 1 else ''}"
         if self._too_far[part_type]:
-            return "those that were seen lie out of the arm's reach"
+            return "all visible ones are out of the arm's reach"
         if part_type in self._view.not_upright:
-            return "those that were seen lie with another side up than ordered, or on something else"
+            return "all visible ones lie with the wrong side up, or on something else"
         return "none was seen"
 
 
@@ -212,7 +212,7 @@ class Strategy:
         kit.sendings += 1
         kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
-            self._log("it does not go")
+            self._log("it does not leave")
             return partial(self.submit, kit)
         self._client.sleep(1.0)
         return self.choose_kit if self._orders.open_kits() else self.await_order
@@ -296,7 +296,7 @@ class Strategy:
         place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
         if place is None:
             self._log("there is no room for a %s on the tray", task.type)
-            task.given_up = "there was no room for it on the tray"
+            task.given_up = "no room on the tray"
             self._hand.throw_away(held)
             return partial(self.choose_part, kit)
         x, y, _ = place.tray_T_part.position
@@ -336,7 +336,7 @@ class Strategy:
         """Count a part that did not reach the tray; a type that is lost repeatedly is given up."""
         task.losses += 1
         if task.losses >= MAX_LOSSES:
-            task.given_up = f"it did not come to lie on the tray, {task.losses} times"
+            task.given_up = f"it did not stay on the tray, {task.losses} times"
 
     def reject(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
         """Take a faulty part off the tray."""
@@ -354,7 +354,7 @@ class Strategy:
         found = strays(self._view, kit)
         if not found or kit.cleanings >= MAX_CLEANINGS:
             return partial(self.submit, kit)
-        self._set_status("there is a %s too many on the tray: taking it off", found[0].type)
+        self._set_status("removing an extra %s from the tray", found[0].type)
         self._throw_away(kit, found[0].type, found[0].world_T_part, 1, kit.cleanings)
         kit.cleanings += 1
         return partial(self.clean, kit)

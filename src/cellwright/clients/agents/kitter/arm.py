@@ -67,7 +67,7 @@ class KitterArm:
         self._client = client
         self._states = client.joint_states
         if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
-            raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
+            raise UsageError("no joint positions: nothing is published on /ariac/joint_states; give the cell an arm")
         self._commanded = list(self.joints)
         self.load_height = 0.0
         """Distance [m] that the load hangs below the cup."""

@@ -142,7 +142,7 @@ class Catalogue:
 
     def why_not(self, part_type: str) -> str:
         """Return the reason why a type is not handled."""
-        return self._refused.get(part_type, "its model is not known")
+        return self._refused.get(part_type, "its model is unknown")
 
     def note_order(self, part_type: str, tray_T_goal: Pose) -> None:
         """Take the upward side of an ordered part as the side by which its type is handled from now on.
@@ -183,10 +183,10 @@ def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
     aside = [math.dist(spot["position"][:2], values["centre_of_mass"][:2]) for spot in wide]  # [m]
     usable = [spot for spot, away in zip(wide, aside, strict=True) if away * mass <= MAX_MOMENT]
     if not spots:
-        return "it has no flat top that the cup could stand on"
+        return "it has no flat top for the cup"
     if not wide:
         widest = max(spot["radius"] for spot in spots)
-        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {MIN_SPOT * 1e3:g} mm are needed"
+        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius (needs {MIN_SPOT * 1e3:g} mm)"
     if mass > MAX_MASS:
         return f"it is too heavy: {mass:g} kg, the arm carries {MAX_MASS:g} kg"
     if not usable:

@@ -253,7 +253,7 @@ class LinkClient:
         while True:
             data = connection.recv(_PIECE)
             if not data:
-                raise FrameError("it has hung up")
+                raise FrameError("it closed the connection")
             for frame in self._decoder.feed(data):
                 if frame.kind is FrameKind.WELCOME:
                     return frame.json()

@@ -127,7 +127,7 @@ def _read(connection: socket.socket, size: int) -> bytes:
     while len(data) < size:
         piece = connection.recv(size - len(data))
         if not piece:
-            raise OSError("it has hung up")
+            raise OSError("it closed the connection")
         data += piece
     return bytes(data)
 

@@ -217,7 +217,7 @@ class JointMoves(TouchTimes):
                 self._end(joint, now)
             elif now - walk.gained > JOINT_PATIENCE:
                 self._end(joint, now)
-                self.note = f"{self._robot.joints[joint].name} is held up: it stands at {measured:.3f}"
+                self.note = f"{self._robot.joints[joint].name} is blocked at {measured:.3f}"
         return found
 
     def _step(self, walk: _Walk, unit: str, measured: float, now: float) -> float | None:

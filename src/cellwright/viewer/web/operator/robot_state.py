@@ -125,9 +125,9 @@ class RobotState:
     def why_not(self) -> str:
         """Reason why the robot accepts no commands now; empty if it does."""
         if self.is_stopped:
-            return "its emergency stop is on"
+            return "the emergency stop is active"
         if self.is_homing:
-            return "it is on its way home"
+            return "it is moving home"
         return "" if self.is_enabled else "it is switched off"
 
 

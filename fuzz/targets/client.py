@@ -70,7 +70,7 @@ def attempt(data: bytes) -> None:
         if frame.kind is FrameKind.REFUSED and frame.text().startswith("the cell failed"):
             raise FindingError(frame.text())
     if requests.pending or any(info.subscribers.count("/me") for info in cell.bus.topics()):
-        raise FindingError("something of a guest that is gone was left")
+        raise FindingError("a disconnected client left requests or subscriptions")
 
 
 def _frames(pieces: list[bytes]) -> list[Frame]:
