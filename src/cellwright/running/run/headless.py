@@ -16,7 +16,21 @@ from cellwright.running.run.targets import CellTarget, cell_result, warn_of
 
 
 def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
-    """Run a cell from the start until it is over; without an agent, until `options.until`.
+    """Run a cell from the start until it is over.
+
+    Example:
+        >>> import cellwright
+        >>> cell = cellwright.Cell(cellwright.load_trial("lesson"))
+        >>> cellwright.run_cell(cell, None, cellwright.RunOptions(until=0.1)).steps
+        50
+
+    Args:
+        cell: the cell; it is reset to time 0.
+        agent: works the cell; None for no agent: the run lasts until `options.until`.
+        options: further options of the run.
+
+    Returns:
+        The result; it holds what the agent raises.
 
     Raises:
         UsageError: there is neither an agent nor a time to stop at.
@@ -37,6 +51,12 @@ def run_trial(
 ) -> RunResult:
     """Run a trial headless, as fast as it goes, until it is over.
 
+    Example:
+        >>> import cellwright
+        >>> result = cellwright.run_trial("lesson", None, options=cellwright.RunOptions(until=0.1))
+        >>> result.outcome.name, result.steps
+        ('UNTIL', 50)
+
     Args:
         trial: the trial, its name, or the path of its file.
         agent: works the cell: an object with a method `run(client)` or its class, the name of a bundled agent, or
@@ -45,6 +65,9 @@ def run_trial(
         record: a file to record the run to, such as `run.mcap`. The recording of a trial that is given by name holds
             its files too, and can be run again from that alone.
         options: further options of the run.
+
+    Returns:
+        The result; it holds what the agent raises.
 
     Raises:
         UnknownNameError: there is no such trial.

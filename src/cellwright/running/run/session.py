@@ -54,11 +54,25 @@ def _warn_of_name(old: str, new: str) -> None:
 
 
 class Program(ABC):
-    """Program that works a session in place of an agent in this process, such as an agent in a process of its own."""
+    """Program that works a session in place of an agent in this process, such as an agent in a process of its own.
+
+    Example:
+        >>> import cellwright
+        >>> class Steps(Program):
+        ...     def work(self, session):
+        ...         session.node.simulation.step()
+        ...         return cellwright.Outcome.UNTIL, ""
+        >>> cellwright.Session("lesson").run(Steps()).steps
+        1
+    """
 
     @abstractmethod
     def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let time pass until the run is over; return how it ended, and the error."""
+        """Let time pass until the run is over.
+
+        Returns:
+            How the run ended, and the error in words; empty if there was none.
+        """
 
 
 class Session(SessionState):
@@ -67,7 +81,8 @@ class Session(SessionState):
     Its resources are open within a `with` block. A run of a cell starts at time 0; a session may have several runs.
 
     Example:
-        >>> with Session("lesson", until=0.1) as session:
+        >>> import cellwright
+        >>> with cellwright.Session("lesson", until=0.1) as session:
         ...     session.run().simulated
         0.1
 
@@ -297,6 +312,9 @@ class Session(SessionState):
 
         Args:
             node: its node name, as the cell or the robot sees it.
+
+        Returns:
+            A `Client` of a cell, or a `NodeClient` of a robot.
         """
         if self._run is None:
             self._run = ExitStack()

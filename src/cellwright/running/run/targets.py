@@ -60,6 +60,13 @@ class DescriptionWarning(UserWarning):
 def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
     """Load a trial by its name or its files, or from a text. Notes for its author come as `DescriptionWarning`.
 
+    Example:
+        >>> import cellwright
+        >>> cellwright.load_trial("lesson").name
+        'lesson'
+        >>> cellwright.load_trial(text="time_limit: 60").time_limit
+        60.0
+
     Args:
         sources: a bundled trial (`"lesson"`) or the path of a YAML file; the texts of several are joined.
         text: the configuration itself, instead.
@@ -76,6 +83,11 @@ def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
 
 def load_robot(name_or_path: str | Path) -> RobotConfig:
     """Load a robot by its name or its file. Notes for the file's author come as `DescriptionWarning`.
+
+    Example:
+        >>> import cellwright
+        >>> cellwright.load_robot("tandem").name
+        'tandem'
 
     Args:
         name_or_path: a bundled robot (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
