@@ -72,10 +72,10 @@ def test_lesson_followed_as_page_and_notebook_prints_what_it_shows(
     try:
         follow(others, home, environment)
         shutil.rmtree(package)
-        said = run_notebook(home, environment)
+        printed = run_notebook(home, environment)
     finally:
         shutil.rmtree(package, ignore_errors=True)
-    assert "built in " in said, "the notebook builds the workspace a second time"
+    assert "built in " in printed, "the notebook builds the workspace a second time"
     assert header.stat().st_mtime_ns == built, "and then makes nothing again"
     assert not list((first_step.workspace / "src").rglob("*~"))
 

@@ -110,7 +110,7 @@ bye
 ```
 """
     code = [cell for cell in cells(page) if cell.is_code][1:]
-    said = ""
+    output = ""
     for cell in code:
         script = cell.source.removeprefix("%%bash\n")
         ran = subprocess.run(
@@ -122,8 +122,8 @@ bye
             check=False,
         )
         assert ran.returncode == 0, ran.stderr
-        said += ran.stdout
-    assert said == "ready: now\nready: now\nbye\n"
+        output += ran.stdout
+    assert output == "ready: now\nready: now\nbye\n"
 
 
 def test_output_is_stored_without_colours_and_local_folders() -> None:

@@ -41,12 +41,12 @@ def test_invalid_trial_is_refused() -> None:
 def test_notes_for_author_are_warnings_at_caller(tmp_path: Path) -> None:
     file = tmp_path / "trial.yaml"
     file.write_text(UNKNOWN_OPTION)
-    with pytest.warns(DescriptionWarning, match="insert_agvs") as said:
+    with pytest.warns(DescriptionWarning, match="insert_agvs") as warned:
         cellwright.load_trial(file)
-    assert said[0].filename == __file__
-    with pytest.warns(DescriptionWarning, match="insert_agvs") as said:
+    assert warned[0].filename == __file__
+    with pytest.warns(DescriptionWarning, match="insert_agvs") as warned:
         cellwright.run_trial(file, None, options=cellwright.RunOptions(until=0.01))
-    assert said[0].filename == __file__
+    assert warned[0].filename == __file__
 
 
 def test_load_robot_takes_name_or_file(tmp_path: Path) -> None:
@@ -54,9 +54,9 @@ def test_load_robot_takes_name_or_file(tmp_path: Path) -> None:
     assert config.name == "tandem"
     file = tmp_path / "vr_configs.yml"
     file.write_text(f"urdf_path: {config.urdf_path.as_posix()}\nroboname: x\n")
-    with pytest.warns(DescriptionWarning, match="robot_name") as said:
+    with pytest.warns(DescriptionWarning, match="robot_name") as warned:
         assert cellwright.load_robot(file).name == "tandem"
-    assert said[0].filename == __file__
+    assert warned[0].filename == __file__
     with pytest.raises(UnknownNameError, match="tandem"):
         cellwright.load_robot("tandm")
 

@@ -32,9 +32,9 @@ def test_bag_has_all_messages_of_recording(tmp_path: Path) -> None:
         }
         found = [(each.topic, time, from_ros1(data, String).data) for each, time, data in bag.messages()]
     with RecordingFile(tmp_path / "a.mcap") as recording:
-        said = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
-    assert found == said
-    assert found[0][1] == 1, "rosbag play passes over what is said at 0"
+        expected = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
+    assert found == expected
+    assert found[0][1] == 1, "rosbag play skips messages at time 0"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["a.bag", "a.mcap"]
 
 
@@ -86,7 +86,7 @@ def test_rosbag_reads_bag(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
     write_bag(tmp_path / "a.mcap", tmp_path / "a.bag")
     command = [rosbag, "info", "--yaml", str(tmp_path / "a.bag")]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
-    assert "messages: 40\n" in said
-    assert f"md5: {md5('std_msgs/String')}" in said
-    assert "topic: /shout" in said
+    printed = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
+    assert "messages: 40\n" in printed
+    assert f"md5: {md5('std_msgs/String')}" in printed
+    assert "topic: /shout" in printed

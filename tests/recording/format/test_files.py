@@ -45,12 +45,12 @@ def test_bag_and_mcap_file_are_both_kept(tmp_path: Path) -> None:
 
 
 def test_failed_bag_keeps_mcap_file(tmp_path: Path) -> None:
-    said: list[str] = []
-    files = RecordingFiles([tmp_path / "run.bag"], report=said.append)
+    lines: list[str] = []
+    files = RecordingFiles([tmp_path / "run.bag"], report=lines.append)
     write(files.path, 3)
     (tmp_path / "run.bag").mkdir()
     files.finish([files.path])
     assert not files.is_whole
     assert files.path.is_file()
-    assert len(said) == 1
-    assert said[0].endswith(f"the recording is in {files.path}")
+    assert len(lines) == 1
+    assert lines[0].endswith(f"the recording is in {files.path}")

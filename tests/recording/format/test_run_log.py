@@ -46,8 +46,8 @@ class Delivers:
 def logged(
     path: Path, trial: Trial = KITTING, report: list[str] | None = None
 ) -> tuple[RunResult, list[dict[str, Any]]]:
-    said = [] if report is None else report
-    log = RunLog(path, about={"agent": "delivers"}, report=said.append)
+    reported = [] if report is None else report
+    log = RunLog(path, about={"agent": "delivers"}, report=reported.append)
     return run_cell(Cell(trial, seed=5), Delivers(), RunOptions(log=log)), read_json_lines(
         path
     ) if path.is_file() else []
@@ -96,10 +96,10 @@ def test_log_does_not_change_run(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no device that is always full")
 def test_full_disk_is_reported_and_does_not_end_run() -> None:
-    said: list[str] = []
-    result, _ = logged(Path("/dev/full"), report=said)
+    reported: list[str] = []
+    result, _ = logged(Path("/dev/full"), report=reported)
     assert result.score.total == 6.0
-    assert len(said) == 1
+    assert len(reported) == 1
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from cellwright.recording.format.format import Entry
 def hand_in(waiting: WriteQueue[str], entry: Entry) -> None:
     for values, value in zip((waiting.channels, waiting.times, waiting.contents), entry, strict=True):
         values.append(value)  # type: ignore[attr-defined]
-    waiting.given += MESSAGE_OVERHEAD + len(entry[2])
+    waiting.added += MESSAGE_OVERHEAD + len(entry[2])
 
 
 def handed_in(entries: list[Entry]) -> Messages:
@@ -37,7 +37,7 @@ def take(waiting: WriteQueue[str]) -> list[Entry | str]:
     for what in waiting.take():
         if isinstance(what, Messages):
             found += entries(what)
-            waiting.taken = int(what.ends[-1])
+            waiting.written = int(what.ends[-1])
         else:
             found.append(what)
     return found
@@ -57,7 +57,7 @@ def test_queue_yields_entries_in_order(given: list[list[Entry | str]]) -> None:
             else:
                 hand_in(waiting, item)
         assert take(waiting) == items
-        assert waiting.taken == waiting.given
+        assert waiting.written == waiting.added
     assert take(waiting) == []
 
 
@@ -80,7 +80,7 @@ def test_entry_added_during_take_stays_for_next_take() -> None:
     hand_in(waiting, (1, 1, b"late"))
     waiting.add_record("later")
     assert list(taking) == []
-    waiting.taken = int(first.ends[-1])
+    waiting.written = int(first.ends[-1])
     assert take(waiting) == [(1, 1, b"late"), "later"]
 
 

@@ -34,9 +34,9 @@ def test_figure_of_cell_has_all_panels_in_order() -> None:
         "States and commands",
         "Tool from above",
     ]
-    said = words(figure)
+    drawn = words(figure)
     for word in ("lesson", "kitter, seed 0: 8 of 12 points", "order_0_kit_0: 8 of 12", "piston rod 9", "wrist 3"):
-        assert word in said
+        assert word in drawn
 
 
 def test_figure_of_robot_has_all_panels() -> None:

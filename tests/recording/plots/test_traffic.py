@@ -14,8 +14,8 @@ def test_rows_have_state_names_and_command_counts() -> None:
     axes = Figure().add_subplot()
     draw_commands(axes, robot())
     assert [text.get_text() for text in axes.get_yticklabels()] == ["safety", "joint_cmd", "set_enabled"]
-    said = [text.get_text().strip() for text in axes.texts]
-    assert said == ["takes commands", "emergency stop", "takes commands", "1000", "1"]
+    drawn = [text.get_text().strip() for text in axes.texts]
+    assert drawn == ["takes commands", "emergency stop", "takes commands", "1000", "1"]
 
 
 def test_many_commands_show_most_used_only() -> None:

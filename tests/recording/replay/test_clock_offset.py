@@ -9,7 +9,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.replay.playback import Recorded, clock_offset
-from tests.recording.replay.memory import SECOND, Memory, recording, said
+from tests.recording.replay.memory import SECOND, Memory, recording, text_message
 
 STATES = "/io_teleop/joint_states"
 WALL = 1_700_000_000 * SECOND  # [ns]
@@ -31,17 +31,22 @@ def test_clock_offset_is_found_from_stamps(ahead: int, found: int) -> None:
 
 
 def test_messages_without_stamps_give_zero_offset() -> None:
-    assert clock_offset(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
+    assert (
+        clock_offset(
+            Memory([text_message(0, "/ariac/orders", "x"), text_message(1, "/ariac/orders", "y")._replace(data=b"?")])
+        )
+        == 0
+    )
 
 
 def test_recording_without_clock_is_played_with_clock() -> None:
     recorded = Recorded(of_robot(WALL))
-    came: list[Any] = []
-    recorded.bus.subscribe("/clock", came.append)
+    received: list[Any] = []
+    recorded.bus.subscribe("/clock", received.append)
 
     recorded.simulation.step_until(SECOND)
 
-    times = [message.clock.sec * SECOND + message.clock.nanosec - WALL for message in came]
+    times = [message.clock.sec * SECOND + message.clock.nanosec - WALL for message in received]
     assert len(times) == 100
     assert times == sorted(times)
     assert times[-1] == SECOND

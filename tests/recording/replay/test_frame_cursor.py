@@ -4,7 +4,7 @@ from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import frame_bytes
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.rendering.scene.scene import is_whole_frame
-from tests.recording.replay.memory import SECOND, Memory, frame_at, recording, said, seen
+from tests.recording.replay.memory import SECOND, Memory, frame_at, frame_message, recording, text_message
 
 
 def test_frame_and_panel_are_newest_at_time() -> None:
@@ -45,7 +45,7 @@ def test_distant_whole_frame_is_found() -> None:
 
 def test_damaged_frame_is_skipped_until_next_whole_frame() -> None:
     memory = recording(2)
-    damaged = seen(SECOND // 2, b"\x01nonsense")
+    damaged = frame_message(SECOND // 2, b"\x01nonsense")
     index = next(n for n, each in enumerate(memory.list) if each.topic == FRAME and each.time > SECOND // 2)
     memory.list.insert(index, damaged)
     memory.list.append(memory.list[-1]._replace(topic=FRAME, data=b"no message at all"))
@@ -59,7 +59,11 @@ def test_damaged_frame_is_skipped_until_next_whole_frame() -> None:
 
 
 def test_panel_that_is_no_object_is_empty() -> None:
-    cursor = FrameCursor(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
+    cursor = FrameCursor(
+        Memory(
+            [text_message(0, PANEL, "[1]"), text_message(1, PANEL, "{"), text_message(2, PANEL, "")._replace(data=b"?")]
+        )
+    )
 
     for time in (0, 1, 2):
         cursor.seek(time)

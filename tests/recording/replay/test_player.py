@@ -12,7 +12,7 @@ from cellwright.recording.format.format import RecordedTopic
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.replay.playback import Recorded
 from cellwright.util.errors import RejectedCommandError
-from tests.recording.replay.memory import SECOND, TOPICS, Memory, recording, said
+from tests.recording.replay.memory import SECOND, TOPICS, Memory, recording, text_message
 
 ORDERS, COMMAND = "/ariac/orders", "/ariac/arm/command"
 
@@ -20,26 +20,26 @@ ORDERS, COMMAND = "/ariac/orders", "/ariac/arm/command"
 def a_recording() -> Memory:
     return recording(
         4,
-        said(SECOND, ORDERS, "first"),
-        said(2 * SECOND, COMMAND, "left"),
-        said(2 * SECOND, COMMAND, "right"),
-        said(3 * SECOND, ORDERS, "second"),
+        text_message(SECOND, ORDERS, "first"),
+        text_message(2 * SECOND, COMMAND, "left"),
+        text_message(2 * SECOND, COMMAND, "right"),
+        text_message(3 * SECOND, ORDERS, "second"),
     )
 
 
 def test_messages_are_published_in_order_at_their_times() -> None:
     recorded = Recorded(a_recording())
-    came: list[tuple[int, str, str]] = []
+    received: list[tuple[int, str, str]] = []
 
     def listen(topic: str) -> None:
-        recorded.bus.subscribe(topic, lambda message: came.append((recorded.simulation.now, topic, message.data)))
+        recorded.bus.subscribe(topic, lambda message: received.append((recorded.simulation.now, topic, message.data)))
 
     for topic in (ORDERS, COMMAND):
         listen(topic)
 
     recorded.simulation.step_until(4 * SECOND)
 
-    assert came == [
+    assert received == [
         (SECOND, ORDERS, "first"),
         (2 * SECOND, COMMAND, "left"),
         (2 * SECOND, COMMAND, "right"),
@@ -63,11 +63,11 @@ def test_message_of_fast_topic_is_published_once() -> None:
 def test_late_subscriber_gets_latched_message() -> None:
     recorded = Recorded(a_recording())
     recorded.simulation.step_until(3 * SECOND // 2)
-    came: list[Any] = []
+    received: list[Any] = []
 
-    recorded.bus.subscribe(ORDERS, came.append)
+    recorded.bus.subscribe(ORDERS, received.append)
 
-    assert [message.data for message in came] == ["first"]
+    assert [message.data for message in received] == ["first"]
 
 
 def test_topics_equal_recorded_topics_and_have_publishers() -> None:
@@ -112,12 +112,12 @@ def test_unreadable_message_is_counted_and_left_out() -> None:
     memory = a_recording()
     memory.list.append(RecordedMessage(ORDERS, 4 * SECOND, b"\x00\x01\x00\x00\xff\xff\xff\x7fno"))
     recorded = Recorded(memory)
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
 
     recorded.simulation.step_until(4 * SECOND)
 
-    assert [message.data for message in came] == ["first", "second"]
+    assert [message.data for message in received] == ["first", "second"]
     assert recorded.unreadable == 1
 
 
@@ -127,22 +127,22 @@ def test_seek_before_first_latched_message_clears_it() -> None:
 
     recorded.seek(SECOND // 2)
 
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
-    assert came == []
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
+    assert received == []
     recorded.simulation.step_until(SECOND)
-    assert [message.data for message in came] == ["first"]
+    assert [message.data for message in received] == ["first"]
 
 
 def test_seek_publishes_changed_latched_message_at_once() -> None:
     recorded = Recorded(a_recording())
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
 
     for time in (7 * SECOND // 2, 7 * SECOND // 2, 3 * SECOND // 2):
         recorded.seek(time)
 
-    assert [message.data for message in came] == ["second", "first"]
+    assert [message.data for message in received] == ["second", "first"]
 
 
 @pytest.mark.slow
@@ -168,6 +168,6 @@ def test_state_after_seeks_equals_state_after_playing(times: list[int], more: in
 
 
 def _latched(recorded: Recorded) -> list[str]:
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
-    return [message.data for message in came]
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
+    return [message.data for message in received]

@@ -68,11 +68,11 @@ def test_seek_starts_new_run_number(memory: Memory, server: Server) -> None:
     assert offered.panel({})["of"] == {"half": 2}
 
 
-@pytest.mark.parametrize(("asked", "time"), [(-5, 0.5), (99.0, 1.5), (1, 1.0)])
-def test_seek_is_clamped_to_played_range(memory: Memory, server: Server, asked: float, time: float) -> None:
+@pytest.mark.parametrize(("requested", "time"), [(-5, 0.5), (99.0, 1.5), (1, 1.0)])
+def test_seek_is_clamped_to_played_range(memory: Memory, server: Server, requested: float, time: float) -> None:
     offered = services(memory, server, first=SECOND // 2, last=3 * SECOND // 2)
 
-    offered.control.control({"action": "seek", "time": asked})
+    offered.control.control({"action": "seek", "time": requested})
 
     assert offered.panel({})["time"] == time
 

@@ -187,7 +187,7 @@ def test_interrupted_evaluation_keeps_results_and_leaves_no_process(folder: Path
 
     jobs = tiny_jobs(folder, "Deliver") + tiny_jobs(folder, "Hang")
     with ResultsFile(folder / "out") as store:
-        evaluation = Evaluation(store, on_result=results.append, on_look=interrupt_later)
+        evaluation = Evaluation(store, on_result=results.append, on_progress=interrupt_later)
         with pytest.raises(KeyboardInterrupt):
             evaluation.run(jobs)
         assert [each.outcome for each in store.results.values()] == ["done"]
@@ -211,9 +211,9 @@ def test_interrupted_evaluation_keeps_results_and_leaves_no_process(folder: Path
 )
 def test_check_agent_returns_problem_of_agent(folder: Path, program: str, problem: str) -> None:
     with ResultsFile(folder / "out") as store:
-        said = Evaluation(store).check_agent(program)
-    assert problem in said
-    assert bool(said) == bool(problem)
+        reason_given = Evaluation(store).check_agent(program)
+    assert problem in reason_given
+    assert bool(reason_given) == bool(problem)
 
 
 @QUICK_WORKERS

@@ -11,7 +11,7 @@ from cellwright.running.remote.program import AgentExit, ExitReason
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "expected"),
     [
         ('{"parting": "returned", "error": ""}', AgentExit(ExitReason.RETURNED)),
         ('{"parting": "crashed", "error": "a\\nb"}', AgentExit(ExitReason.CRASHED, "a\nb")),
@@ -23,8 +23,8 @@ from cellwright.running.remote.program import AgentExit, ExitReason
         ("", ""),
     ],
 )
-def test_report_gives_exit_of_agent_or_empty_text(tmp_path: Path, text: str, said: AgentExit | str) -> None:
+def test_report_gives_exit_of_agent_or_empty_text(tmp_path: Path, text: str, expected: AgentExit | str) -> None:
     file = tmp_path / "report.json"
     file.write_text(text, encoding="utf-8")
-    assert read_report(file) == said
+    assert read_report(file) == expected
     assert read_report(tmp_path / "none.json") == ""

@@ -152,11 +152,11 @@ def test_run_is_interrupted_while_agent_waits(agents: str) -> None:
 @QUICK_AGENTS
 @pytest.mark.slow
 def test_agent_that_ignores_end_is_killed(agents: str) -> None:
-    said: list[str] = []
-    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, on_message=said.append)
+    lines: list[str] = []
+    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, on_message=lines.append)
     child.end(TIMEOUT)
-    with pytest.raises(AgentError, match="nobody answers"):
-        child.worked(was_there=False)
+    with pytest.raises(AgentError, match="no server answers"):
+        child.agent_exit(has_connected=False)
     result = hosted(f"{agents}:Clings", until=0.2, rate=1.0)
     assert result.outcome is Outcome.UNTIL
 
@@ -254,9 +254,9 @@ def test_run_with_forged_report_keeps_score(hostile: str, monkeypatch: pytest.Mo
 @pytest.mark.skipif(sys.platform != "linux", reason="only there a process can take on orphans")
 @pytest.mark.parametrize("name", ["Threads", "Forks"])
 def test_run_ends_with_agent_despite_leftover_processes(hostile: str, name: str) -> None:
-    said: list[str] = []
-    result = hosted(f"{hostile}:{name}", lockstep=True, on_message=said.append)
+    lines: list[str] = []
+    result = hosted(f"{hostile}:{name}", lockstep=True, on_message=lines.append)
     assert (result.outcome, result.error) == (Outcome.DONE, "")
     assert result.score.total > 0.0
     left = "the agent left a process running, now ended: " if name == "Forks" else "left running, and ended with the"
-    assert any(left in line for line in said)
+    assert any(left in line for line in lines)

@@ -17,7 +17,7 @@ def test_configuration_of_order_gives_robot(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("urdf", "given", "said"),
+    ("urdf", "given", "problem"),
     [
         ("none.urdf", configs(), r"none\.urdf"),
         ("small.urdf", ["arms"], "configs: must be a dictionary"),
@@ -29,9 +29,9 @@ def test_configuration_of_order_gives_robot(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_invalid_order_is_refused_with_place(tmp_path: Path, urdf: str, given: Any, said: str) -> None:
+def test_invalid_order_is_refused_with_place(tmp_path: Path, urdf: str, given: Any, problem: str) -> None:
     write_urdf(tmp_path)
-    with pytest.raises(CellwrightError, match=said):
+    with pytest.raises(CellwrightError, match=problem):
         configuration({"urdf": str(tmp_path / urdf), "configs": given})
 
 

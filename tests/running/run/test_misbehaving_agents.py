@@ -64,11 +64,11 @@ def test_any_error_of_agent_is_crash_and_score_stands(
 
 
 def test_error_text_of_agent_is_printable_and_bounded() -> None:
-    said = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
-    assert len(said) < 30_000
-    assert all(sign.isprintable() or sign == "\n" for sign in said)
-    said.encode()
-    assert "\\ud800 \\x1b[2J\n\\x00 <b>longlong" in said
+    text = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
+    assert len(text) < 30_000
+    assert all(sign.isprintable() or sign == "\n" for sign in text)
+    text.encode()
+    assert "\\ud800 \\x1b[2J\n\\x00 <b>longlong" in text
 
 
 @pytest.mark.parametrize("error", [UnsaidError(), SystemExit(UnsaidError())])
@@ -135,7 +135,9 @@ def test_client_refuses_calls_from_other_threads() -> None:
 
     assert work(script).state_hash == work(deliver).state_hash
     assert len(errors) == 5
-    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in errors)
+    assert all(
+        isinstance(error, UsageError) and "works in the thread that created it" in str(error) for error in errors
+    )
 
 
 def test_client_used_after_end_changes_nothing() -> None:

@@ -68,10 +68,10 @@ def wait_for_kits(cell: Cell, client: Client) -> None:
     """Wait for kits on their way after the agent has returned; the competition may still end."""
     competition, agvs = cell.competition, tuple(cell.agvs.values())
 
-    def nothing_to_come() -> bool:
+    def no_kit_on_its_way() -> bool:
         return competition.state == "done" or all(agv.state != "preparing_to_deliver" for agv in agvs)
 
-    client.wait_until(nothing_to_come, DRIVE)
+    client.wait_until(no_kit_on_its_way, DRIVE)
     client.wait_until(lambda: competition.state == "done", 0.1)
 
 

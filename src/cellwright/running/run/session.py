@@ -423,12 +423,12 @@ def open_page(
     """
     from cellwright.viewer.web.start import WebPage
 
-    def tell_end() -> None:
+    def report_end() -> None:
         another = "" if key else f"; open another one with: cellwright view {address[0]}:{address[1]}"
         on_message(f"the page has stopped{another}")
 
     page = WebPage(
-        address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=tell_end
+        address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=report_end
     )
     on_message(f"page: {page.url}")
     if options.token:

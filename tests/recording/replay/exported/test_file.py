@@ -28,7 +28,7 @@ TOOL = "vacuum_gripper_link"
 
 LAYOUT = Path(__file__).parents[4] / "docs" / "foxglove-layout.json"
 
-Said = list[tuple[str, int, Any]]
+Exported = list[tuple[str, int, Any]]
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def export(path: Path, out: Path, start: int | None = None, until: int | None = 
         return write_mcap(recording, out, start=start, until=until)
 
 
-def read(path: Path) -> Said:
+def read(path: Path) -> Exported:
     """Return topic, time [ns] and message of everything in a file, found by its index."""
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
@@ -55,20 +55,20 @@ def read(path: Path) -> Said:
 
 
 @pytest.fixture(scope="module")
-def said(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Said:
+def exported(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Exported:
     out = tmp_path_factory.mktemp("exported") / "out.mcap"
     assert export(path, out) == []
     return read(out)
 
 
 @pytest.mark.slow
-def test_export_has_all_messages_of_recording(path: Path, said: Said) -> None:
-    counts = Counter(topic for topic, _, _ in said)
+def test_export_has_all_messages_of_recording(path: Path, exported: Exported) -> None:
+    counts = Counter(topic for topic, _, _ in exported)
     with RecordingFile(path) as recording:
         expected = {name: count for name, count in recording.counts.items() if name != FRAME}
     assert {name: count for name, count in counts.items() if name not in (MARKERS, TRANSFORMS)} == expected
     assert counts[MARKERS] == 1
-    joints = [(time, list(message.position)) for topic, time, message in said if topic == "/ariac/joint_states"]
+    joints = [(time, list(message.position)) for topic, time, message in exported if topic == "/ariac/joint_states"]
     with cellwright.open_recording(path) as opened:
         again = [
             (round(each.time * 1e9), each.message.position.tolist()) for each in opened.messages("/ariac/joint_states")
@@ -76,9 +76,9 @@ def test_export_has_all_messages_of_recording(path: Path, said: Said) -> None:
     assert joints == again
 
 
-def test_every_marker_has_frame_and_every_body_has_marker(path: Path, said: Said) -> None:
-    (markers,) = (message.markers for topic, _, message in said if topic == MARKERS)
-    first = next(message.transforms for topic, _, message in said if topic == TRANSFORMS)
+def test_every_marker_has_frame_and_every_body_has_marker(path: Path, exported: Exported) -> None:
+    (markers,) = (message.markers for topic, _, message in exported if topic == MARKERS)
+    first = next(message.transforms for topic, _, message in exported if topic == TRANSFORMS)
     frames = {each.child_frame_id for each in first} | {"world"}
     assert {each.header.frame_id for each in markers} <= frames
     assert all(each.frame_locked for each in markers)
@@ -89,9 +89,9 @@ def test_every_marker_has_frame_and_every_body_has_marker(path: Path, said: Said
     assert {each.ns for each in markers} == seen
 
 
-def test_transforms_of_tool_equal_recorded_path(path: Path, said: Said) -> None:
+def test_transforms_of_tool_equal_recorded_path(path: Path, exported: Exported) -> None:
     found = {}
-    for topic, _, message in said:
+    for topic, _, message in exported:
         for each in message.transforms if topic == TRANSFORMS else ():
             if each.child_frame_id == f"cellwright/{TOOL}":
                 place, stamp = each.transform.translation, each.header.stamp
@@ -106,11 +106,11 @@ def test_transforms_of_tool_equal_recorded_path(path: Path, said: Said) -> None:
 
 
 @pytest.mark.slow
-def test_foxglove_layout_names_existing_topics(said: Said) -> None:
+def test_foxglove_layout_names_existing_topics(exported: Exported) -> None:
     panels = json.loads(LAYOUT.read_text(encoding="utf-8"))["configById"]
     (markers,) = panels["3D!cell"]["topics"]
     assert markers == MARKERS
-    newest = {topic: message for topic, _, message in said}
+    newest = {topic: message for topic, _, message in exported}
     score, *joints = [path for name in ("Plot!score", "Plot!joints") for path in panels[name]["paths"]]
     assert score["value"] == "/ariac/current_score.data"
     assert newest["/ariac/current_score"].data == 0.0
@@ -121,18 +121,18 @@ def test_foxglove_layout_names_existing_topics(said: Said) -> None:
 
 
 @pytest.mark.slow
-def test_export_of_time_range_begins_with_latched_state(path: Path, tmp_path: Path, said: Said) -> None:
+def test_export_of_time_range_begins_with_latched_state(path: Path, tmp_path: Path, exported: Exported) -> None:
     assert export(path, tmp_path / "part.mcap", start=2 * SECOND, until=int(2.5 * SECOND)) == []
     part = read(tmp_path / "part.mcap")
     assert (part[0][1], part[-1][1]) == (2 * SECOND, int(2.5 * SECOND))
     at_begin = {topic for topic, time, _ in part if time == 2 * SECOND}
     assert {MARKERS, TRANSFORMS, "/tf_static", "/ariac/orders"} <= at_begin
-    assert not any(topic == "/ariac/orders" and time == 2 * SECOND for topic, time, _ in said)
+    assert not any(topic == "/ariac/orders" and time == 2 * SECOND for topic, time, _ in exported)
     first = next(message.transforms for topic, _, message in part if topic == TRANSFORMS)
-    whole = next(message.transforms for topic, _, message in said if topic == TRANSFORMS)
+    whole = next(message.transforms for topic, _, message in exported if topic == TRANSFORMS)
     assert [each.child_frame_id for each in first] == [each.child_frame_id for each in whole]
     assert {each.header.stamp.sec for each in first} == {2}
-    inside = Counter(topic for topic, time, _ in said if 2 * SECOND < time <= 2.5 * SECOND and topic != TRANSFORMS)
+    inside = Counter(topic for topic, time, _ in exported if 2 * SECOND < time <= 2.5 * SECOND and topic != TRANSFORMS)
     assert Counter(topic for topic, time, _ in part if time > 2 * SECOND and topic != TRANSFORMS) == inside
 
 
