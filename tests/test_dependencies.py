@@ -14,7 +14,10 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 REQUIREMENTS = [
     Requirement(line) for line in [*PROJECT["project"]["dependencies"], *PROJECT["dependency-groups"]["dev"]]
 ]
-WINDOW = [Requirement(line) for line in PROJECT["project"]["optional-dependencies"]["gui"]]
+ON_REQUEST = [
+    Requirement(line)
+    for line in [*PROJECT["project"]["optional-dependencies"]["gui"], *PROJECT["dependency-groups"]["hooks"]]
+]
 
 
 @pytest.mark.parametrize("requirement", REQUIREMENTS, ids=lambda each: each.name)
@@ -26,8 +29,8 @@ def test_every_dependency_is_capped_installed_and_explained(requirement: Require
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 
 
-@pytest.mark.parametrize("requirement", WINDOW, ids=lambda each: each.name)
-def test_requirements_of_a_window_are_capped_and_explained(requirement: Requirement) -> None:
+@pytest.mark.parametrize("requirement", ON_REQUEST, ids=lambda each: each.name)
+def test_requirement_on_request_is_capped_and_explained(requirement: Requirement) -> None:
     assert {">=", "<"} <= {each.operator for each in requirement.specifier}
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 """Absolute path of the folder `cellwright`."""
 

@@ -37,7 +37,7 @@ def reference() -> str:
     return play(Cell(TRIAL)).state_hash()
 
 
-def elsewhere(*arguments: str) -> str:
+def run_in_process(*arguments: str) -> str:
     """Return what another process prints of the scenario."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
     command = [sys.executable, "-m", "tests.scenario", *arguments]
@@ -48,7 +48,7 @@ def elsewhere(*arguments: str) -> str:
     return done.stdout.strip()
 
 
-def test_all_that_can_happen_does() -> None:
+def test_scenario_covers_all_devices() -> None:
     """The tests below rely on these events."""
     cell = play(Cell(TRIAL), MIDDLE)
     assert (cell.arm, cell.gripper) != (None, None)
@@ -68,19 +68,19 @@ def test_all_that_can_happen_does() -> None:
 
 
 @pytest.mark.slow
-def test_the_same_run_in_two_processes_one_of_them_watched(reference: str) -> None:
-    assert elsewhere() == elsewhere("--listen") == reference
+def test_run_in_two_processes_has_same_state_hash(reference: str) -> None:
+    assert run_in_process() == run_in_process("--listen") == reference
 
 
 @pytest.mark.slow
-def test_the_run_is_the_same_with_any_subscribers(reference: str) -> None:
+def test_subscribers_change_no_state_hash(reference: str) -> None:
     cell = Cell(TRIAL, competition=False)
     heard = listen_to_all(cell)
     assert play(cell).state_hash() == reference
     assert len(heard) > 10_000
 
 
-def test_coming_and_going_listeners_change_nothing(reference: str) -> None:
+def test_subscribing_and_leaving_changes_no_state_hash(reference: str) -> None:
     cell = Cell(TRIAL)
     names = [topic.name for topic in cell.bus.topics()]
     for number in range(40):
@@ -92,7 +92,7 @@ def test_coming_and_going_listeners_change_nothing(reference: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is() -> None:
+def test_seed_changes_sensor_noise_only() -> None:
     """No device decides anything by a random draw: all randomness is noise of sensors."""
     found = []
     states = []
@@ -113,7 +113,7 @@ def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is() -> None:
     assert [(each.pose.position.x, each.pose.position.y) for each in camera.messages[3].models] == found[1]
 
 
-def test_the_hash_knows_another_run() -> None:
+def test_state_hash_differs_between_runs() -> None:
     cell = Cell(KITTING)
     run(cell, 0.1)
     before = cell.state_hash()
@@ -125,7 +125,7 @@ def test_the_hash_knows_another_run() -> None:
 
 
 @pytest.mark.slow
-def test_a_cell_that_is_reset_is_as_new(reference: str) -> None:
+def test_reset_cell_equals_new_cell(reference: str) -> None:
     cell = Cell(TRIAL)
     listen_to_all(cell)
     new = cell.state_hash()
@@ -137,7 +137,7 @@ def test_a_cell_that_is_reset_is_as_new(reference: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_snapshot_disturbs_nothing_and_is_gone_back_to(reference: str) -> None:
+def test_snapshot_is_restored_and_disturbs_nothing(reference: str) -> None:
     cell = play(Cell(TRIAL), MIDDLE)
     moment = take_snapshot(cell.simulation)
     then = cell.state_hash()
@@ -148,7 +148,7 @@ def test_a_snapshot_disturbs_nothing_and_is_gone_back_to(reference: str) -> None
 
 
 @pytest.mark.slow
-def test_a_snapshot_goes_on_in_another_cell(reference: str) -> None:
+def test_snapshot_resumes_in_other_cell(reference: str) -> None:
     moment = take_snapshot(play(Cell(TRIAL), MIDDLE).simulation)
     other = Cell(TRIAL)
     play(other, 1.5)  # has a history of its own
@@ -158,7 +158,7 @@ def test_a_snapshot_goes_on_in_another_cell(reference: str) -> None:
     assert heard
 
 
-def test_going_back_again_and_again() -> None:
+def test_snapshots_are_restored_in_reverse_order() -> None:
     cell = Cell(TRIAL)
     moments = []
     for number in range(1, 8):
@@ -170,7 +170,7 @@ def test_going_back_again_and_again() -> None:
 
 
 @pytest.mark.slow
-def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path, warm: WarmStart) -> None:
+def test_checkpoint_resumes_in_this_and_other_process(tmp_path: Path, warm: WarmStart) -> None:
     file = tmp_path / "middle.npz"
     cell = play(Cell(TRIAL), MIDDLE)
     write_checkpoint(cell.simulation, file)
@@ -185,7 +185,7 @@ def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path, war
 
 
 @pytest.mark.slow
-def test_declared_checkpoints_belong_to_the_run(tmp_path: Path, reference: str) -> None:
+def test_declared_checkpoint_is_part_of_run(tmp_path: Path, reference: str) -> None:
     file = tmp_path / "middle.npz"
     cell = Cell(TRIAL)
     cell.checkpoints.declare(nanoseconds(MIDDLE), file)
@@ -197,14 +197,14 @@ def test_declared_checkpoints_belong_to_the_run(tmp_path: Path, reference: str) 
     assert play(other).state_hash() == here
 
 
-def test_a_checkpoint_of_another_cell_is_refused(tmp_path: Path) -> None:
+def test_checkpoint_of_other_cell_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "arm.npz"
     write_checkpoint(Cell(ARM_ONLY).simulation, file)
     with pytest.raises(CheckpointError, match="made with another cell"):
         read_checkpoint(Cell(BARE).simulation, file)
 
 
-def test_a_cell_has_what_its_trial_says() -> None:
+def test_cell_has_devices_of_its_trial() -> None:
     bare = Cell(BARE)
     assert (bare.arm, bare.gripper, bare.population, bare.demo_tray) == (None, None, None, None)
     assert (bare.trays, bare.agvs, bare.sensors, bare.quality) == ({}, {}, {}, {})
@@ -217,7 +217,7 @@ def test_a_cell_has_what_its_trial_says() -> None:
 
 
 @pytest.mark.slow
-def test_the_servo_profile_can_be_chosen() -> None:
+def test_servo_argument_overrides_servo_profile() -> None:
     assert Cell(ARM_ONLY).servo == "original"
     precise = Cell(ARM_ONLY, servo="precise")
     assert precise.servo == precise.trial.settings.arm.servo == "precise"
@@ -227,13 +227,15 @@ def test_the_servo_profile_can_be_chosen() -> None:
     assert soft.state_hash() != precise.state_hash()
 
 
-def test_a_cell_without_agvs_can_still_be_competed_in() -> None:
+def test_cell_without_agvs_runs_competition() -> None:
     cell = Cell(Trial("empty", options=Options(insert_agvs=False), orders=KITTING.orders))
     start(cell)
     run(cell, 1.0)
     assert cell.competition.state is CompetitionState.GO
 
 
-def test_a_sensor_that_would_speak_over_the_cell_is_refused() -> None:
-    with pytest.raises(UsageError, match="sensor 'orders': it would publish sensor_msgs/Range on /ariac/orders"):
+def test_sensor_with_topic_name_of_cell_is_refused() -> None:
+    with pytest.raises(
+        UsageError, match=r"sensor 'orders': topic /ariac/orders already has type .* \(got sensor_msgs/Range\)"
+    ):
         Cell(replace(BARE, sensors=(SensorConfig("orders", "proximity_sensor", Pose()),)))

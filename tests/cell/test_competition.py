@@ -60,7 +60,7 @@ def kinds(effects: list[Effect], *types: type) -> list[Effect]:
     return [effect for effect in effects if isinstance(effect, types)]
 
 
-def test_a_trial_from_its_start_to_its_end() -> None:
+def test_trial_runs_from_start_to_end() -> None:
     cell = Cell(KITTING)
     orders = Ear(cell, "orders")
     run(cell, 1.0)
@@ -77,20 +77,20 @@ def test_a_trial_from_its_start_to_its_end() -> None:
     assert len(orders) == 1
 
 
-def test_it_can_be_started_once() -> None:
+def test_second_start_is_refused() -> None:
     cell = Cell(KITTING)
     assert call(cell, "start_competition").success
     for _ in range(3):
         again = call(cell, "start_competition")
         assert (again.success, again.message) == (False, "cannot start if not in 'init' state")
         cell.step()
-    with pytest.raises(RejectedCommandError, match="this one is go"):
+    with pytest.raises(RejectedCommandError, match="got 'go'"):
         cell.competition.start()
     assert cell.bus.refusals.total == 0  # an answer, not a refusal
 
 
 @pytest.mark.parametrize("state", ["init", "ready", "go", "done"])
-def test_it_can_be_ended_from_any_state(state: str) -> None:
+def test_end_from_any_state_ends_competition(state: str) -> None:
     cell = Cell(KITTING)
     if state != "init":
         call(cell, "start_competition")
@@ -108,7 +108,7 @@ def test_it_can_be_ended_from_any_state(state: str) -> None:
     assert not call(cell, "start_competition").success
 
 
-def test_a_trial_without_orders_ends_at_once() -> None:
+def test_trial_without_orders_ends_at_once() -> None:
     cell = Cell(BARE)
     effects = effects_of(cell)
     call(cell, "start_competition")
@@ -118,7 +118,7 @@ def test_a_trial_without_orders_ends_at_once() -> None:
     assert [each.reason for each in ends] == [EndReason.NO_ORDERS]
 
 
-def test_the_time_limit_ends_it() -> None:
+def test_time_limit_ends_competition() -> None:
     cell = Cell(replace(KITTING, time_limit=2.0))
     run(cell, 0.5)
     start(cell)
@@ -130,7 +130,7 @@ def test_the_time_limit_ends_it() -> None:
     assert cell.competition.is_timed_out
 
 
-def test_belt_and_population_run_from_the_start_on() -> None:
+def test_belt_and_population_run_from_start_on() -> None:
     cell = Cell(WHOLE)
     clones = {part.name for part in cell.world.parts if part.pooled}
     run(cell, 0.5)
@@ -144,7 +144,7 @@ def test_belt_and_population_run_from_the_start_on() -> None:
     assert place[1] == pytest.approx(5.0 - 0.2, abs=0.03)
 
 
-def test_an_agv_drives_whether_it_is_a_competition_or_not() -> None:
+def test_agv_drives_before_start_without_submission() -> None:
     cell = Cell(KITTING)
     run(cell, 1.1)
     effects = effects_of(cell)
@@ -156,7 +156,7 @@ def test_an_agv_drives_whether_it_is_a_competition_or_not() -> None:
     assert cell.competition.score().total == 0.0
 
 
-def test_a_kit_that_was_not_ordered_drives_off_for_nothing() -> None:
+def test_unordered_kit_drives_off_and_scores_zero() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
@@ -171,13 +171,13 @@ def test_a_kit_that_was_not_ordered_drives_off_for_nothing() -> None:
 
 
 @pytest.mark.slow
-def test_an_agv_that_has_delivered_comes_back_with_an_empty_tray() -> None:
+def test_agv_returns_from_delivery_with_empty_tray() -> None:
     cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS), time_limit=-1.0))
     start(cell)
     run(cell, 1.1)
     call(cell, "agv1", AGVControlRequest("order_0_kit_0"))
     run(cell, 0.75 + 25 / 3 + 10.0 + 0.02)
-    assert cell.trays[1].look() == ()
+    assert cell.trays[1].find_parts() == ()
     assert cell.parts.in_play == set()
     assert cell.trays[1].world_T_tray.position == pytest.approx((0.3, 3.15, 0.75), abs=2e-3)
     # after `done` it is ready, still answers, and still drives
@@ -189,7 +189,7 @@ def test_an_agv_that_has_delivered_comes_back_with_an_empty_tray() -> None:
     assert cell.competition.score().total == 6.0
 
 
-def test_trays_are_counted_once_a_second() -> None:
+def test_trays_are_reported_once_per_second() -> None:
     cell = Cell(replace(KITTING, extra_parts=()))
     assert cell.competition.referee.trays[TRAY_1] == ()
     cell = Cell(KITTING)
@@ -214,7 +214,9 @@ def test_trays_are_counted_once_a_second() -> None:
     ],
     ids=["perfect", "a faulty part", "a part short", "a part out of place", "a part too many", "empty"],
 )
-def test_the_score_is_the_scorers(parts: tuple[KitObject, ...], faulty: tuple[str, ...], expected: float) -> None:
+def test_competition_score_equals_scorer(
+    parts: tuple[KitObject, ...], faulty: tuple[str, ...], expected: float
+) -> None:
     trial = replace(KITTING, extra_parts=on_tray(*parts), faulty_parts=frozenset(faulty))
     cell = Cell(trial)
     start(cell)
@@ -231,7 +233,7 @@ def test_the_score_is_the_scorers(parts: tuple[KitObject, ...], faulty: tuple[st
     assert alone == score.orders[0].kits[0]
 
 
-def test_parts_of_an_announced_order_bring_on_the_next() -> None:
+def test_wanted_parts_on_one_tray_announce_next_order() -> None:
     """Wanted parts are those of the next order. One tray must hold them; faulty ones do not count."""
     disks = (KitObject("disk_part", Pose((0.1, -0.1, 0.0))), KitObject("disk_part", Pose((-0.1, -0.1, 0.0))))
     orders = (order(0, GEARS), order(1, disks, wanted_parts=2))
@@ -253,7 +255,7 @@ def test_parts_of_an_announced_order_bring_on_the_next() -> None:
 
 
 @pytest.mark.parametrize(("faulty", "announced"), [((), 2), (("gasket_part_1",), 1)])
-def test_unwanted_parts_bring_on_the_next(faulty: tuple[str, ...], announced: int) -> None:
+def test_unwanted_parts_announce_next_order(faulty: tuple[str, ...], announced: int) -> None:
     orders = (order(0, GEARS), order(1, GEARS, unwanted_parts=1))
     parts = on_tray(KitObject("gasket_part", Pose((0.0, -0.2, 0.0))))
     cell = Cell(replace(KITTING, orders=orders, extra_parts=parts, faulty_parts=frozenset(faulty)))
@@ -262,7 +264,7 @@ def test_unwanted_parts_bring_on_the_next(faulty: tuple[str, ...], announced: in
     assert len(cell.competition.announced) == announced
 
 
-def test_a_kit_is_judged_on_either_tray_and_only_on_those_there_are() -> None:
+def test_submit_accepts_both_trays_and_refuses_unknown_one() -> None:
     cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS, number=2)))
     with pytest.raises(RejectedCommandError):
         cell.competition.submit(TRAY_2, "order_0_kit_0")
@@ -273,7 +275,7 @@ def test_a_kit_is_judged_on_either_tray_and_only_on_those_there_are() -> None:
     assert cell.competition.submit(TRAY_2, "order_0_kit_0").score.total == 6.0
 
 
-def test_the_demo_tray_is_filled_at_the_start_and_earns_the_kit() -> None:
+def test_demo_tray_is_filled_at_start_and_earns_kit() -> None:
     trial = replace(KITTING, extra_parts=(), options=Options(fill_demo_tray=True))
     cell = Cell(trial)
     run(cell, 1.1)
@@ -293,7 +295,7 @@ def grip(cell: Cell) -> None:
     wait_until(cell, lambda: cell.gripper is not None and cell.gripper.attached, 0.5)
 
 
-def test_time_with_a_part_in_the_gripper_is_travel_time() -> None:
+def test_time_with_part_in_gripper_is_travel_time() -> None:
     cell = Cell(WHOLE)
     start(cell)
     grip(cell)
@@ -307,7 +309,7 @@ def test_time_with_a_part_in_the_gripper_is_travel_time() -> None:
     assert cell.competition.score().part_travel_time == held
 
 
-def test_a_part_is_dropped_where_the_trial_says_and_once_only() -> None:
+def test_part_is_dropped_once_at_destination_of_region() -> None:
     above = (-1.0, -1.0, 0.8), (1.0, 1.0, 2.0)
     destination = Pose.from_rpy((-0.3, 0.23, 0.75), (0.0, 0.0, 0.5))
     other = Part("bin7|piston_rod_part_6", "piston_rod_part", Pose((-0.5, 0.4, 0.725)))
@@ -329,7 +331,7 @@ def test_a_part_is_dropped_where_the_trial_says_and_once_only() -> None:
     assert cell.competition.drops.get_state() == {"spent": ["piston_rod_part"]}
 
 
-def test_a_part_outside_the_region_is_kept() -> None:
+def test_part_outside_drop_region_is_kept() -> None:
     far = (5.0, 5.0, 0.8), (6.0, 6.0, 2.0)
     cell = Cell(replace(WHOLE, drop_regions=(region(*far, Pose()),)))
     run(cell, 0.2)
@@ -341,7 +343,7 @@ def test_a_part_outside_the_region_is_kept() -> None:
     assert cell.parts.pose(cell.parts.part(ROD_IN_REACH.name)).position[2] > 0.9
 
 
-def test_events_that_it_does_not_know_are_refused() -> None:
+def test_unknown_event_is_refused() -> None:
     cell = Cell(BARE)
     with pytest.raises(UsageError, match="device 'competition' does not know the event 'dance'"):
         cell.competition.handle("dance", ())
@@ -360,7 +362,7 @@ def carry(cell: Cell, seconds: float = 1.5) -> None:
     run(cell, seconds)
 
 
-def let_go(cell: Cell) -> None:
+def release(cell: Cell) -> None:
     assert cell.gripper is not None
     cell.gripper.set_enabled(False)
 
@@ -373,11 +375,11 @@ def submitted_part(cell: Cell, number: int = 1) -> PartEvidence:
     return part
 
 
-def test_a_part_that_was_dropped_over_its_bin_is_reported() -> None:
+def test_fate_of_part_dropped_over_bin_is_dropped() -> None:
     cell = Cell(RODS)
     effects = effects_of(cell)
     carry(cell)
-    let_go(cell)
+    release(cell)
     run(cell, 1.0)
     part = submitted_part(cell)
     assert part.fate is not None
@@ -386,7 +388,7 @@ def test_a_part_that_was_dropped_over_its_bin_is_reported() -> None:
     held = part.fate.held / 1e9
     assert held == pytest.approx(1.5, abs=0.01)
     assert part.sentence() == (
-        f"none on the tray when it was submitted: {ROD_IN_REACH.name} was dropped at ({x:.2f}, {y:.2f}) m "
+        f"not on the tray at submission: {ROD_IN_REACH.name} was dropped at ({x:.2f}, {y:.2f}) m "
         f"after {held:.1f} s in the gripper"
     )
     (submitted,) = [effect for effect in effects if isinstance(effect, KitSubmitted)]
@@ -394,7 +396,7 @@ def test_a_part_that_was_dropped_over_its_bin_is_reported() -> None:
     assert cell.competition.score().total == 0.0
 
 
-def test_a_forced_drop_is_reported_with_the_final_place_of_the_part() -> None:
+def test_fate_of_forced_drop_has_final_position() -> None:
     destination = Pose((-1.0, 0.23, 0.75))
     cell = Cell(replace(RODS, drop_regions=(region((-1.0, -1.0, 0.8), (1.0, 1.0, 2.0), destination),)))
     carry(cell)
@@ -406,21 +408,21 @@ def test_a_forced_drop_is_reported_with_the_final_place_of_the_part() -> None:
     assert part.sentence().endswith("s in the gripper; it lay at (-1.00, 0.23) m")
 
 
-def test_a_part_that_was_left_on_the_other_tray_is_reported() -> None:
+def test_fate_of_part_on_other_tray_is_other_tray() -> None:
     cell = Cell(RODS)
     carry(cell)
-    let_go(cell)
+    release(cell)
     rod = cell.parts.part(ROD_IN_REACH.name)
     cell.parts.place(rod, cell.trays[2].world_T_tray @ Pose((0.0, 0.0, 0.006)))
     run(cell, 1.2)
     assert submitted_part(cell).sentence().endswith(f"{ROD_IN_REACH.name} was on agv2's tray")
 
 
-def test_a_part_that_lies_on_another_one_is_reported() -> None:
+def test_fate_of_part_on_other_part_is_stacked() -> None:
     disk = Part("tray1|disk_part_1", "disk_part", Pose((0.0, 0.0, 0.006)), TRAY_1)
     cell = Cell(replace(RODS, extra_parts=(disk,)))
     carry(cell)
-    let_go(cell)
+    release(cell)
     rod = cell.parts.part(ROD_IN_REACH.name)
     cell.parts.place(rod, cell.trays[1].world_T_tray @ Pose((0.0, -0.05, 0.03)))
     run(cell, 1.2)
@@ -429,18 +431,18 @@ def test_a_part_that_lies_on_another_one_is_reported() -> None:
     )
 
 
-def test_a_part_that_was_never_gripped_and_those_that_the_wall_took_are_reported() -> None:
+def test_fate_of_ungripped_type_counts_parts_removed_by_wall() -> None:
     gears = replace(RODS, orders=(order(0, GEARS[:1]),))
     cell = Cell(gears)
     start(cell)
     for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
         cell.parts.put_away(cell.parts.part(name), Removal.DELETION_WALL)
     assert submitted_part(cell).sentence() == (
-        "none on the tray when it was submitted: never taken hold of; the deletion wall of the belt took 2 of its type"
+        "not on the tray at submission: never gripped; the deletion wall of the belt removed 2 of its type"
     )
 
 
-def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path) -> None:
+def test_fates_are_outside_state_and_restored_from_snapshots(tmp_path: Path) -> None:
     cell = Cell(RODS)
     carry(cell)
     before, state = take_snapshot(cell.simulation), cell.state_hash()
@@ -450,13 +452,13 @@ def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path)
     assert cell.state_hash() == state
     restore_snapshot(cell.simulation, before)
     assert cell.competition.get_record() == record
-    let_go(cell)
+    release(cell)
     run(cell, 1.0)
     first = submitted_part(cell)
     path = tmp_path / "judged.npz"
     write_checkpoint(cell.simulation, path)
     restore_snapshot(cell.simulation, before)
-    let_go(cell)
+    release(cell)
     run(cell, 1.0)
     assert submitted_part(cell) == first
     other = Cell(RODS)

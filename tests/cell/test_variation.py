@@ -50,7 +50,7 @@ def min_gap(parts: tuple[Part, ...]) -> float:
 @pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=25)
-def test_a_variation_stays_within_its_bounds(seed: int) -> None:
+def test_variation_stays_within_bounds(seed: int) -> None:
     varied = vary(LESSON, seed)
     for before, after in zip(LESSON.bin_parts, varied.bin_parts, strict=True):
         assert (after.name, after.type, after.frame) == (before.name, before.type, before.frame)
@@ -79,9 +79,7 @@ def test_a_variation_stays_within_its_bounds(seed: int) -> None:
         ("pulley_part", 2, 0.23, 0.0),
     ],
 )
-def test_parts_of_a_dense_grid_do_not_come_to_lie_on_one_another(
-    kind: str, number: int, spacing: float, yaw: float
-) -> None:
+def test_varied_parts_of_dense_grid_do_not_overlap(kind: str, number: int, spacing: float, yaw: float) -> None:
     parts = grid(kind, number, spacing, yaw=yaw)
     for seed in range(8):
         varied = vary_parts(parts, seed)
@@ -89,7 +87,7 @@ def test_parts_of_a_dense_grid_do_not_come_to_lie_on_one_another(
         assert sum(a != b for a, b in zip(parts, varied, strict=True)) >= len(parts) / 2
 
 
-def test_a_part_without_room_stays_where_it_is() -> None:
+def test_part_without_room_stays_in_place() -> None:
     tight = grid("gear_part", 3, 2 * 0.0392)
     order = (tight[4], *tight[:4], *tight[5:])  # the one in the middle first: its neighbours have not been moved yet
     for seed in range(8):
@@ -98,14 +96,14 @@ def test_a_part_without_room_stays_where_it_is() -> None:
         assert min_gap(varied) >= min_gap(tight) - 1e-12
 
 
-def test_parts_that_lay_on_one_another_come_no_nearer() -> None:
+def test_varied_overlapping_parts_come_no_nearer() -> None:
     pile = grid("pulley_part", 2, 0.2)
     for seed in range(8):
         for before, after in zip(combinations(pile, 2), combinations(vary_parts(pile, seed), 2), strict=True):
             assert min_gap(after) >= min(CLEARANCE, min_gap(before)) - 1e-12
 
 
-def test_parts_stay_on_the_floor_of_their_bin() -> None:
+def test_varied_parts_stay_on_floor_of_bin() -> None:
     cx, cy = BIN_CENTRES["bin6"]
     corner = Part("bin6|gear_part_1", "gear_part", Pose((cx + 0.26, cy + 0.26, 0.725)))
     for seed in range(20):
@@ -114,7 +112,7 @@ def test_parts_stay_on_the_floor_of_their_bin() -> None:
         assert max(x - cx, y - cy) + 0.0392 <= 0.3
 
 
-def test_only_parts_in_bins_are_moved() -> None:
+def test_variation_moves_only_parts_in_bins() -> None:
     elsewhere = (
         Part("floor|gear_part_1", "gear_part", Pose((3.0, 0.0, 0.0))),
         Part("tray|gear_part_2", "gear_part", Pose(), "agv1::kit_tray_1::kit_tray_1::tray"),
@@ -127,7 +125,7 @@ def test_only_parts_in_bins_are_moved() -> None:
     assert 0.0 < math.dist(varied.pose.position, in_frame.pose.position) < 0.009
 
 
-def test_each_part_has_a_chance_of_its_own() -> None:
+def test_variation_of_part_is_independent_of_other_parts() -> None:
     parts = grid("gear_part", 3, 0.15)
     alone = [vary_parts([part], 7)[0] for part in parts]
     assert list(vary_parts(parts, 7)) == alone
@@ -135,7 +133,7 @@ def test_each_part_has_a_chance_of_its_own() -> None:
     assert len(shifts) == 18
 
 
-def test_a_variation_is_the_same_in_any_process() -> None:
+def test_variation_is_same_in_any_process() -> None:
     program = (
         "from cellwright.config.trial.catalogue import find_trial\n"
         "from cellwright.config.trial.gear2017 import load_trial\n"
@@ -148,7 +146,7 @@ def test_a_variation_is_the_same_in_any_process() -> None:
     assert process.stdout.strip() == str(vary(LESSON, 12))
 
 
-def test_no_bounds_no_variation() -> None:
+def test_zero_bounds_give_no_variation() -> None:
     still = Bounds(shift=0.0, turn=0.0, min_friction=1.0, belt_delay=0.0, gripper_phase=0.0)
     varied = vary(LESSON, 3, still)
     assert varied.circumstances == Circumstances(gripper_phase=0.0, seed=3)
@@ -170,12 +168,12 @@ def test_no_bounds_no_variation() -> None:
         {"gripper_phase": 1.5},
     ],
 )
-def test_bounds_that_cannot_be_are_refused(bounds: dict[str, float]) -> None:
+def test_invalid_bounds_are_refused(bounds: dict[str, float]) -> None:
     with pytest.raises(UsageError, match=f"{next(iter(bounds))} of a variation must be from"):
         Bounds(**bounds)
 
 
-def test_a_frame_that_does_not_exist_is_refused() -> None:
+def test_unknown_frame_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="frame 'nowhere'"):
         vary(Trial("t", extra_parts=(Part("a|gear_part_1", "gear_part", Pose(), "nowhere"),)), 0)
 
@@ -198,7 +196,7 @@ def test_varied_parts_come_to_rest_in_their_bins(seed: int) -> None:
         assert abs(cell.simulation.data.qvel[part.dof : part.dof + 6]).max() < 0.01
 
 
-def test_friction_belt_and_gripper_follow_the_circumstances() -> None:
+def test_cell_applies_friction_belt_delay_and_gripper_phase() -> None:
     found = Circumstances(friction=0.7, belt_delay=0.5, gripper_phase=0.034)
     plain, varied = Cell(WHOLE), Cell(replace(WHOLE, circumstances=found))
     assert {float(plain.world.model.geom_friction[g, 0]) for part in plain.world.parts for g in part.geoms} == {1.0}
@@ -214,7 +212,7 @@ def test_friction_belt_and_gripper_follow_the_circumstances() -> None:
     assert {look % 100_000_000 for look in looks} == {34_000_000}
 
 
-def test_only_the_first_round_of_the_belt_is_late() -> None:
+def test_belt_delay_applies_to_first_round_only() -> None:
     belt = (BeltPart(0.5, "gear_part", Pose((0.0, 0.0, 0.1))),)
     trial = replace(WHOLE, belt_parts=belt, circumstances=Circumstances(belt_delay=0.2))
     cell = Cell(trial)
@@ -230,7 +228,7 @@ def test_only_the_first_round_of_the_belt_is_late() -> None:
     assert [b - a for a, b in pairwise(times)] == pytest.approx([0.5, 0.5], abs=0.005)
 
 
-def test_a_varied_cell_runs_the_same_again() -> None:
+def test_varied_cell_has_reproducible_state_hash() -> None:
     def state() -> str:
         cell = Cell(vary(WHOLE, 4), seed=4)
         start(cell)

@@ -85,8 +85,8 @@ def test_options(option: str, value: str, said: str, cellwright: CommandLine, ag
         ("lessn", f"unknown trial 'lessn'; did you mean lesson (known: {', '.join([*bundled(), *bundled_sensors()])})"),
         ("folder", "folder: is a folder; give the files of a trial"),
         ("latin.yaml", "latin.yaml:2: not UTF-8 text; save the file as UTF-8"),
-        ("broken.yaml", "broken.yaml:1: no valid YAML: expected the node content, but found '<stream end>'"),
-        ("wrong.yaml", "wrong.yaml:2: options.belt_population_cycles: must be a whole number, not the text 'many'"),
+        ("broken.yaml", "broken.yaml:1: invalid YAML: expected the node content, but found '<stream end>'"),
+        ("wrong.yaml", "wrong.yaml:2: options.belt_population_cycles: must be a whole number (got the text 'many')"),
         ("x" * 300, "x" * 300 + ": cannot be read: File name too long"),
     ],
 )
@@ -115,7 +115,7 @@ def test_every_error_has_its_line(cellwright: CommandLine, tmp_path: Path) -> No
     assert ran.out == ""
     assert ran.err.splitlines() == [
         "error: a.yaml:1: option: unknown top-level entry; did you mean options",
-        "error: a.yaml:2: time_limit: must be a number, not the text 'x'",
+        "error: a.yaml:2: time_limit: must be a number (got the text 'x')",
     ]
 
 

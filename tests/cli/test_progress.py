@@ -90,5 +90,5 @@ def test_sentences() -> None:
     sentence = effect_sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
     assert (
         sentence
-        == "kit_tray_1 submitted as kit: scored 0: kit type 'kit' belongs to no order (asked for now: order_0_kit_0)"
+        == "kit_tray_1 submitted as kit: scored 0: kit type 'kit' belongs to no order (ordered now: order_0_kit_0)"
     )

@@ -123,9 +123,9 @@ def test_fates_of_missing_parts_stand_below_the_reason() -> None:
     found = kit(*[part(Verdict.MISSING)] * 3)
     found = kit_evidence(found.score, found.attainable, fates=fates)
     assert list(summary.kit_lines(found))[2:5] == [
-        "  missing: none on the tray when it was submitted",
-        "    piston_rod_part (2): never taken hold of",
-        "    piston_rod_part: bin7|piston_rod_part_5 was in the gripper, for 0.0 s",
+        "  missing: not on the tray at submission",
+        "    piston_rod_part (2): never gripped",
+        "    piston_rod_part: bin7|piston_rod_part_5 was in the gripper for 0.0 s",
     ]
 
 
@@ -133,7 +133,7 @@ def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:
     lines = list(summary.loss_lines(kit(part(Verdict.TOO_FAR, distance=0.6), off_plate=0.5)))
     assert lines == [
         "off tray: its place lies off the tray (0.5 x 0.7 m), out of reach of any part",
-        "out of reach: 1 of 1 places lies 0.50 m off the tray, where a part on it stays at least 500 mm away",
+        "out of reach: 1 of 1 places lies 0.50 m off the tray, at least 500 mm from any part on it",
     ]
     assert max(map(len, summary.kit_lines(kit(part(Verdict.MISSING), off_plate=0.5)))) <= 80
 

@@ -59,7 +59,7 @@ def test_the_list_for_people(cellwright: CommandLine) -> None:
     assert (ran.status, ran.err) == (0, "")
     assert max(map(len, lines)) <= 80
     assert "2 x (1 pulley_part, 1 gear_part, 1 disk_part)" in ran.out
-    assert "- pulley_part lost over AGV 1, onto the tray" in ran.out
+    assert "- pulley_part dropped over AGV 1, onto the tray" in ran.out
     assert lines[-1].startswith("kitter_sensors: an arm, ")
 
 

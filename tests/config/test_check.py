@@ -15,14 +15,14 @@ WARNED = {"comp_conf1": 1, "comp_conf2": 2}
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*bundled(), *bundled_sensors()])
-def test_bundled_files_give_no_warnings(name: str) -> None:
+def test_bundled_files_give_only_known_warnings(name: str) -> None:
     report = check([find_trial(name)])
     assert report.ok
     assert len(report.warnings) == WARNED.get(name, 0)
     assert all("models_to_spawn" in warning for warning in report.warnings)
 
 
-def test_warnings(tmp_path: Path) -> None:
+def test_warning_is_in_lines_and_data(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("options:\n  insert_agv: true\n")
     report = check([path])
@@ -34,25 +34,25 @@ def test_warnings(tmp_path: Path) -> None:
     assert data["resolved"]["time_limit"] == 500
 
 
-def test_errors(tmp_path: Path) -> None:
+def test_errors_come_before_warnings_and_count(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("option: {}\noptions: {insert_agv: 1}\ntime_limit: x\n")
     report = check([path])
     assert not report.ok
     assert report.lines() == [
         f"error: {path}:1: option: unknown top-level entry; did you mean options",
-        f"error: {path}:3: time_limit: must be a number, not the text 'x'",
+        f"error: {path}:3: time_limit: must be a number (got the text 'x')",
         f"warning: {path}:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs",
         "2 errors",
     ]
     assert report.as_dict()["resolved"] is None
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_missing_file_is_one_error(tmp_path: Path) -> None:
     assert check([tmp_path / "no.yaml"]).lines()[-1] == "1 error"
 
 
-def test_find_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_find_trial_prefers_path_and_suggests_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "lesson" in bundled()
     assert find_trial("lesson").name == "lesson.yaml"
     monkeypatch.chdir(tmp_path)

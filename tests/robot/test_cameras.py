@@ -35,7 +35,7 @@ def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
     node = RobotNode(replace(TANDEM, cameras=CAMERAS), report=lines.append, stamp=stamp)
     made.append(node)
     assert lines == [
-        "camera 'hand_eye' takes no pictures: what is up for it lies along its line of sight",
+        "camera 'hand_eye' takes no pictures: the up axis must not be parallel to the line of sight",
         "camera 'first_person' takes no pictures: there are two of this name",
     ]
     topics = {topic.name: topic.type for topic in node.bus.topics() if "camera" in topic.name}

@@ -85,3 +85,10 @@ def test_code_in_page_is_ignored(tmp_path: Path) -> None:
 def test_sentences_end_at_full_stops_and_entries() -> None:
     text = "First one. Second, e.g. this\ngoes on.\n\nArgs:\n    name: of it.\n    size: how large [m].\n- an item\n"
     assert [each.split()[0] for each in prose.sentences(text)] == ["First", "Second,", "Args:", "name:", "size:", "-"]
+
+
+@pytest.mark.parametrize(
+    ("name", "skipped"), [("tests/data/help/run.txt", True), ("docs/glossary.md", True), ("docs/score.md", False)]
+)
+def test_text_of_others_is_skipped_also_where_it_is_named(name: str, skipped: bool) -> None:
+    assert prose.is_skipped(prose.ROOT / name) is skipped

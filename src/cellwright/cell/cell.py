@@ -63,6 +63,16 @@ class Cell(CellDevices):
         UnknownNameError: a frame or a joint that does not exist.
         UsageError: a sensor's name clashes with another topic.
         PluginError: a sensor or a device of another package cannot be used.
+
+    Example:
+        >>> from cellwright import Cell, Pose, Trial
+        >>> from cellwright.config.trial.trial import Part
+        >>> cell = Cell(Trial("falling", bin_parts=(Part("bin7|gear_part_1", "gear_part", Pose((-0.3, 0.2, 0.8))),)))
+        >>> for _ in range(250):
+        ...     cell.step()
+        >>> gear = cell.parts.part("bin7|gear_part_1")
+        >>> cell.simulation.time, round(cell.parts.pose(gear).position[2], 3)
+        (0.5, 0.725)
     """
 
     def __init__(
@@ -167,7 +177,7 @@ class Cell(CellDevices):
 
     def reset(self) -> None:
         """Begin a run at time 0, with everything in its initial place."""
-        self.intention.forget()
+        self.intention.clear()
         self.simulation.reset()
 
     def step(self) -> None:

@@ -60,7 +60,7 @@ class Competition(Device):
         self._population = population
         self._trays = dict(trays)
         self._gripper = gripper
-        parts.on_removed.append(lambda part, by: self._handling.remove(part.name, by))
+        parts.on_removed.append(lambda part, cause: self._handling.remove(part.name, cause))
         for tray in trays.values():
             tray.on_report.append(self._take_report)
         for agv in agvs.values():
@@ -211,7 +211,7 @@ class Competition(Device):
         missing = {finding.type for finding in score.parts if finding.verdict is Verdict.MISSING}
         if not missing:
             return
-        trays = {each.name: tray.link for tray in self._trays.values() for each in tray.look()}
+        trays = {each.name: tray.link for tray in self._trays.values() for each in tray.find_parts()}
         for part in self._parts.all:
             if (kind := part_type(part.name)) in missing:
                 position, is_faulty = self._parts.pose(part).position, self._is_faulty(part.name)

@@ -78,7 +78,7 @@ class Bounds:
         }
         for name, (value, lower, upper) in limits.items():
             if not lower <= value <= upper:
-                raise UsageError(f"{name} of a variation must be from {lower:g} to {upper:g}, not {value:g}")
+                raise UsageError(f"{name} of a variation must be from {lower:g} to {upper:g} (got {value:g})")
 
 
 USUAL = Bounds()

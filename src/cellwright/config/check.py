@@ -14,7 +14,14 @@ from cellwright.util.errors import DescriptionError
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Result of a check; errors and warnings read `path:line: key: what is wrong`."""
+    """Result of a check; errors and warnings read `path:line: key: what is wrong`.
+
+    Attributes:
+        errors: faults that make the files unusable, in the order of files and lines.
+        warnings: further findings for the files' author.
+        resolved: the trial or robot as JSON-able data; None after errors.
+        trial: the trial; None for a robot or after errors.
+    """
 
     errors: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -38,7 +45,17 @@ class Report:
 
 
 def check(paths: Sequence[Path]) -> Report:
-    """Load the files as one trial, or the one file as a robot, and return a report."""
+    """Load the files as one trial, or the one file as a robot, and return a report.
+
+    Args:
+        paths: files of a trial, whose texts are joined; or one file that describes a robot.
+
+    Example:
+        >>> from cellwright.config.trial.catalogue import find_trial
+        >>> report = check([find_trial("lesson")])
+        >>> report.ok, report.lines()
+        (True, ['ok'])
+    """
     if len(paths) == 1 and is_robot_file(paths[0]):
         return _check_robot(paths[0])
     try:

@@ -147,13 +147,13 @@ class Footprint:
     radius: float
     patches: tuple[Patch, ...]
 
-    def gap(self, other: Footprint, enough: float) -> float:
+    def gap(self, other: Footprint, cutoff: float) -> float:
         """Return the distance to another footprint [m], negative if they overlap.
 
-        If it is above `enough`, the result may be any number above `enough`.
+        If it is above `cutoff`, the result may be any number above `cutoff`.
         """
         far = math.dist(self.centre, other.centre) - self.radius - other.radius
-        if far > enough:
+        if far > cutoff:
             return far
         return min(_gap(a, b) for a, b in product(self.patches, other.patches))
 
@@ -171,6 +171,11 @@ def footprint(part_type: str, world_T_part: Pose) -> Footprint:
 
     A part that lies flat, either way up, covers its shapes. A tilted one may cover all within its radius, and one of an
     unknown type all within `UNKNOWN_RADIUS`.
+
+    Example:
+        >>> first, second = (footprint("gear_part", Pose((x, 0.0, 0.7))) for x in (0.0, 0.1))
+        >>> round(first.gap(second, cutoff=1.0), 4)
+        0.0216
     """
     x, y, _ = world_T_part.position
     radius = PART_RADII.get(part_type, UNKNOWN_RADIUS)

@@ -57,7 +57,7 @@ def slip_on_the_way(floor: Floor, agv: Agv) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
-def test_the_states_change_on_time(floor: Floor, number: int) -> None:
+def test_agv_states_change_on_time(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
     floor.run(0.5)
     start = floor.simulation.now
@@ -80,7 +80,7 @@ def test_the_states_change_on_time(floor: Floor, number: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
-def test_key_frames_are_reached_on_time(floor: Floor, number: int) -> None:
+def test_agv_reaches_key_frames_on_time(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
     side = 1.0 if number == 1 else -1.0
     agv.send("kit")
@@ -97,7 +97,7 @@ def test_key_frames_are_reached_on_time(floor: Floor, number: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
-def test_a_locked_kit_rides_along_without_sliding(floor: Floor, number: int) -> None:
+def test_locked_kit_does_not_slide_on_moving_agv(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
     lay_kit(floor, number)
     floor.run(1.5)
@@ -106,7 +106,7 @@ def test_a_locked_kit_rides_along_without_sliding(floor: Floor, number: int) -> 
 
 
 @pytest.mark.slow
-def test_friction_alone_carries_a_kit_too(floor: Floor, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unlocked_kit_is_carried_by_friction(floor: Floor, monkeypatch: pytest.MonkeyPatch) -> None:
     agv = floor.cell.agvs[1]
     monkeypatch.setattr(agv.tray, "lock", lambda: None)
     lay_kit(floor)
@@ -117,7 +117,7 @@ def test_friction_alone_carries_a_kit_too(floor: Floor, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
-def test_the_kit_is_submitted_at_departure_and_leaves_at_the_end(floor: Floor) -> None:
+def test_kit_is_submitted_at_departure_and_removed_on_delivery(floor: Floor) -> None:
     agv = floor.cell.agvs[1]
     lay_kit(floor)
     floor.run(1.5)
@@ -139,7 +139,7 @@ def test_the_kit_is_submitted_at_departure_and_leaves_at_the_end(floor: Floor) -
 
 
 @pytest.mark.slow
-def test_what_was_not_reported_comes_back(floor: Floor) -> None:
+def test_unreported_part_returns_with_agv(floor: Floor) -> None:
     agv = floor.cell.agvs[1]
     agv.send("kit")
     floor.run(0.745)
@@ -149,7 +149,7 @@ def test_what_was_not_reported_comes_back(floor: Floor) -> None:
     assert [each.name for each in agv.tray.contents] == [named("part2")]
 
 
-def test_a_call_under_way_is_refused_and_changes_nothing(floor: Floor) -> None:
+def test_call_to_moving_agv_is_refused_without_effect(floor: Floor) -> None:
     agv = floor.cell.agvs[1]
     assert agv.send("first")
     while True:
@@ -163,7 +163,7 @@ def test_a_call_under_way_is_refused_and_changes_nothing(floor: Floor) -> None:
     assert agv.kit_type == "second"
 
 
-def test_both_drive_at_once(floor: Floor) -> None:
+def test_both_agvs_drive_at_same_time(floor: Floor) -> None:
     for number in (1, 2):
         floor.cell.agvs[number].send("kit")
     floor.run(6.0)
@@ -173,7 +173,7 @@ def test_both_drive_at_once(floor: Floor) -> None:
 
 
 @pytest.mark.slow
-def test_at_rest_agv_and_kit_sleep(floor: Floor) -> None:
+def test_agv_and_kit_at_rest_sleep(floor: Floor) -> None:
     lay_kit(floor)
     floor.run(1.0)
     agv = floor.model.body("agv1").id
@@ -187,7 +187,7 @@ def test_at_rest_agv_and_kit_sleep(floor: Floor) -> None:
     assert floor.asleep(agv)
 
 
-def test_an_agv_takes_the_part_out_of_a_cup_that_does_not_let_go(floor: Floor) -> None:
+def test_departing_agv_takes_part_from_enabled_gripper(floor: Floor) -> None:
     name = named("part2")
     floor.put_arm((2.0, 1.5, -0.27, 1.02, 4.0, -1.51, 0.0))
     floor.lay(name, 0.25, 3.1, TRAY_SURFACE)
@@ -207,7 +207,7 @@ def test_an_agv_takes_the_part_out_of_a_cup_that_does_not_let_go(floor: Floor) -
     assert not any(floor.simulation.data.warning.number)
 
 
-def test_an_agv_pulls_away_under_a_part_that_the_cup_presses_into_its_tray(floor: Floor) -> None:
+def test_agv_departs_while_cup_presses_part_into_tray(floor: Floor) -> None:
     floor.put_arm((2.0, 1.5, -0.27, 1.02, 4.0, -1.51, 0.0))
     floor.lay(named("part2"), 0.25, 3.1, TRAY_SURFACE)
     floor.put_arm(floor.reach(down(0.25, 3.1, TRAY_SURFACE + 0.0095)))
@@ -224,7 +224,7 @@ def test_an_agv_pulls_away_under_a_part_that_the_cup_presses_into_its_tray(floor
 
 
 @pytest.mark.slow
-def test_a_snapshot_on_the_way_goes_on_bit_for_bit(floor: Floor) -> None:
+def test_snapshot_of_delivering_agv_resumes_bit_for_bit(floor: Floor) -> None:
     lay_kit(floor)
     floor.run(1.5)
     floor.cell.agvs[1].send("kit")
@@ -239,7 +239,7 @@ def test_a_snapshot_on_the_way_goes_on_bit_for_bit(floor: Floor) -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_a_new_run_finds_it_at_its_station(floor: Floor) -> None:
+def test_reset_returns_agv_to_station(floor: Floor) -> None:
     fresh = floor.cell.state_hash()
     floor.cell.agvs[1].send("kit")
     floor.run(3.0)
@@ -250,6 +250,6 @@ def test_a_new_run_finds_it_at_its_station(floor: Floor) -> None:
     assert math.dist(floor.body_pose("agv1").position, (0.3, 3.3, 0.0)) < 0.01 * MM
 
 
-def test_an_event_of_a_strange_kind_is_refused(floor: Floor) -> None:
+def test_unknown_event_is_refused(floor: Floor) -> None:
     with pytest.raises(CellwrightError, match="does not know the event 'fly'"):
         floor.cell.agvs[1].handle("fly", ())

@@ -9,7 +9,7 @@ from cellwright.cell.devices.agv import DELIVERY_FRAMES, RETURN_FRAMES, KeyFrame
 from cellwright.cell.devices.joint_trajectory import Segment, Trajectory
 
 MILLISECOND = 1_000_000
-WAYS = [(DELIVERY_FRAMES, agv_path(DELIVERY_FRAMES, 1), 0.08), (RETURN_FRAMES, agv_path(RETURN_FRAMES, 1), 0.2)]
+PATHS = [(DELIVERY_FRAMES, agv_path(DELIVERY_FRAMES, 1), 0.08), (RETURN_FRAMES, agv_path(RETURN_FRAMES, 1), 0.2)]
 times = st.integers(-MILLISECOND, 10_100 * MILLISECOND)
 
 
@@ -34,23 +34,23 @@ def original_position(frames: KeyFrames, time: int) -> tuple[float, float]:
     return coordinate(0), coordinate(1)
 
 
-@pytest.mark.parametrize(("frames", "way", "tolerance"), WAYS)
-def test_every_key_frame_is_reached_on_time(frames: KeyFrames, way: Trajectory, tolerance: float) -> None:
+@pytest.mark.parametrize(("frames", "route", "tolerance"), PATHS)
+def test_path_passes_key_frames_on_time(frames: KeyFrames, route: Trajectory, tolerance: float) -> None:
     for time, (_, x, y) in zip(times_of(frames), frames, strict=True):
-        assert way.positions(time) == [x, y]
+        assert route.positions(time) == [x, y]
 
 
-@pytest.mark.parametrize(("frames", "way", "tolerance"), WAYS)
-def test_between_key_frames_it_stays_close_to_the_original(
-    frames: KeyFrames, way: Trajectory, tolerance: float
+@pytest.mark.parametrize(("frames", "route", "tolerance"), PATHS)
+def test_path_between_key_frames_stays_close_to_original(
+    frames: KeyFrames, route: Trajectory, tolerance: float
 ) -> None:
     differences = [
-        dist(way.positions(time), original_position(frames, time)) for time in range(0, way.end, 20 * MILLISECOND)
+        dist(route.positions(time), original_position(frames, time)) for time in range(0, route.end, 20 * MILLISECOND)
     ]
     assert tolerance / 2 < max(differences) < tolerance
 
 
-def test_the_ways_take_as_long_as_in_the_original_and_join_up() -> None:
+def test_paths_have_original_durations_and_join_up() -> None:
     out, back = agv_path(DELIVERY_FRAMES, 1), agv_path(RETURN_FRAMES, 1)
     assert out.end == 8_333_333_333
     assert back.end == 10_000_000_000
@@ -58,20 +58,18 @@ def test_the_ways_take_as_long_as_in_the_original_and_join_up() -> None:
     assert back.positions(back.end) == out.positions(0) == [0.3, 3.3]
 
 
-@given(times, st.sampled_from(WAYS))
-def test_velocity_is_the_slope_of_position_and_has_no_jump(
-    time: int, case: tuple[KeyFrames, Trajectory, float]
-) -> None:
-    _, way, _ = case
+@given(times, st.sampled_from(PATHS))
+def test_velocity_is_derivative_of_position_without_jumps(time: int, case: tuple[KeyFrames, Trajectory, float]) -> None:
+    _, route, _ = case
     step = MILLISECOND // 10
-    before, after = way.positions(time - step), way.positions(time + step)
+    before, after = route.positions(time - step), route.positions(time + step)
     slope = [(b - a) / (2 * step * 1e-9) for a, b in zip(before, after, strict=True)]
-    assert dist(slope, way.velocities(time)) < 2e-4
-    assert dist(way.velocities(time - step), way.velocities(time + step)) < 2.6 * 2e-4
+    assert dist(slope, route.velocities(time)) < 2e-4
+    assert dist(route.velocities(time - step), route.velocities(time + step)) < 2.6 * 2e-4
 
 
 @given(times, st.sampled_from([DELIVERY_FRAMES, RETURN_FRAMES]))
-def test_agv_2_mirrors_agv_1(time: int, frames: KeyFrames) -> None:
+def test_path_of_agv_2_mirrors_agv_1(time: int, frames: KeyFrames) -> None:
     one, two = agv_path(frames, 1), agv_path(frames, 2)
     x, y = one.positions(time)
     assert two.positions(time) == [x, -y]
@@ -83,18 +81,20 @@ def ends(segment: Segment) -> tuple[float, float]:
     return 2.0 * square, 2.0 * square + 6.0 * cube * (segment.end - segment.start) * 1e-9
 
 
-@pytest.mark.parametrize(("way", "peak"), [(agv_path(DELIVERY_FRAMES, 1), 2.541), (agv_path(RETURN_FRAMES, 2), 1.637)])
-def test_acceleration_stays_below_what_parts_on_a_tray_bear(way: Trajectory, peak: float) -> None:
-    sampled = max(hypot(*way.accelerations(time)) for time in range(0, way.end, MILLISECOND))
-    exact = max(hypot(ends(x)[end], ends(y)[end]) for x, y in zip(*way.joints, strict=True) for end in (0, 1))
+@pytest.mark.parametrize(
+    ("route", "peak"), [(agv_path(DELIVERY_FRAMES, 1), 2.541), (agv_path(RETURN_FRAMES, 2), 1.637)]
+)
+def test_peak_acceleration_is_as_computed(route: Trajectory, peak: float) -> None:
+    sampled = max(hypot(*route.accelerations(time)) for time in range(0, route.end, MILLISECOND))
+    exact = max(hypot(ends(x)[end], ends(y)[end]) for x, y in zip(*route.joints, strict=True) for end in (0, 1))
     assert exact == pytest.approx(peak, abs=1e-3)
     assert sampled == pytest.approx(exact, rel=0.01)
 
 
 @pytest.mark.parametrize("time", [-5, 0])
-def test_it_stands_before_and_after(time: int) -> None:
-    way = agv_path(DELIVERY_FRAMES, 2)
-    assert way.positions(time) == [0.3, -3.3]
-    assert way.velocities(time) == [0.0, 0.0]
-    assert way.positions(way.end - time) == [-4.2, -8.3]
-    assert way.velocities(way.end - time) == [0.0, 0.0]
+def test_agv_stands_still_before_and_after_path(time: int) -> None:
+    route = agv_path(DELIVERY_FRAMES, 2)
+    assert route.positions(time) == [0.3, -3.3]
+    assert route.velocities(time) == [0.0, 0.0]
+    assert route.positions(route.end - time) == [-4.2, -8.3]
+    assert route.velocities(route.end - time) == [0.0, 0.0]

@@ -59,7 +59,7 @@ def is_driven(floor: Floor) -> bool:
     return floor.arm.stepping
 
 
-def furthest(a: Sequence[float], b: Sequence[float]) -> float:
+def max_difference(a: Sequence[float], b: Sequence[float]) -> float:
     return float(np.abs(np.subtract(a, b)).max())
 
 
@@ -74,13 +74,13 @@ def smooth(place: Sequence[float], seconds: float) -> JointTrajectory:
     return JointTrajectory(ARM_JOINTS, [TrajectoryPoint(place, still, still, nanoseconds(seconds))])
 
 
-def test_it_holds_its_first_posture_from_the_first_step(precise: Floor) -> None:
+def test_precise_servo_holds_initial_posture_from_first_step(precise: Floor) -> None:
     for _ in range(500):
         precise.cell.step()
-        assert furthest(positions(precise), INITIAL) < 1e-6
+        assert max_difference(positions(precise), INITIAL) < 1e-6
 
 
-def test_the_original_servo_gives_way_to_gravity_only(original: Floor) -> None:
+def test_original_servo_yields_to_gravity_only(original: Floor) -> None:
     """Except for integral terms a servo of gain p yields by torque / p; nothing else moves."""
     data, model = original.simulation.data, original.model
     gravity = [float(data.qfrc_bias[model.joint(name).dofadr[0]]) for name in ARM_JOINTS]
@@ -89,12 +89,12 @@ def test_the_original_servo_gives_way_to_gravity_only(original: Floor) -> None:
     worst = 0.0
     for _ in range(500):
         original.cell.step()
-        worst = max(worst, furthest(positions(original), INITIAL))
+        worst = max(worst, max_difference(positions(original), INITIAL))
     assert np.subtract(positions(original), INITIAL) == pytest.approx(expected, abs=5e-5)
     assert worst < 1.2 * max(map(abs, expected)) < 3e-3
 
 
-def test_another_initial_posture_is_held_too() -> None:
+def test_configured_initial_posture_is_held() -> None:
     floor = Floor(one_of_each(initial_joint_states={"elbow_joint": 2.0, "linear_arm_actuator_joint": -1.0}), "precise")
     expected = (-1.0, 3.14, -1.13, 2.0, 3.77, -1.51, 0.0)
     floor.run(1.0)
@@ -103,7 +103,7 @@ def test_another_initial_posture_is_held_too() -> None:
 
 
 @pytest.mark.parametrize(("posture", "sag"), SAGS)
-def test_the_cup_sags_as_in_the_original(original: Floor, posture: Sequence[float], sag: float) -> None:
+def test_original_servo_lets_cup_sag_as_in_original(original: Floor, posture: Sequence[float], sag: float) -> None:
     original.put_arm(posture)
     height = original.cup().position[2]
     original.run(2.0)
@@ -111,14 +111,14 @@ def test_the_cup_sags_as_in_the_original(original: Floor, posture: Sequence[floa
 
 
 @pytest.mark.parametrize(("posture", "sag"), SAGS)
-def test_the_precise_servo_does_not_sag(precise: Floor, posture: Sequence[float], sag: float) -> None:
+def test_precise_servo_does_not_sag(precise: Floor, posture: Sequence[float], sag: float) -> None:
     precise.put_arm(posture)
     height = precise.cup().position[2]
     precise.run(1.0)
     assert precise.cup().position[2] == pytest.approx(height, abs=0.01 * MM)
 
 
-def test_gains_of_the_settings_hold() -> None:
+def test_configured_gain_reduces_sag() -> None:
     """Ten times the wrist's gain leaves a tenth of its sag."""
     sags = []
     for gains in ({}, {"wrist_1_joint": JointGains(1000, 20)}):
@@ -129,7 +129,7 @@ def test_gains_of_the_settings_hold() -> None:
     assert sags[0] / sags[1] == pytest.approx(10.0, rel=0.02)
 
 
-def test_it_rests_when_there_is_nothing_to_do_and_still_holds(precise: Floor) -> None:
+def test_idle_arm_stops_driving_and_holds_posture(precise: Floor) -> None:
     precise.run(0.1)
     assert not is_driven(precise)
     precise.send(FREE)
@@ -138,10 +138,10 @@ def test_it_rests_when_there_is_nothing_to_do_and_still_holds(precise: Floor) ->
     precise.run(1.1)
     assert not is_driven(precise)
     precise.run(1.0)
-    assert furthest(positions(precise), FREE) < 1e-4
+    assert max_difference(positions(precise), FREE) < 1e-4
 
 
-def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
+def test_precise_servo_tracks_within_milliradian(precise: Floor) -> None:
     """Every joint at once, 2 rad/s^2 at the peak of the quintic (5.77 distance / time^2)."""
     goal = [start + way for start, way in zip(INITIAL, (0.8, 1.0, -0.5, 0.8, -1.0, 1.0, -1.0), strict=True)]
     precise.arm.command(smooth(goal, math.sqrt(5.77 / 2.0)))
@@ -152,10 +152,10 @@ def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
         fastest = max(fastest, *map(abs, precise.arm.following().desired.accelerations))
     assert fastest == pytest.approx(2.0, rel=0.01)
     assert worst < 0.3e-3  # 0.11; a setpoint that is a step late or early costs 2
-    assert furthest(positions(precise), goal) < 1e-4
+    assert max_difference(positions(precise), goal) < 1e-4
 
 
-def test_a_part_in_the_cup_does_not_disturb_the_precise_servo(precise: Floor) -> None:
+def test_precise_servo_tracks_with_part_in_cup(precise: Floor) -> None:
     precise.grasp("part1")
     goal = [now + way for now, way in zip(positions(precise), (0.5, 0.8, -0.6, 0.5, 0.0, 0.3, 0.5), strict=True)]
     precise.arm.command(smooth(goal, 1.6))
@@ -166,22 +166,22 @@ def test_a_part_in_the_cup_does_not_disturb_the_precise_servo(precise: Floor) ->
     assert worst < 1e-3
 
 
-def test_positions_alone_are_followed_on_straight_lines(precise: Floor) -> None:
+def test_trajectory_of_positions_moves_in_straight_lines(precise: Floor) -> None:
     precise.run(0.3)
     precise.arm.command(trajectory((FREE, 1.0), (MOVED, 3.0)))
     at = {}
     for _ in range(1600):
         precise.cell.step()
         at[round(precise.now, 3)] = positions(precise)
-    half_way = np.add(INITIAL, FREE) / 2, np.add(FREE, MOVED) / 2
-    assert at[0.8] == pytest.approx(half_way[0], abs=1.5e-3)
-    assert at[2.3] == pytest.approx(half_way[1], abs=1.5e-3)
+    midpoints = np.add(INITIAL, FREE) / 2, np.add(FREE, MOVED) / 2
+    assert at[0.8] == pytest.approx(midpoints[0], abs=1.5e-3)
+    assert at[2.3] == pytest.approx(midpoints[1], abs=1.5e-3)
     assert at[3.5] == pytest.approx(MOVED, abs=1e-4)
     speed = (np.array(at[2.4]) - at[2.2]) / 0.2
     assert speed == pytest.approx(np.subtract(MOVED, FREE) / 2.0, abs=1e-3)
 
 
-def test_with_velocities_the_way_is_cubic(precise: Floor) -> None:
+def test_trajectory_with_velocities_moves_on_cubics(precise: Floor) -> None:
     still = [0.0] * 7
     precise.arm.command(JointTrajectory(ARM_JOINTS, [TrajectoryPoint(FREE, still, (), 2_000_000_000)]))
     precise.run(0.5)
@@ -191,27 +191,27 @@ def test_with_velocities_the_way_is_cubic(precise: Floor) -> None:
     assert precise.arm.read().velocities == pytest.approx(np.subtract(FREE, INITIAL) * 0.75, abs=2e-3)
 
 
-def test_a_new_command_takes_over_from_where_the_arm_is(precise: Floor) -> None:
+def test_new_command_starts_from_present_position(precise: Floor) -> None:
     precise.arm.command(smooth(MOVED, 2.0))
     precise.run(1.0)
     before = positions(precise)
     precise.arm.command(trajectory((INITIAL, 1.0)))
     precise.cell.step()
-    assert furthest(positions(precise), before) < 0.01
+    assert max_difference(positions(precise), before) < 0.01
     precise.run(1.2)
-    assert furthest(positions(precise), INITIAL) < 1e-3
+    assert max_difference(positions(precise), INITIAL) < 1e-3
 
 
-def test_a_command_may_start_later(precise: Floor) -> None:
+def test_command_with_future_stamp_starts_later(precise: Floor) -> None:
     later = replace(trajectory((FREE, 1.0)), start_ns=1_000_000_000)
     precise.arm.command(later)
     precise.run(0.99)
-    assert furthest(positions(precise), INITIAL) < 1e-5
+    assert max_difference(positions(precise), INITIAL) < 1e-5
     precise.run(1.2)
-    assert furthest(positions(precise), FREE) < 1e-3
+    assert max_difference(positions(precise), FREE) < 1e-3
 
 
-def test_an_empty_command_brings_it_to_rest_in_half_a_second(precise: Floor) -> None:
+def test_empty_command_stops_arm_in_half_second(precise: Floor) -> None:
     precise.arm.command(trajectory((MOVED, 1.0)))
     precise.run(0.5)
     precise.arm.command(JointTrajectory(ARM_JOINTS, []))
@@ -219,11 +219,11 @@ def test_an_empty_command_brings_it_to_rest_in_half_a_second(precise: Floor) -> 
     there = positions(precise)
     assert max(map(abs, precise.arm.read().velocities)) < 1e-2
     precise.run(1.0)
-    assert furthest(positions(precise), there) < 1e-3
-    assert furthest(there, MOVED) > 0.05
+    assert max_difference(positions(precise), there) < 1e-3
+    assert max_difference(there, MOVED) > 0.05
 
 
-def test_a_rejected_command_leaves_it_undisturbed(precise: Floor) -> None:
+def test_rejected_command_changes_no_state(precise: Floor) -> None:
     hashes = []
     bad = [
         JointTrajectory(ARM_JOINTS[:6], [TrajectoryPoint(MOVED[:6], time_from_start_ns=10**9)]),
@@ -244,22 +244,22 @@ def test_a_rejected_command_leaves_it_undisturbed(precise: Floor) -> None:
         precise.run(1.0)
         hashes.append(precise.cell.state_hash())
     assert hashes[0] == hashes[1]
-    assert furthest(positions(precise), FREE) < 1e-4
+    assert max_difference(positions(precise), FREE) < 1e-4
 
 
-def test_eight_positions_for_seven_names_are_taken(precise: Floor) -> None:
+def test_extra_position_beyond_names_is_ignored(precise: Floor) -> None:
     precise.arm.command(trajectory(((*FREE, 9.0), 1.0)))
     precise.run(1.3)
-    assert furthest(positions(precise), FREE) < 1e-3
+    assert max_difference(positions(precise), FREE) < 1e-3
 
 
-def test_names_in_another_order(precise: Floor) -> None:
+def test_joint_names_in_other_order_are_followed(precise: Floor) -> None:
     precise.arm.command(trajectory((FREE[::-1], 1.0), names=ARM_JOINTS[::-1]))
     precise.run(1.3)
-    assert furthest(positions(precise), FREE) < 1e-3
+    assert max_difference(positions(precise), FREE) < 1e-3
 
 
-def test_a_partial_command_where_the_settings_allow_it(precise: Floor) -> None:
+def test_partial_command_is_followed_only_if_allowed(precise: Floor) -> None:
     only_rail = trajectory(((0.5,), 1.0), names=ARM_JOINTS[:1])
     with pytest.raises(RejectedTrajectoryError, match="joints are missing"):
         precise.arm.command(only_rail)
@@ -267,10 +267,10 @@ def test_a_partial_command_where_the_settings_allow_it(precise: Floor) -> None:
     floor = Floor(one_of_each(settings=settings))
     floor.arm.command(only_rail)
     floor.run(1.3)
-    assert furthest(positions(floor), (0.5, *INITIAL[1:])) < 1e-3
+    assert max_difference(positions(floor), (0.5, *INITIAL[1:])) < 1e-3
 
 
-def test_effort_is_limited(original: Floor) -> None:
+def test_effort_stays_within_limit(original: Floor) -> None:
     original.arm.command(trajectory(((2.0, *INITIAL[1:]), 0.1)))
     max_effort = 0.0
     for _ in range(200):
@@ -279,7 +279,7 @@ def test_effort_is_limited(original: Floor) -> None:
     assert max_effort == 1000.0
 
 
-def test_the_arm_is_stopped_by_what_it_runs_into(original: Floor) -> None:
+def test_arm_blocked_by_bin_stops_and_returns(original: Floor) -> None:
     """On a command far below the floor of a bin the cup stays on it, and the arm returns unharmed."""
     original.put_arm((0.25, *PICK[1:]))
     start = original.cup().position
@@ -289,10 +289,10 @@ def test_the_arm_is_stopped_by_what_it_runs_into(original: Floor) -> None:
     assert 0.725 < original.cup().position[2] < 0.76
     original.send(FREE)
     original.run(2.0)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3
+    assert max_difference(positions(original)[1:], FREE[1:]) < 5e-3
 
 
-def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> TrajectoryGoal:
+def run_goal(floor: Floor, request: GoalRequest, limit: float = 5.0) -> TrajectoryGoal:
     """Return the goal as listeners got it at its end."""
     ended: list[TrajectoryGoal] = []
     floor.arm.on_goal_ended.append(ended.append)
@@ -305,42 +305,42 @@ def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> Trajecto
     return goal
 
 
-def test_a_goal_succeeds_when_the_arm_arrives(original: Floor) -> None:
-    goal = followed(original, GoalRequest("g", smooth(FREE, 1.5)))
+def test_goal_succeeds_when_arm_arrives(original: Floor) -> None:
+    goal = run_goal(original, GoalRequest("g", smooth(FREE, 1.5)))
     assert (goal.status, goal.result) == (GoalStatus.SUCCEEDED, GoalResult.SUCCESSFUL)
     assert 1.5 <= original.now < 1.8
     original.run(0.5)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3
+    assert max_difference(positions(original)[1:], FREE[1:]) < 5e-3
 
 
-def test_a_goal_is_aborted_when_the_arm_leaves_its_path(original: Floor) -> None:
+def test_goal_is_aborted_when_arm_leaves_path(original: Floor) -> None:
     far = (2.0, *INITIAL[1:])
-    goal = followed(original, GoalRequest("g", trajectory((far, 0.4))))
+    goal = run_goal(original, GoalRequest("g", trajectory((far, 0.4))))
     assert (goal.status, goal.result) == (GoalStatus.ABORTED, GoalResult.PATH_TOLERANCE_VIOLATED)
     assert goal.reason.startswith("linear_arm_actuator_joint left its path 0.")
     assert original.now < 0.4
 
 
-def test_a_goal_is_aborted_when_the_arm_does_not_arrive(original: Floor) -> None:
+def test_goal_is_aborted_when_arm_does_not_arrive(original: Floor) -> None:
     tight = (AskedTolerance("wrist_1_joint", 1e-4),)  # gravity alone takes 2 mrad
     request = GoalRequest("g", smooth(FREE, 1.0), goal_tolerances=tight)
-    goal = followed(original, request)
+    goal = run_goal(original, request)
     assert (goal.status, goal.result) == (GoalStatus.ABORTED, GoalResult.GOAL_TOLERANCE_VIOLATED)
     assert goal.reason.startswith("wrist_1_joint had not arrived")
     assert original.now == pytest.approx(1.6, abs=0.0021)
     original.run(0.5)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3  # it went there anyway
+    assert max_difference(positions(original)[1:], FREE[1:]) < 5e-3  # it went there anyway
 
 
-def test_the_settings_tolerances_hold() -> None:
+def test_configured_tolerances_abort_goal() -> None:
     arm = ArmSettings(tolerances={"wrist_1_joint": JointTolerance(0.1, 1e-4)}, goal_time=0.2)
     floor = Floor(one_of_each(settings=CellSettings(arm=arm)))
-    goal = followed(floor, GoalRequest("g", smooth(FREE, 1.0)))
+    goal = run_goal(floor, GoalRequest("g", smooth(FREE, 1.0)))
     assert goal.result is GoalResult.GOAL_TOLERANCE_VIOLATED
     assert floor.now == pytest.approx(1.2, abs=0.0021)
 
 
-def test_a_goal_ends_on_another_command(original: Floor) -> None:
+def test_goal_is_preempted_by_other_command(original: Floor) -> None:
     for other in (
         lambda: original.arm.command(trajectory((INITIAL, 1.0))),
         lambda: original.arm.accept(GoalRequest("next", smooth(INITIAL, 1.0))),
@@ -358,11 +358,11 @@ def test_a_goal_ends_on_another_command(original: Floor) -> None:
             original.run(2.5)
         finally:
             original.arm.on_goal_ended.pop()
-        assert furthest(positions(original), MOVED) > 0.05
+        assert max_difference(positions(original), MOVED) > 0.05
     assert not original.arm.cancel()
 
 
-def test_a_rejected_goal_leaves_the_active_one(original: Floor) -> None:
+def test_rejected_goal_leaves_active_goal(original: Floor) -> None:
     goal = original.arm.accept(GoalRequest("first", smooth(FREE, 1.0)))
     original.run(0.3)
     with pytest.raises(RejectedTrajectoryError):
@@ -371,9 +371,9 @@ def test_a_rejected_goal_leaves_the_active_one(original: Floor) -> None:
     assert goal.status is GoalStatus.SUCCEEDED
 
 
-@pytest.mark.parametrize("asks", ["command", "goal"])
-def test_a_snapshot_in_the_middle_of_a_motion_goes_on_bit_for_bit(original: Floor, asks: str) -> None:
-    if asks == "goal":
+@pytest.mark.parametrize("interface", ["command", "goal"])
+def test_snapshot_of_moving_arm_resumes_bit_for_bit(original: Floor, interface: str) -> None:
+    if interface == "goal":
         original.arm.accept(GoalRequest("g", smooth(FREE, 1.0)))
     else:
         original.arm.command(trajectory((FREE, 0.6), (MOVED, 1.2)))
@@ -388,17 +388,17 @@ def test_a_snapshot_in_the_middle_of_a_motion_goes_on_bit_for_bit(original: Floo
 
 
 @pytest.mark.parametrize("seconds", [1.0, 6.0])
-def test_a_new_run_begins_like_the_first(original: Floor, seconds: float) -> None:
+def test_reset_arm_has_state_of_new_cell(original: Floor, seconds: float) -> None:
     """The arm was moving when the last run ended, or at rest."""
     original.arm.accept(GoalRequest("g", smooth(MOVED, 5.0)))
     original.run(seconds)
     original.reset()
     assert original.cell.state_hash() == Floor(one_of_each(), "original").cell.state_hash()
     original.run(1.0)
-    assert furthest(positions(original), INITIAL) < 3e-3
+    assert max_difference(positions(original), INITIAL) < 3e-3
 
 
-def test_parts_do_not_notice_the_arm(original: Floor) -> None:
+def test_moving_arm_wakes_no_distant_part(original: Floor) -> None:
     original.run(1.0)
     original.send(FREE, MOVED)
     original.run(1.0)

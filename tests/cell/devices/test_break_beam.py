@@ -26,7 +26,7 @@ def wall_at(distance: float, noise: float = 1.0) -> tuple[Simulation, BreakBeam]
 
 
 @pytest.mark.parametrize("distance", [0.026, 0.3, 0.6321, 1.0249])
-def test_range_counts_from_the_beginning_of_the_ray(distance: float) -> None:
+def test_range_is_measured_from_start_of_ray(distance: float) -> None:
     _, beam = wall_at(distance, noise=0.0)
     reading = beam.read()
     assert reading.detected
@@ -34,14 +34,14 @@ def test_range_counts_from_the_beginning_of_the_ray(distance: float) -> None:
 
 
 @pytest.mark.parametrize("distance", [1.0251, 1.5])
-def test_beyond_the_end_there_is_nothing(distance: float) -> None:
+def test_object_beyond_end_of_ray_is_not_detected(distance: float) -> None:
     _, beam = wall_at(distance)
     reading = beam.read()
     assert not reading.detected
     assert reading.range == math.inf
 
 
-def test_what_is_behind_or_beside_the_beam_is_not_seen() -> None:
+def test_object_behind_or_beside_beam_is_not_detected() -> None:
     beam = BreakBeam("break_beam", Pose())
     spec = empty_spec()
     add_block(spec, (-0.1, 0.0, 0.0), (0.1, 0.1, 0.1))
@@ -50,7 +50,7 @@ def test_what_is_behind_or_beside_the_beam_is_not_seen() -> None:
     assert not beam.read().detected
 
 
-def test_noise_has_the_spread_of_the_original() -> None:
+def test_range_noise_has_original_spread() -> None:
     _, beam = wall_at(0.525)
     ranges = np.array([beam.measure(index).range for index in range(1, 4001)])
     assert abs(ranges.mean() - 0.5) < 4 * 0.001 / math.sqrt(4000)
@@ -58,7 +58,7 @@ def test_noise_has_the_spread_of_the_original() -> None:
     assert len(set(ranges.tolist())) == 4000
 
 
-def test_noise_at_the_far_end_can_lose_what_is_there_and_finds_nothing_that_is_not() -> None:
+def test_noise_at_far_end_loses_objects_and_invents_none() -> None:
     _, beam = wall_at(1.0249)
     detected = [beam.measure(index).detected for index in range(1, 501)]
     assert 0.3 < np.mean(detected) < 0.7
@@ -77,7 +77,7 @@ def gear_on_the_belt(beam: BreakBeam, start_y: float = 2.6) -> Simulation:
     return simulation
 
 
-def test_a_gear_interrupts_the_beam_for_as_long_as_it_is_wide() -> None:
+def test_gear_interrupts_beam_for_its_width() -> None:
     beam = BreakBeam("break_beam", BEAM_POSE)
     simulation = gear_on_the_belt(beam)
     got: list[BeamReading] = []
@@ -91,7 +91,7 @@ def test_a_gear_interrupts_the_beam_for_as_long_as_it_is_wide() -> None:
     assert len(during) == 7  # 0.392 s at 20 Hz: 7 or 8, depending on the phase
 
 
-def test_a_quick_beam_measures_the_width_of_a_gear() -> None:
+def test_fast_beam_measures_width_of_gear() -> None:
     beam = BreakBeam("break_beam", BEAM_POSE, period=Fraction(1, 500), noise=0.0)
     simulation = gear_on_the_belt(beam)
     changes: list[BeamReading] = []
@@ -101,7 +101,7 @@ def test_a_quick_beam_measures_the_width_of_a_gear() -> None:
     assert (end.time_ns - begin.time_ns) / 1e9 * BELT_SPEED == pytest.approx(2 * GEAR_RADIUS, abs=BELT_SPEED / 500)
 
 
-def test_changes_are_the_transitions() -> None:
+def test_change_listener_gets_transitions_only() -> None:
     beam = BreakBeam("break_beam", BEAM_POSE)
     simulation = gear_on_the_belt(beam)
     every: list[BeamReading] = []
@@ -114,7 +114,7 @@ def test_changes_are_the_transitions() -> None:
     assert changes == turns
 
 
-def test_the_first_reading_is_a_change_only_if_the_beam_is_interrupted() -> None:
+def test_first_reading_is_change_only_if_beam_is_interrupted() -> None:
     interrupted = BreakBeam("break_beam", BEAM_POSE)
     simulation = gear_on_the_belt(interrupted, start_y=2.27)
     changes: list[BeamReading] = []
@@ -128,7 +128,7 @@ def test_the_first_reading_is_a_change_only_if_the_beam_is_interrupted() -> None
     simulation.step_until(500_000_000)
 
 
-def test_changes_do_not_depend_on_other_listeners() -> None:
+def test_changes_are_independent_of_other_listeners() -> None:
     def changes_of_a_late_listener(*, with_others: bool) -> list[BeamReading]:
         beam = BreakBeam("break_beam", BEAM_POSE, latency=Fraction(2, 100))
         simulation = gear_on_the_belt(beam)
@@ -146,7 +146,7 @@ def test_changes_do_not_depend_on_other_listeners() -> None:
     assert alone == changes_of_a_late_listener(with_others=True)
 
 
-def test_another_run_begins_with_a_whole_beam() -> None:
+def test_reset_beam_is_uninterrupted() -> None:
     beam = BreakBeam("break_beam", BEAM_POSE)
     simulation = gear_on_the_belt(beam)
     changes: list[BeamReading] = []

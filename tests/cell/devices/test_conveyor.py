@@ -38,7 +38,7 @@ def speeds(floor: Floor) -> NDArray[np.float64]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("power", [100.0, 50.0, 33.3, 1.0, 0.3, 0.1])
-def test_parts_ride_as_fast_as_the_belt(floor: Floor, power: float) -> None:
+def test_parts_move_at_belt_speed(floor: Floor, power: float) -> None:
     assert floor.cell.conveyor.set_power(power)
     floor.run(0.2)
     before = places(floor)
@@ -50,7 +50,7 @@ def test_parts_ride_as_fast_as_the_belt(floor: Floor, power: float) -> None:
 
 
 @pytest.mark.parametrize("power", [100.0, 20.0])
-def test_the_belt_starts_and_stops_within_50_ms(floor: Floor, power: float) -> None:
+def test_belt_starts_and_stops_within_50_ms(floor: Floor, power: float) -> None:
     speed = FULL_SPEED * power / 100.0
     floor.cell.conveyor.set_power(power)
     floor.run(0.05)
@@ -61,7 +61,7 @@ def test_the_belt_starts_and_stops_within_50_ms(floor: Floor, power: float) -> N
     assert np.abs(speeds(floor)).max() < 0.01 * speed
 
 
-def test_parts_that_sleep_on_the_belt_wake_whenever_it_starts(floor: Floor) -> None:
+def test_sleeping_parts_wake_when_belt_starts(floor: Floor) -> None:
     for _ in range(2):
         floor.cell.conveyor.set_power(100.0)
         before = places(floor)
@@ -73,7 +73,7 @@ def test_parts_that_sleep_on_the_belt_wake_whenever_it_starts(floor: Floor) -> N
 
 
 @pytest.mark.parametrize("power", [-1.0, -1e-9, 100.001, float("nan"), float("inf"), -float("inf")])
-def test_other_powers_are_ignored(floor: Floor, power: float) -> None:
+def test_power_outside_range_is_ignored(floor: Floor, power: float) -> None:
     conveyor = floor.cell.conveyor
     powers: list[float] = []
 
@@ -92,7 +92,7 @@ def test_other_powers_are_ignored(floor: Floor, power: float) -> None:
     assert speeds(floor) == pytest.approx(0.08, rel=0.01)
 
 
-def test_parts_in_bins_sleep_on_while_the_belt_runs(floor: Floor) -> None:
+def test_parts_in_bins_stay_asleep_while_belt_runs(floor: Floor) -> None:
     floor.lay(named("gear_part"), -0.3, 0.23, 0.725)
     floor.run(0.5)
     floor.cell.conveyor.set_power(100.0)
@@ -100,7 +100,7 @@ def test_parts_in_bins_sleep_on_while_the_belt_runs(floor: Floor) -> None:
     assert floor.asleep(floor.part(named("gear_part")).body)
 
 
-def test_a_new_run_begins_with_the_belt_standing(floor: Floor) -> None:
+def test_reset_stops_belt(floor: Floor) -> None:
     fresh = floor.cell.state_hash()
     floor.cell.conveyor.set_power(0.2)
     floor.run(0.1)
@@ -113,7 +113,7 @@ def test_a_new_run_begins_with_the_belt_standing(floor: Floor) -> None:
 
 
 @pytest.mark.parametrize("power", [80.0, 0.2])
-def test_a_snapshot_keeps_the_belt_running(floor: Floor, power: float) -> None:
+def test_snapshot_restores_belt_power(floor: Floor, power: float) -> None:
     floor.cell.conveyor.set_power(power)
     floor.run(0.3)
     snapshot = take_snapshot(floor.simulation)

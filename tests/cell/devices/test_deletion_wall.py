@@ -29,14 +29,14 @@ def is_gone(floor: Floor, name: str) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_part_that_rides_into_the_wall_ends_on_the_shelf_and_stays(floor: Floor, kind: str) -> None:
+def test_part_that_reaches_wall_is_moved_to_shelf(floor: Floor, kind: str) -> None:
     name = named(kind)
     floor.lay(name, 1.21, -3.7, BELT_SURFACE)
     floor.cell.conveyor.set_power(100.0)
-    took = floor.run_until(lambda: is_gone(floor, name), 2.0)
+    duration = floor.run_until(lambda: is_gone(floor, name), 2.0)
     front = min(-part_type(kind).box[0][1], 0.2)  # its extent ahead of its origin [m]
     reached = (-3.7 - FRONT - front) / 0.2
-    assert reached - 0.01 < took < reached + 0.25
+    assert reached - 0.01 < duration < reached + 0.25
     floor.run(2.0)
     shelf = floor.part(name).shelf
     assert floor.pose(name).position == pytest.approx(shelf.position, abs=0.3 * MM)
@@ -46,21 +46,21 @@ def test_a_part_that_rides_into_the_wall_ends_on_the_shelf_and_stays(floor: Floo
 
 @pytest.mark.parametrize(("clearance", "gone"), [(-0.5 * MM, True), (0.5 * MM, False)])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_only_what_touches_goes(floor: Floor, side: float, clearance: float, gone: bool) -> None:
+def test_wall_removes_only_touching_parts(floor: Floor, side: float, clearance: float, gone: bool) -> None:
     name = named("gear_part")
     floor.lay(name, 1.21, -4.1 + side * (0.05 + 0.0392 + clearance), BELT_SURFACE)
     floor.run(0.45)
     assert is_gone(floor, name) is gone
 
 
-def test_it_looks_five_times_a_second(floor: Floor) -> None:
+def test_wall_checks_five_times_per_second(floor: Floor) -> None:
     floor.run(0.3)
     name = named("gear_part")
     floor.lay(name, 1.21, -4.1, BELT_SURFACE)
     assert floor.run_until(lambda: is_gone(floor, name), 0.2) == pytest.approx(0.1)
 
 
-def test_several_parts_may_go_at_one_look(floor: Floor) -> None:
+def test_wall_removes_several_parts_in_one_check(floor: Floor) -> None:
     names = [named("gear_part"), named("disk_part"), named("part2")]
     for k, name in enumerate(names):
         floor.lay(name, 1.0 + 0.2 * k, -4.1, BELT_SURFACE)
@@ -71,7 +71,7 @@ def test_several_parts_may_go_at_one_look(floor: Floor) -> None:
         assert floor.pose(name).position == pytest.approx(floor.part(name).shelf.position, abs=0.3 * MM)
 
 
-def test_a_part_beside_below_or_above_the_wall_stays(floor: Floor) -> None:
+def test_part_beside_below_or_above_wall_stays(floor: Floor) -> None:
     floor.lay(named("gear_part"), 0.6, -4.1, 0.0)
     floor.place(named("disk_part"), Pose((1.2, -4.1, 2.2)))
     floor.run(0.2)
@@ -81,7 +81,7 @@ def test_a_part_beside_below_or_above_the_wall_stays(floor: Floor) -> None:
     assert is_gone(floor, named("disk_part"))
 
 
-def test_what_has_gone_may_come_back(floor: Floor) -> None:
+def test_removed_part_can_be_placed_again(floor: Floor) -> None:
     name = named("gear_part")
     floor.lay(name, 1.21, -4.1, BELT_SURFACE)
     floor.run(0.3)
@@ -92,7 +92,7 @@ def test_what_has_gone_may_come_back(floor: Floor) -> None:
     assert floor.pose(name).position[1] == pytest.approx(3.0, abs=1e-5)
 
 
-def test_an_event_of_a_strange_kind_is_refused(floor: Floor) -> None:
+def test_unknown_event_is_refused(floor: Floor) -> None:
     wall: DeletionWall = floor.cell.deletion_wall
     with pytest.raises(CellwrightError, match="does not know the event 'fall'"):
         wall.handle("fall", ())

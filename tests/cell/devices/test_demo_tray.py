@@ -33,11 +33,11 @@ def in_play(cell: Cell) -> list[str]:
     return [name for name in NAMES if name in cell.parts.in_play]
 
 
-def test_without_the_option_there_is_none() -> None:
+def test_cell_without_option_has_no_demo_tray() -> None:
     assert Cell(Trial("none", orders=ORDERS)).demo_tray is None
 
 
-def test_one_part_is_dropped_in_each_step(cell: Cell) -> None:
+def test_fill_drops_one_part_per_step(cell: Cell) -> None:
     for _ in range(5):
         cell.step()
     assert in_play(cell) == []
@@ -47,7 +47,7 @@ def test_one_part_is_dropped_in_each_step(cell: Cell) -> None:
         assert in_play(cell) == NAMES[:count]
 
 
-def test_a_part_is_dropped_over_its_ordered_place(cell: Cell) -> None:
+def test_part_is_dropped_over_ordered_place(cell: Cell) -> None:
     demo(cell).fill()
     cell.step()
     cell.step()
@@ -55,7 +55,7 @@ def test_a_part_is_dropped_over_its_ordered_place(cell: Cell) -> None:
     assert tray_T_disk.position == pytest.approx((-0.1, 0.2, 0.1), abs=1e-9)
 
 
-def test_the_parts_come_to_rest_as_ordered(cell: Cell) -> None:
+def test_dropped_parts_come_to_rest_as_ordered(cell: Cell) -> None:
     demo(cell).fill()
     cell.simulation.step_until(2_000_000_000)
     tray = cell.trays[1]
@@ -67,7 +67,7 @@ def test_the_parts_come_to_rest_as_ordered(cell: Cell) -> None:
         assert places[name].yaw == pytest.approx(ordered.pose.yaw, abs=0.02)
 
 
-def test_it_begins_with_the_competition_in_every_run(cell: Cell) -> None:
+def test_demo_tray_is_filled_at_start_of_each_competition(cell: Cell) -> None:
     for _ in range(2):
         cell.reset()
         cell.competition.start()
@@ -75,6 +75,6 @@ def test_it_begins_with_the_competition_in_every_run(cell: Cell) -> None:
         assert in_play(cell) == NAMES
 
 
-def test_an_event_of_a_strange_kind_is_refused(cell: Cell) -> None:
+def test_unknown_event_is_refused(cell: Cell) -> None:
     with pytest.raises(CellwrightError, match="does not know the event 'lift'"):
         demo(cell).handle("lift", ())

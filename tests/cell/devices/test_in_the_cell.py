@@ -52,7 +52,7 @@ def a_gear(cell: Cell) -> WorldPart:
     return next(part for part in cell.world.parts if part.pooled and part.type == "gear_part")
 
 
-def test_no_solid_shape_of_the_cell_is_hidden_from_rays(cell: Cell) -> None:
+def test_solid_shapes_of_cell_are_visible_to_rays(cell: Cell) -> None:
     """The engine lets rays pass fully transparent geoms, whatever their group."""
     model = cell.world.model
     touching = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
@@ -62,7 +62,7 @@ def test_no_solid_shape_of_the_cell_is_hidden_from_rays(cell: Cell) -> None:
 
 
 @pytest.mark.parametrize("start", [2.5, 2.491])
-def test_a_gear_on_the_belt_interrupts_the_beam_for_its_width(cell: Cell, start: float) -> None:
+def test_break_beam_detects_gear_on_belt_for_its_width(cell: Cell, start: float) -> None:
     beam = cell.sensors["break_beam"]
     assert isinstance(beam, BreakBeam)
     cell.parts.place(a_gear(cell), Pose((1.21, start, BELT_TOP + 0.0002)))
@@ -82,13 +82,13 @@ def test_a_gear_on_the_belt_interrupts_the_beam_for_its_width(cell: Cell, start:
     assert nearest == pytest.approx(1.575 - (1.21 + GEAR_RADIUS), abs=0.004)
 
 
-def test_the_beam_passes_over_an_empty_belt(cell: Cell) -> None:
+def test_break_beam_over_empty_belt_detects_nothing(cell: Cell) -> None:
     beam = cell.sensors["break_beam"]
     assert isinstance(beam, BreakBeam)
     assert not any(beam.measure(index).detected for index in range(20))
 
 
-def test_the_proximity_sensor_sees_the_belt_below_it_and_what_lies_in_its_reach(cell: Cell) -> None:
+def test_proximity_sensor_detects_belt_and_gear_in_range(cell: Cell) -> None:
     """It stands 9 mm above the belt, so that its lowest rays meet the belt just within their reach."""
     sensor = cell.sensors["proximity_sensor"]
     assert isinstance(sensor, ProximitySensor)
@@ -100,7 +100,7 @@ def test_the_proximity_sensor_sees_the_belt_below_it_and_what_lies_in_its_reach(
     assert np.mean(readings) == pytest.approx(0.08, abs=3e-4)
 
 
-def test_the_laser_profiler_sees_parts_and_not_the_belt(cell: Cell) -> None:
+def test_laser_profiler_detects_gear_but_not_belt(cell: Cell) -> None:
     sensor = cell.sensors["laser_profiler"]
     assert isinstance(sensor, LaserProfiler)
     assert np.isinf(sensor.read().ranges).all()
@@ -111,7 +111,7 @@ def test_the_laser_profiler_sees_parts_and_not_the_belt(cell: Cell) -> None:
     assert hits.sum() == pytest.approx(2 * GEAR_RADIUS / (0.721 * 0.502 / 399), abs=3)
 
 
-def test_the_camera_over_the_agv_sees_agv_and_tray(cell: Cell) -> None:
+def test_camera_over_agv_detects_agv_and_tray(cell: Cell) -> None:
     sensor = camera(cell, "logical_camera_over_agv1")
     reading = sensor.read()
     assert names(reading) == ["agv1", "kit_tray_1"]
@@ -149,7 +149,7 @@ def in_view(sensor: LogicalCamera, box: np.ndarray) -> bool:
     return all(side.max() >= 0 for side in sides)
 
 
-def test_the_camera_over_the_bins_sees_exactly_the_parts_in_its_view(cell: Cell) -> None:
+def test_camera_over_bins_detects_exactly_parts_in_view(cell: Cell) -> None:
     sensor = camera(cell, "logical_camera")
     reading = sensor.read()
     rods = [part for part in cell.world.parts if part.type == "piston_rod_part"]
@@ -164,7 +164,7 @@ def test_the_camera_over_the_bins_sees_exactly_the_parts_in_its_view(cell: Cell)
         assert measured.position == pytest.approx(true.position, abs=6e-3)
 
 
-def test_a_camera_of_its_own_over_a_part_of_the_bin_sees_a_part_of_the_parts(cell: Cell) -> None:
+def test_camera_over_part_of_bin_detects_only_parts_in_view(cell: Cell) -> None:
     pose = Pose.from_rpy((-0.45, 0.1, 1.1), (0.0, math.pi / 2, 0.3))
     sensor = LogicalCamera("extra", pose, camera(cell, "logical_camera").scene)
     sensor.attach(cell.simulation)
@@ -174,7 +174,7 @@ def test_a_camera_of_its_own_over_a_part_of_the_bin_sees_a_part_of_the_parts(cel
     assert 0 < len(seen) < len(rods)
 
 
-def test_parts_that_wait_or_are_gone_are_out_of_view(cell: Cell) -> None:
+def test_camera_detects_part_only_where_it_was_placed(cell: Cell) -> None:
     rod = cell.parts.part("bin7|piston_rod_part_5")
     over_bins, over_agv = camera(cell, "logical_camera"), camera(cell, "logical_camera_over_agv1")
     assert rod.name in names(over_bins.read())
@@ -185,7 +185,7 @@ def test_parts_that_wait_or_are_gone_are_out_of_view(cell: Cell) -> None:
     assert rod.name not in names(over_bins.read()) + names(over_agv.read())
 
 
-def test_quality_control_reports_faulty_parts_on_the_tray_only(cell: Cell) -> None:
+def test_quality_control_detects_only_faulty_parts_on_its_tray(cell: Cell) -> None:
     sensor: QualityControlSensor = cell.quality[1]
     assert names(sensor.read()) == []
     for number, x in ((2, 0.2), (3, 0.35)):
@@ -194,7 +194,7 @@ def test_quality_control_reports_faulty_parts_on_the_tray_only(cell: Cell) -> No
     assert names(cell.quality[2].read()) == []
 
 
-def test_the_camera_follows_an_agv_that_leaves(cell: Cell) -> None:
+def test_camera_tracks_agv_until_it_leaves_view(cell: Cell) -> None:
     sensor = camera(cell, "logical_camera_over_agv1")
     got: list[CameraReading] = []
     sensor.listen(got.append)

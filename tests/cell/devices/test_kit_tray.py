@@ -42,7 +42,7 @@ def names(tray: KitTray) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_part_on_the_plate_is_reported_awake_and_asleep(floor: Floor, tray: KitTray, kind: str) -> None:
+def test_part_on_plate_is_reported_awake_and_asleep(floor: Floor, tray: KitTray, kind: str) -> None:
     name = lay(floor, kind, 0.02, 0.03)
     floor.run(1.0)
     assert names(tray) == [name]
@@ -51,7 +51,7 @@ def test_a_part_on_the_plate_is_reported_awake_and_asleep(floor: Floor, tray: Ki
     assert names(tray) == [name]
 
 
-def test_poses_are_those_of_the_parts_in_the_tray_frame(floor: Floor) -> None:
+def test_reported_poses_are_in_tray_frame(floor: Floor) -> None:
     lay(floor, "gear_part", 0.1, 0.2, yaw=0.3)
     lay(floor, "disk_part", 0.1, 0.2, yaw=0.3, tray=2)
     floor.run(1.0)
@@ -62,7 +62,7 @@ def test_poses_are_those_of_the_parts_in_the_tray_frame(floor: Floor) -> None:
     assert disk.yaw == pytest.approx(0.3, abs=1e-4)
 
 
-def test_it_reports_once_a_second(floor: Floor, tray: KitTray) -> None:
+def test_tray_reports_once_per_second(floor: Floor, tray: KitTray) -> None:
     times: list[int] = []
     tray.on_report.append(lambda _: times.append(floor.simulation.now))
     try:
@@ -79,7 +79,7 @@ def test_it_reports_once_a_second(floor: Floor, tray: KitTray) -> None:
     assert times == [1_000_000_000, 2_000_000_000, 3_000_000_000]
 
 
-def test_a_part_on_another_is_not_reported(floor: Floor, tray: KitTray) -> None:
+def test_part_on_other_part_is_not_reported(floor: Floor, tray: KitTray) -> None:
     lower = lay(floor, "pulley_part")
     upper = named("gear_part")
     floor.lay(upper, *TRAY_1, TRAY_SURFACE + part_type("pulley_part").top)
@@ -89,7 +89,7 @@ def test_a_part_on_another_is_not_reported(floor: Floor, tray: KitTray) -> None:
     assert floor.pose(upper).position[2] > TRAY_SURFACE + 0.07
 
 
-def test_a_part_on_the_rim_only_is_not_reported(floor: Floor, tray: KitTray) -> None:
+def test_part_on_rim_is_not_reported(floor: Floor, tray: KitTray) -> None:
     name = named("part1")  # 0.3 m long, across a corner of the tray
     inward = 0.12 / math.sqrt(2)
     across = Pose.from_rpy((0.55 - inward, 3.5 - inward, 0.7754 + 0.0076), (0.0, 0.0, -math.pi / 4))
@@ -99,7 +99,7 @@ def test_a_part_on_the_rim_only_is_not_reported(floor: Floor, tray: KitTray) -> 
     assert names(tray) == []
 
 
-def test_parts_beside_below_and_hovering_are_not_reported(floor: Floor, tray: KitTray) -> None:
+def test_part_beside_below_or_held_above_tray_is_not_reported(floor: Floor, tray: KitTray) -> None:
     lay(floor, "gear_part")
     floor.lay(named("disk_part"), TRAY_1[0] - 0.45, TRAY_1[1], 0.0)
     floor.put_arm((2.0, 1.5, -0.27, 1.02, 4.0, -1.51, 0.0))
@@ -113,7 +113,7 @@ def test_parts_beside_below_and_hovering_are_not_reported(floor: Floor, tray: Ki
     assert names(tray) == [named("gear_part")]
 
 
-def test_a_locked_part_stays_reported_and_in_its_place(floor: Floor, tray: KitTray) -> None:
+def test_locked_part_stays_reported_and_in_place(floor: Floor, tray: KitTray) -> None:
     name = lay(floor, "gasket_part", 0.05, 0.02)
     floor.run(1.0)
     before = floor.pose(name)
@@ -126,7 +126,7 @@ def test_a_locked_part_stays_reported_and_in_its_place(floor: Floor, tray: KitTr
     assert math.dist(floor.pose(name).position, before.position) < 0.1 * MM
 
 
-def test_an_unlocked_part_gives_way_to_the_same_jolt(floor: Floor) -> None:
+def test_unlocked_part_is_moved_by_same_jolt(floor: Floor) -> None:
     name = lay(floor, "gasket_part", 0.05, 0.02)
     floor.run(1.0)
     dof = floor.part(name).dof
@@ -135,7 +135,7 @@ def test_an_unlocked_part_gives_way_to_the_same_jolt(floor: Floor) -> None:
     assert floor.pose(name).position[2] > TRAY_SURFACE + 0.04
 
 
-def test_only_what_was_reported_is_locked(floor: Floor, tray: KitTray) -> None:
+def test_lock_holds_only_reported_parts(floor: Floor, tray: KitTray) -> None:
     first = lay(floor, "gear_part", -0.1)
     floor.run(1.0)
     late = lay(floor, "disk_part", 0.1)
@@ -147,7 +147,7 @@ def test_only_what_was_reported_is_locked(floor: Floor, tray: KitTray) -> None:
     assert names(tray) == [late]
 
 
-def test_a_reported_part_that_has_gone_is_not_locked(floor: Floor, tray: KitTray) -> None:
+def test_lock_skips_reported_part_that_left(floor: Floor, tray: KitTray) -> None:
     name = lay(floor, "gear_part")
     floor.run(1.0)
     floor.cell.parts.put_away(floor.part(name))
@@ -157,7 +157,7 @@ def test_a_reported_part_that_has_gone_is_not_locked(floor: Floor, tray: KitTray
     assert not floor.simulation.data.eq_active.any()
 
 
-def test_the_trays_lock_and_clear_each_its_own(floor: Floor) -> None:
+def test_trays_lock_and_clear_independently(floor: Floor) -> None:
     gear, disk = lay(floor, "gear_part"), lay(floor, "disk_part", tray=2)
     floor.run(1.0)
     floor.cell.trays[1].lock()
@@ -168,7 +168,7 @@ def test_the_trays_lock_and_clear_each_its_own(floor: Floor) -> None:
     assert disk not in floor.cell.parts.in_play
 
 
-def test_removing_all_takes_locked_and_unlocked_parts_and_reports(floor: Floor, tray: KitTray) -> None:
+def test_remove_all_takes_locked_and_unlocked_parts_and_reports(floor: Floor, tray: KitTray) -> None:
     lay(floor, "gear_part", -0.1)
     floor.run(1.0)
     tray.lock()
@@ -186,7 +186,7 @@ def test_removing_all_takes_locked_and_unlocked_parts_and_reports(floor: Floor, 
     assert floor.pose(named("disk_part")).position[1] < -30.0
 
 
-def test_a_snapshot_keeps_contents_and_locks(floor: Floor, tray: KitTray) -> None:
+def test_snapshot_restores_contents_and_locks(floor: Floor, tray: KitTray) -> None:
     lay(floor, "gear_part", 0.1, 0.1, 0.7)
     floor.run(1.0)
     tray.lock()
@@ -201,6 +201,6 @@ def test_a_snapshot_keeps_contents_and_locks(floor: Floor, tray: KitTray) -> Non
     assert floor.cell.state_hash() == expected
 
 
-def test_an_event_of_a_strange_kind_is_refused(tray: KitTray) -> None:
+def test_unknown_event_is_refused(tray: KitTray) -> None:
     with pytest.raises(CellwrightError, match="does not know the event 'wash'"):
         tray.handle("wash", ())

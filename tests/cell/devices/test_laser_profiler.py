@@ -22,18 +22,18 @@ def facing(distance: float, noise: float = 1.0) -> LaserProfiler:
     return profiler
 
 
-def test_ranges_to_a_wall_are_exact() -> None:
+def test_ranges_to_wall_are_exact() -> None:
     ranges = facing(0.5, noise=0.0).read().ranges
     assert ranges.shape == (FAN_RAY_COUNT,)
     assert ranges == pytest.approx(0.5 / np.cos(ANGLES), abs=1e-9)
 
 
-def test_angles_are_those_of_the_message() -> None:
+def test_last_angle_is_that_of_message() -> None:
     last = -0.251 + FAN_ANGLE_STEP * (FAN_RAY_COUNT - 1)
     assert last == pytest.approx(0.251, abs=1e-12)
 
 
-def test_ranges_run_from_the_right_to_the_left() -> None:
+def test_ranges_run_from_right_to_left() -> None:
     profiler = LaserProfiler("laser_profiler", Pose(), noise=0.0)
     spec = empty_spec()
     add_block(spec, (0.6, 0.2, 0.06), (0.1, 0.2, 0.01))  # all of it at y >= 0
@@ -43,7 +43,7 @@ def test_ranges_run_from_the_right_to_the_left() -> None:
     assert np.isfinite(ranges[200:]).all()
 
 
-def test_objects_too_far_are_infinite_and_objects_too_near_are_ignored() -> None:
+def test_far_object_is_infinite_and_near_object_is_ignored() -> None:
     ranges = facing(0.72, noise=0.0).read().ranges
     reached = 0.72 / np.cos(ANGLES) <= 0.725
     assert (np.isfinite(ranges) == reached).all()
@@ -57,7 +57,7 @@ def test_objects_too_far_are_infinite_and_objects_too_near_are_ignored() -> None
     assert profiler.read().ranges == pytest.approx(0.5 / np.cos(ANGLES), abs=1e-9)
 
 
-def test_noise_of_each_ray_and_each_sample() -> None:
+def test_noise_is_independent_per_ray_and_sample() -> None:
     profiler = facing(0.5)
     residual = np.array([profiler.measure(n).ranges for n in range(1, 101)]) - 0.5 / np.cos(ANGLES)
     assert abs(residual.mean()) < 4 * 0.001 / math.sqrt(residual.size)
@@ -68,7 +68,7 @@ def test_noise_of_each_ray_and_each_sample() -> None:
     assert abs(neighbours) < 0.03
 
 
-def test_the_noise_of_a_ray_does_not_depend_on_what_others_meet() -> None:
+def test_noise_of_ray_is_independent_of_other_rays() -> None:
     whole = facing(0.5).measure(3).ranges
     half = LaserProfiler("laser_profiler", Pose())
     spec = empty_spec()
@@ -77,20 +77,20 @@ def test_the_noise_of_a_ray_does_not_depend_on_what_others_meet() -> None:
     assert (half.measure(3).ranges[200:] == whole[200:]).all()
 
 
-def test_noise_stays_within_the_range() -> None:
+def test_noise_stays_within_range() -> None:
     far = np.array([facing(0.7245).measure(n).ranges for n in range(1, 30)])
     assert far[np.isfinite(far)].max() == 0.725
     near = np.array([facing(0.1812).measure(n).ranges for n in range(1, 30)])
     assert near.min() == 0.181
 
 
-def test_a_reading_cannot_be_written_to() -> None:
+def test_ranges_of_reading_are_read_only() -> None:
     for distance in (0.5, 5.0):
         with pytest.raises(ValueError, match="read-only"):
             facing(distance).read().ranges[0] = 0.0
 
 
-def test_the_profiler_of_the_lesson_sees_a_part_and_not_the_belt() -> None:
+def test_profiler_of_lesson_detects_part_but_not_belt() -> None:
     """It looks down from 0.733 m above the belt: just out of reach, while the top of a gear is not."""
     profiler = LaserProfiler("laser_profiler", LESSON_POSE, noise=0.0)
     spec = empty_spec()
@@ -105,7 +105,7 @@ def test_the_profiler_of_the_lesson_sees_a_part_and_not_the_belt() -> None:
     assert 0.0784 / (top * FAN_ANGLE_STEP) == pytest.approx(across.sum(), abs=2)
 
 
-def test_it_reads_a_hundred_times_a_second() -> None:
+def test_profiler_reads_hundred_times_per_second() -> None:
     profiler = facing(0.5)
     got: list[ProfileReading] = []
     profiler.listen(got.append)

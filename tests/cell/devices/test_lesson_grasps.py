@@ -31,7 +31,7 @@ def waypoint(number: int, **changes: float) -> list[float]:
     return in_order(values)
 
 
-def begin(floor: Floor, part: str, posture: Sequence[float], friction: float, phase: int | None) -> None:
+def prepare(floor: Floor, part: str, posture: Sequence[float], friction: float, phase: int | None) -> None:
     floor.reset()
     for geom in floor.part(part).geoms:
         floor.model.geom_friction[geom, 0] = friction
@@ -42,7 +42,7 @@ def begin(floor: Floor, part: str, posture: Sequence[float], friction: float, ph
 def fetch_from_bin(floor: Floor, rng: random.Random, number: int) -> bool:
     """Return whether the lesson gets the first (0) or second (1) piston rod out of bin 7."""
     phase = rng.randrange(100 * MILLISECOND)
-    begin(floor, PISTON, waypoint(READY), rng.uniform(0.6, 1.0), phase)
+    prepare(floor, PISTON, waypoint(READY), rng.uniform(0.6, 1.0), phase)
     x, y = -0.3 + rng.uniform(-6, 6) * MM, 0.03 + 0.133333 * number + rng.uniform(-6, 6) * MM
     floor.lay(PISTON, x, y, BIN_SURFACE, yaw=math.pi / 4, above=0.025)
     floor.run(0.5)
@@ -58,7 +58,7 @@ def fetch_from_bin(floor: Floor, rng: random.Random, number: int) -> bool:
 
 def fetch_from_belt(floor: Floor, delay: float, friction: float, phase: int | None) -> str:
     """Grip a gear `delay` [s] after it has broken the beam; return the fault, or empty if it left the belt."""
-    begin(floor, GEAR, waypoint(BY_BELT), friction, phase)
+    prepare(floor, GEAR, waypoint(BY_BELT), friction, phase)
     floor.cell.conveyor.set_power(100.0)
     floor.lay(GEAR, 1.21, 2.6, BELT_SURFACE)
     floor.run_until(lambda: floor.pose(GEAR).position[1] - 0.0392 <= BEAM, 5.0)
@@ -74,10 +74,10 @@ def fetch_from_belt(floor: Floor, delay: float, friction: float, phase: int | No
 
 
 @pytest.mark.slow
-def test_the_piston_rods_are_taken(floor: Floor) -> None:
+def test_scripted_pick_from_bin_grips_piston_rods(floor: Floor) -> None:
     rng = random.Random(20171121)
-    taken = [fetch_from_bin(floor, rng, trial % 2) for trial in range(20)]
-    assert sum(taken) >= 19  # 20 of 20, and 60 of 60 with another seed
+    grips = [fetch_from_bin(floor, rng, trial % 2) for trial in range(20)]
+    assert sum(grips) >= 19  # 20 of 20, and 60 of 60 with another seed
 
 
 @pytest.mark.slow
@@ -85,10 +85,12 @@ def test_the_piston_rods_are_taken(floor: Floor) -> None:
 @pytest.mark.parametrize(
     ("friction", "phase"), [(1.0, None), (0.6, 0), (0.8, 35 * MILLISECOND), (1.0, 98 * MILLISECOND)]
 )
-def test_a_gear_is_taken_from_the_running_belt(floor: Floor, delay: float, friction: float, phase: int | None) -> None:
+def test_scripted_pick_from_running_belt_grips_gear(
+    floor: Floor, delay: float, friction: float, phase: int | None
+) -> None:
     """The script looks at the beam once a second, which a gear breaks for 0.39 s, and then waits 0.3 s."""
     assert fetch_from_belt(floor, delay, friction, phase) == ""
 
 
-def test_too_late_for_the_gear(floor: Floor) -> None:
+def test_scripted_pick_from_belt_misses_gear_when_too_late(floor: Floor) -> None:
     assert fetch_from_belt(floor, 1.2, 1.0, None) in ("no contact", "contact with conveyor_belt, which is no part")

@@ -34,7 +34,7 @@ def seen(reading: CameraReading) -> list[str]:
     return [detection.name for detection in reading.detections]
 
 
-def test_poses_are_exact_in_the_camera_s_frame() -> None:
+def test_pose_without_noise_is_exact_in_camera_frame() -> None:
     pose = Pose.from_rpy((1.1, 1.9, 1.0), (0.1, 0.2, 0.3))
     _, camera = camera_over(pose, noise=0.0)
     reading = camera.read()
@@ -63,17 +63,17 @@ def test_poses_are_exact_in_the_camera_s_frame() -> None:
         ((1.0, 2.0, 2.0), False),  # behind it
     ],
 )
-def test_what_is_in_view(position: Vector3, in_view: bool) -> None:
+def test_part_is_detected_only_in_view(position: Vector3, in_view: bool) -> None:
     _, camera = camera_over(Pose(position))
     assert seen(camera.read()) == ([ROD] if in_view else [])
 
 
-def test_nothing_hides_anything() -> None:
+def test_occluded_parts_are_detected() -> None:
     _, camera = camera_over(Pose((1.0, 2.0, 1.2)), Pose((1.0, 2.0, 1.1)), Pose((1.0, 2.0, 1.0)))
     assert seen(camera.read()) == [ROD, GEAR, DISK]
 
 
-def test_unknown_types_are_not_reported() -> None:
+def test_unknown_type_is_not_reported() -> None:
     spec = empty_spec()
     add_part(spec, "box_1", Pose((1.0, 2.0, 1.0)), SMALL)
     add_part(spec, "part3_1", Pose((1.1, 2.0, 1.0)), SMALL)
@@ -84,7 +84,7 @@ def test_unknown_types_are_not_reported() -> None:
     assert len(KNOWN_TYPES) == 16
 
 
-def test_frames_carry_the_camera_s_name() -> None:
+def test_frame_names_contain_name_of_camera() -> None:
     _, camera = camera_over(Pose((1.0, 2.0, 1.2)), Pose((1.1, 2.0, 1.1)), name="logical_camera_2")
     reading = camera.read()
     assert reading.frames[0] == TfFrame("world", "logical_camera_2_frame", ABOVE)
@@ -106,7 +106,7 @@ def errors_of(detections: list[Detection], true: Pose) -> np.ndarray:
     return np.array(rows)
 
 
-def test_noise_of_parts() -> None:
+def test_noise_of_parts_is_unbiased_with_original_spread() -> None:
     pose = Pose.from_rpy((1.1, 1.9, 1.0), (0.4, -0.3, 2.0))
     _, camera = camera_over(pose)
     true = ABOVE.inverse() @ pose
@@ -119,7 +119,7 @@ def test_noise_of_parts() -> None:
     assert np.abs(mixing).max() < 0.1
 
 
-def test_the_turn_is_applied_in_the_part_s_own_frame() -> None:
+def test_rotation_noise_is_applied_in_frame_of_part() -> None:
     pose = Pose.from_rpy((1.0, 2.0, 1.0), (0.0, 0.0, 1.0))
     _, camera = camera_over(pose)
     noise = camera.normal(4, 18)[:6]
@@ -127,7 +127,7 @@ def test_the_turn_is_applied_in_the_part_s_own_frame() -> None:
     assert camera.measure(4).detections[0].camera_T_model.quaternion == pytest.approx(expected.quaternion, abs=1e-12)
 
 
-def test_the_noise_of_a_model_does_not_depend_on_what_else_is_in_view() -> None:
+def test_noise_of_model_is_independent_of_other_models() -> None:
     gear = Pose((1.1, 2.0, 1.1))
     _, with_rod = camera_over(Pose((1.0, 2.0, 1.2)), gear)
     _, without = camera_over(Pose((9.0, 9.0, 0.0)), gear)
@@ -136,7 +136,7 @@ def test_the_noise_of_a_model_does_not_depend_on_what_else_is_in_view() -> None:
     assert one.camera_T_model.quaternion != other.camera_T_model.quaternion
 
 
-def test_two_cameras_have_noise_of_their_own() -> None:
+def test_two_cameras_have_independent_noise() -> None:
     simulation, first = camera_over(Pose((1.0, 2.0, 1.0)), name="logical_camera_1")
     second = LogicalCamera("logical_camera_2", ABOVE, first.scene)
     simulation.add(second)
@@ -161,7 +161,7 @@ def over_the_agv(z: float, part_at: Vector3 = (9, 9, 9), number: int = 1) -> Log
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_agv_and_tray(number: int) -> None:
+def test_agv_is_exact_and_its_tray_has_noise(number: int) -> None:
     camera = over_the_agv(1.4, number=number)
     side = 1 if number == 1 else -1
     reading = camera.measure(3)
@@ -183,14 +183,14 @@ def test_agv_and_tray(number: int) -> None:
     assert offset != pytest.approx((0.0, 0.15, 0.75), abs=1e-6)
 
 
-def test_noise_of_the_tray_s_frame() -> None:
+def test_noise_of_tray_frame_has_original_spread() -> None:
     camera = over_the_agv(1.4)
     offsets = np.array([camera.measure(n).detections[0].frames[1].pose.position for n in range(1, 1001)])
     assert offsets.mean(axis=0) == pytest.approx([0.0, 0.15, 0.75], abs=4 * 0.001 / math.sqrt(1000))
     assert offsets.std(axis=0) == pytest.approx([0.001] * 3, rel=0.1)
 
 
-def test_a_tray_is_reported_with_its_agv_and_not_without() -> None:
+def test_tray_is_reported_only_with_its_agv() -> None:
     # from 1.6 m the view ends at z 0.85: above the plate, but below the top of the AGV's column
     assert [each.type for each in over_the_agv(1.6).read().detections] == ["agv1", "kit_tray"]
     # from 1.7 m it ends above the AGV, and the tray goes with it
@@ -198,7 +198,7 @@ def test_a_tray_is_reported_with_its_agv_and_not_without() -> None:
     assert len(over_the_agv(1.7, part_at=(0.3, 3.15, 1.0)).read().detections) == 1
 
 
-def test_ten_pictures_a_second_follow_what_moves() -> None:
+def test_ten_readings_per_second_follow_moved_part() -> None:
     simulation, camera = camera_over(Pose((1.0, 2.0, 1.0)))
     got: list[CameraReading] = []
     camera.listen(got.append)
@@ -209,7 +209,7 @@ def test_ten_pictures_a_second_follow_what_moves() -> None:
     assert [seen(reading) for reading in got] == [[ROD]] * 5 + [[]] * 5
 
 
-def test_a_camera_over_nothing_sees_nothing() -> None:
+def test_camera_over_empty_scene_detects_nothing() -> None:
     simulation = make_simulation(empty_spec())
     camera = LogicalCamera("camera", ABOVE, scene_of(simulation))
     simulation.add(camera)

@@ -60,7 +60,7 @@ def chunks(where: str, pairs: list[Overlap]) -> list[tuple[str, list[Overlap]]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("where", "pairs"), [*chunks("belt", PAIRS), *chunks("bin", PAIRS), *chunks("tray", ON_TRAYS)])
-def test_no_part_is_thrown_or_goes_far(where: str, pairs: list[Overlap]) -> None:
+def test_overlapping_parts_stay_slow_and_close(where: str, pairs: list[Overlap]) -> None:
     both = [put(pair, place, number) for number, (pair, place) in enumerate(zip(pairs, PLACES[where], strict=False))]
     floor = Floor(cell(*itertools.chain(*both)))
     begin = {part.name: np.array(floor.pose(part.name).position) for part in itertools.chain(*both)}
@@ -87,7 +87,7 @@ def floor() -> Floor:
     return Floor(cell(*GEARS, Part("bin|disk_part_3", "disk_part", Pose((-1.0, 0.995, BIN_SURFACE + 0.02)))))
 
 
-def test_two_gears_stay_and_what_falls_on_them_lies_on_top(floor: Floor) -> None:
+def test_part_dropped_on_overlapping_gears_lies_on_top(floor: Floor) -> None:
     floor.run(1.0)
     gears = [floor.pose(part.name) for part in GEARS]
     assert math.dist(gears[0].position, gears[1].position) == pytest.approx(0.05, abs=1 * MM)
@@ -100,7 +100,7 @@ def test_two_gears_stay_and_what_falls_on_them_lies_on_top(floor: Floor) -> None
     ] == (pytest.approx([0.0, 0.0], abs=0.5 * MM))
 
 
-def test_a_part_that_is_put_into_another_stays_too(floor: Floor) -> None:
+def test_part_placed_into_other_part_stays(floor: Floor) -> None:
     floor.run(1.0)
     assert len(floor.cell.overlaps.get_state()["pairs"]) == 1
     place = floor.pose(GEARS[1].name)
@@ -110,7 +110,7 @@ def test_a_part_that_is_put_into_another_stays_too(floor: Floor) -> None:
     assert math.dist(floor.pose(disk.name).position, place.position) == pytest.approx(0.06, abs=1 * MM)
 
 
-def test_a_part_that_lies_in_the_floor_is_not_pressed_further_into_it() -> None:
+def test_part_sunk_into_floor_is_not_pressed_further() -> None:
     gear = Part("bin|gear_part_1", "gear_part", Pose((-0.3, 0.23, BIN_SURFACE - 0.004)))
     floor = Floor(cell(gear))
     floor.run(0.5)
@@ -121,7 +121,7 @@ def test_a_part_that_lies_in_the_floor_is_not_pressed_further_into_it() -> None:
     assert floor.pose(gear.name).position[2] == pytest.approx(height, abs=0.5 * MM)
 
 
-def test_bodies_that_have_been_apart_collide_again(floor: Floor) -> None:
+def test_separated_parts_collide_again(floor: Floor) -> None:
     floor.run(1.0)
     x, y, _ = floor.pose(GEARS[0].name).position
     floor.lay(GEARS[1].name, x + 0.2, y, BIN_SURFACE)
@@ -133,7 +133,7 @@ def test_bodies_that_have_been_apart_collide_again(floor: Floor) -> None:
     assert floor.pose(GEARS[1].name).position[2] > floor.pose(GEARS[0].name).position[2] + 0.008
 
 
-def test_it_goes_on_from_a_snapshot(floor: Floor) -> None:
+def test_snapshot_with_overlaps_resumes_bit_for_bit(floor: Floor) -> None:
     floor.run(0.3)
     moment = take_snapshot(floor.simulation)
     floor.run(1.0)
@@ -145,7 +145,7 @@ def test_it_goes_on_from_a_snapshot(floor: Floor) -> None:
 
 
 @pytest.mark.parametrize("parts", [0, 1])
-def test_where_nothing_overlaps_it_rests(parts: int) -> None:
+def test_device_without_overlaps_stops_stepping(parts: int) -> None:
     floor = Floor(cell(*GEARS[:parts]))
     assert floor.cell.overlaps.stepping
     floor.cell.step()

@@ -28,18 +28,18 @@ def parts(floor: Floor) -> Parts:
     return floor.cell.parts
 
 
-def test_a_part_is_found_by_name(parts: Parts) -> None:
+def test_part_is_found_by_name(parts: Parts) -> None:
     assert parts.part(GEAR).type == "gear_part"
     with pytest.raises(UnknownNameError, match=r"gear_part_1"):
         parts.part("floor|gear_part_2")
 
 
-def test_what_waits_is_not_in_play(parts: Parts) -> None:
+def test_pooled_part_is_not_in_play(parts: Parts) -> None:
     assert POOLED not in parts.in_play
     assert parts.in_play == {part.name for part in parts.all} - {POOLED}
 
 
-def test_a_part_that_is_placed_stands_still_there_and_is_in_play(floor: Floor, parts: Parts) -> None:
+def test_placed_part_is_in_play_at_rest(floor: Floor, parts: Parts) -> None:
     floor.run(0.5)
     part = parts.part(POOLED)
     floor.simulation.data.qvel[part.dof : part.dof + 6] = 1.0
@@ -52,7 +52,7 @@ def test_a_part_that_is_placed_stands_still_there_and_is_in_play(floor: Floor, p
     assert 0.5 - floor.pose(POOLED).position[2] == pytest.approx(0.5 * 9.81 * 0.2**2, abs=2 * MM)
 
 
-def test_a_part_that_is_put_away_waits_on_its_slot(floor: Floor, parts: Parts) -> None:
+def test_part_put_away_rests_on_its_shelf_slot(floor: Floor, parts: Parts) -> None:
     part = parts.part(GEAR)
     parts.put_away(part)
     assert parts.pose(part) == part.shelf
@@ -62,14 +62,14 @@ def test_a_part_that_is_put_away_waits_on_its_slot(floor: Floor, parts: Parts) -
     assert floor.pose(GEAR).position == pytest.approx(part.shelf.position, abs=0.3 * MM)
 
 
-def test_positions_are_those_of_all_parts(floor: Floor, parts: Parts) -> None:
+def test_positions_have_one_row_per_part(floor: Floor, parts: Parts) -> None:
     floor.place(GEAR, Pose((0.1, 0.2, 3.0)))
     positions = parts.positions()
     assert positions.shape == (len(parts.all), 3)
     assert positions[parts.all.index(parts.part(GEAR))] == pytest.approx((0.1, 0.2, 3.0))
 
 
-def test_inside_is_a_closed_box_and_only_parts_in_play_count(floor: Floor, parts: Parts) -> None:
+def test_inside_is_closed_box_of_parts_in_play(floor: Floor, parts: Parts) -> None:
     floor.place(GEAR, Pose((0.5, 0.5, 3.0)))
     lower, upper = (0.0, 0.0, 3.0), (0.5, 1.0, 4.0)
     assert parts.inside(lower, upper) == [parts.part(GEAR)]
@@ -78,11 +78,11 @@ def test_inside_is_a_closed_box_and_only_parts_in_play_count(floor: Floor, parts
     assert parts.inside(lower, upper) == []
 
 
-def test_a_cell_without_parts_has_none_anywhere() -> None:
+def test_inside_of_cell_without_parts_is_empty() -> None:
     assert Parts(()).inside((-1.0,) * 3, (1.0,) * 3) == []
 
 
-def test_placing_lets_go_of_every_hold(floor: Floor, parts: Parts) -> None:
+def test_placing_releases_all_welds(floor: Floor, parts: Parts) -> None:
     part = parts.part(GEAR)
     taken: list[WorldPart] = []
     parts.on_taken.append(taken.append)
@@ -99,7 +99,7 @@ def test_placing_lets_go_of_every_hold(floor: Floor, parts: Parts) -> None:
     assert taken == [part]
 
 
-def test_a_reader_in_the_same_tick_sees_a_part_where_it_was_placed(floor: Floor) -> None:
+def test_placed_part_has_new_pose_in_same_tick(floor: Floor) -> None:
     floor.run(0.5)
     assert floor.body_pose(GEAR) == floor.pose(GEAR)
     there = Pose((-2.0, 1.0, 0.5))
@@ -107,7 +107,7 @@ def test_a_reader_in_the_same_tick_sees_a_part_where_it_was_placed(floor: Floor)
     assert floor.body_pose(GEAR) == there
 
 
-def test_state_is_what_is_in_play(parts: Parts) -> None:
+def test_restored_state_has_parts_in_play(parts: Parts) -> None:
     state = parts.get_state()
     parts.in_play.clear()
     parts.set_state(state)

@@ -55,17 +55,17 @@ def appearances(floor: Floor, seconds: float) -> list[tuple[int, str]]:
     return found
 
 
-def test_without_a_list_there_is_no_population() -> None:
+def test_cell_without_belt_parts_has_no_population() -> None:
     assert Floor(Trial("none")).cell.population is None
 
 
-def test_nothing_appears_before_the_start(floor: Floor) -> None:
+def test_no_part_appears_before_start(floor: Floor) -> None:
     floor.cell.conveyor.set_power(100.0)
     assert not population(floor).running
     assert appearances(floor, 2.0) == []
 
 
-def test_parts_appear_when_they_are_due_one_a_step_until_the_pool_is_used_up(floor: Floor) -> None:
+def test_due_parts_appear_one_per_step_until_pool_is_empty(floor: Floor) -> None:
     start(floor)
     assert population(floor).running
     assert appearances(floor, 8.0) == [
@@ -81,7 +81,7 @@ def test_parts_appear_when_they_are_due_one_a_step_until_the_pool_is_used_up(flo
     assert population(floor).running
 
 
-def test_a_part_appears_in_the_spawn_frame(floor: Floor) -> None:
+def test_part_appears_in_spawn_frame(floor: Floor) -> None:
     start(floor)
     floor.run(1.5)
     disk = floor.pose("populate_conveyor|disk_part_clone_0")
@@ -91,7 +91,7 @@ def test_a_part_appears_in_the_spawn_frame(floor: Floor) -> None:
     assert yaw == pytest.approx(0.5 - math.pi / 2, abs=1e-4)
 
 
-def test_what_appears_falls_onto_the_belt_and_rides(floor: Floor) -> None:
+def test_new_part_falls_onto_belt_and_moves_with_it(floor: Floor) -> None:
     start(floor)
     floor.run(2.5)
     first = floor.pose("populate_conveyor|gear_part_clone_0").position
@@ -101,13 +101,13 @@ def test_what_appears_falls_onto_the_belt_and_rides(floor: Floor) -> None:
 
 
 @pytest.mark.parametrize(("power", "times"), [(50.0, [1000, 2000]), (25.0, [2000, 4000])])
-def test_the_list_runs_at_the_pace_of_the_belt(floor: Floor, power: float, times: list[int]) -> None:
+def test_slower_belt_delays_appearances(floor: Floor, power: float, times: list[int]) -> None:
     start(floor)
     floor.cell.conveyor.set_power(power)
     assert [time for time, _ in appearances(floor, times[1] / 1e3)] == times
 
 
-def test_a_standing_belt_lets_nothing_appear_and_the_list_goes_on_with_it(floor: Floor) -> None:
+def test_stopped_belt_pauses_appearances(floor: Floor) -> None:
     start(floor)
     floor.run(0.4)
     floor.cell.conveyor.set_power(0.0)
@@ -116,7 +116,7 @@ def test_a_standing_belt_lets_nothing_appear_and_the_list_goes_on_with_it(floor:
     assert appearances(floor, 0.2) == [(3500, "gear_part_clone_0")]
 
 
-def test_pause_resume_and_restart(floor: Floor) -> None:
+def test_pause_resume_and_restart_control_appearances(floor: Floor) -> None:
     start(floor)
     floor.run(0.7)
     population(floor).control("pause")
@@ -129,12 +129,12 @@ def test_pause_resume_and_restart(floor: Floor) -> None:
     assert appearances(floor, 0.6) == [(3600, "gear_part_clone_3")]
 
 
-def test_an_event_of_a_strange_kind_is_refused(floor: Floor) -> None:
+def test_unknown_event_is_refused(floor: Floor) -> None:
     with pytest.raises(CellwrightError, match="does not know the event 'vanish'"):
         population(floor).handle("vanish", ())
 
 
-def test_a_new_run_and_a_snapshot_repeat_it(floor: Floor) -> None:
+def test_reset_and_snapshot_repeat_appearances(floor: Floor) -> None:
     hashes, seen = [], []
     for _ in range(2):
         start(floor.reset())

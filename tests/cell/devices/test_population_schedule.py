@@ -44,9 +44,7 @@ def appearances(schedule: PopulationSchedule, steps: Iterable[int]) -> list[tupl
 
 
 @given(parts, commands)
-def test_asking_when_due_is_as_good_as_asking_at_every_step(
-    parts: list[BeltPart], commands: dict[int, str | float]
-) -> None:
+def test_pop_at_due_times_equals_pop_at_every_step(parts: list[BeltPart], commands: dict[int, str | float]) -> None:
     stepped, driven = PopulationSchedule(parts), PopulationSchedule(parts)
     for schedule in (stepped, driven):
         schedule.restart(0)
@@ -65,7 +63,7 @@ def test_asking_when_due_is_as_good_as_asking_at_every_step(
     assert stepped.get_state() == driven.get_state()
 
 
-def test_parts_appear_in_order_at_the_first_step_at_or_after_their_time() -> None:
+def test_parts_appear_in_order_at_first_step_when_due() -> None:
     schedule = PopulationSchedule([part(9.9, "disk_part"), part(4.9, "gasket_part")])
     schedule.restart(SECOND)
     assert schedule.next_due() == 5_900_000_000
@@ -74,7 +72,7 @@ def test_parts_appear_in_order_at_the_first_step_at_or_after_their_time() -> Non
     assert schedule.next_due() == 10_900_000_000
 
 
-def test_the_list_begins_again_when_its_last_part_appears_late_or_not() -> None:
+def test_list_restarts_when_last_part_appears() -> None:
     schedule = PopulationSchedule([part(0.01, "a"), part(0.03, "b")], cycles=2)
     schedule.restart(0)
     assert appearances(schedule, range(50)) == [
@@ -87,20 +85,20 @@ def test_the_list_begins_again_when_its_last_part_appears_late_or_not() -> None:
     ]
 
 
-def test_the_round_begins_when_the_last_part_was_taken_not_when_it_was_due() -> None:
+def test_next_round_starts_when_last_part_was_popped() -> None:
     schedule = PopulationSchedule([part(1.0, "a")])
     schedule.restart(0)
     assert schedule.pop(3 * SECOND) is not None
     assert schedule.next_due() == 4 * SECOND
 
 
-def test_at_most_one_part_appears_in_a_step() -> None:
+def test_at_most_one_part_appears_per_step() -> None:
     schedule = PopulationSchedule([part(0.0, "a"), part(0.0, "b"), part(0.01, "c")])
     schedule.restart(0)
     assert appearances(schedule, [0, 0, 1, 2, 5]) == [(0, "a", 0), (1, "b", 0), (5, "c", 0)]
 
 
-def test_names_are_counted_on_and_the_pool_runs_out() -> None:
+def test_clone_numbers_count_up_and_pool_runs_out() -> None:
     schedule = PopulationSchedule([part(0.002, "a"), part(0.004, "b"), part(0.006, "a")], cycles=2)
     schedule.restart(0)
     got = [one for step in range(20) if (one := schedule.pop(step * STEP)) is not None]
@@ -110,7 +108,7 @@ def test_names_are_counted_on_and_the_pool_runs_out() -> None:
     assert len(of_a) > 4
 
 
-def test_without_cycles_nothing_is_there() -> None:
+def test_schedule_without_cycles_has_empty_pool() -> None:
     schedule = PopulationSchedule([part(0.002, "a")], cycles=0)
     schedule.restart(0)
     one = schedule.pop(STEP)
@@ -118,7 +116,7 @@ def test_without_cycles_nothing_is_there() -> None:
     assert not one.in_pool
 
 
-def test_a_restart_does_not_reset_the_clones() -> None:
+def test_restart_keeps_clone_numbers() -> None:
     schedule = PopulationSchedule([part(0.002, "a"), part(1.0, "a")])
     schedule.restart(0)
     assert appearances(schedule, range(3)) == [(1, "a", 0)]
@@ -126,7 +124,7 @@ def test_a_restart_does_not_reset_the_clones() -> None:
     assert appearances(schedule, range(10, 13)) == [(11, "a", 1)]
 
 
-def test_power_stretches_what_is_still_to_come() -> None:
+def test_power_rescales_remaining_time() -> None:
     schedule = PopulationSchedule([part(10.0, "a")])
     schedule.set_power(50.0, 0)
     schedule.restart(0)
@@ -140,7 +138,7 @@ def test_power_stretches_what_is_still_to_come() -> None:
     assert schedule.pop(170 * SECOND) is not None
 
 
-def test_a_pause_keeps_what_has_passed() -> None:
+def test_pause_keeps_progress() -> None:
     schedule = PopulationSchedule([part(10.0, "a")])
     schedule.restart(0)
     schedule.pause(3 * SECOND)
@@ -154,14 +152,14 @@ def test_a_pause_keeps_what_has_passed() -> None:
     assert schedule.next_due() == 67 * SECOND
 
 
-def test_nothing_comes_before_the_start_or_from_an_empty_list() -> None:
+def test_nothing_is_due_before_start_or_from_empty_list() -> None:
     assert PopulationSchedule([part(0.0, "a")]).next_due() == NEVER
     empty = PopulationSchedule([])
     empty.restart(0)
     assert empty.pop(SECOND) is None
 
 
-def test_a_hardly_moving_belt_never_gets_there() -> None:
+def test_nearly_stopped_belt_is_never_due() -> None:
     schedule = PopulationSchedule([part(10.0, "a")])
     schedule.set_power(5e-324, 0)
     schedule.restart(0)
@@ -169,7 +167,7 @@ def test_a_hardly_moving_belt_never_gets_there() -> None:
 
 
 @given(parts, commands, st.integers(0, 150))
-def test_a_saved_schedule_goes_on_alike(parts: list[BeltPart], commands: dict[int, str | float], at: int) -> None:
+def test_restored_schedule_continues_alike(parts: list[BeltPart], commands: dict[int, str | float], at: int) -> None:
     schedule = PopulationSchedule(parts)
     schedule.restart(0)
     for step in range(at):
@@ -184,7 +182,7 @@ def test_a_saved_schedule_goes_on_alike(parts: list[BeltPart], commands: dict[in
     assert schedule.get_state() == PopulationSchedule(parts).get_state()
 
 
-def test_a_delay_comes_before_the_first_round_each_time_the_list_is_started() -> None:
+def test_delay_applies_to_first_round_after_each_start() -> None:
     schedule = PopulationSchedule([part(1.0, "a"), part(3.0, "b")], 9, delay=0.5)
     schedule.restart(10 * SECOND)
     times = []
@@ -196,7 +194,7 @@ def test_a_delay_comes_before_the_first_round_each_time_the_list_is_started() ->
     assert schedule.next_due() == 21.5 * SECOND
 
 
-def test_a_delay_is_as_long_on_the_belt_at_any_power() -> None:
+def test_delay_is_rescaled_by_power() -> None:
     schedule = PopulationSchedule([part(1.0, "a")], delay=0.5)
     schedule.set_power(50.0, 0)
     schedule.resume(0)
@@ -208,7 +206,7 @@ def test_a_delay_is_as_long_on_the_belt_at_any_power() -> None:
 
 
 @given(st.integers(0, 6 * SECOND))
-def test_without_a_delay_nothing_is_late(time: int) -> None:
+def test_zero_delay_equals_no_delay(time: int) -> None:
     plain, with_none = PopulationSchedule([part(1.0, "a")]), PopulationSchedule([part(1.0, "a")], delay=0.0)
     for schedule in (plain, with_none):
         schedule.restart(0)

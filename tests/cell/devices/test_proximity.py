@@ -23,16 +23,16 @@ def facing(distance: float, half: float = 0.1, offset: float = 0.0, noise: float
 
 
 @pytest.mark.parametrize("distance", [0.011, 0.05, 0.1499])
-def test_range_is_exact(distance: float) -> None:
+def test_range_without_noise_is_exact(distance: float) -> None:
     assert facing(distance, noise=0.0).read().range == pytest.approx(distance, abs=1e-9)
 
 
 @pytest.mark.parametrize("distance", [0.1501, 0.3])
-def test_nothing_in_reach_reads_the_longest_range(distance: float) -> None:
+def test_empty_cone_reads_maximum_range(distance: float) -> None:
     assert facing(distance).read().range == 0.15
 
 
-def test_what_stands_before_the_rays_begin_is_left_behind() -> None:
+def test_object_before_start_of_rays_is_ignored() -> None:
     sensor = ProximitySensor("proximity_sensor", POSE, noise=0.0)
     spec = empty_spec()
     add_block(spec, (SOURCE_X + 0.004, 2.6, 0.916), (0.003, 0.1, 0.1))
@@ -41,7 +41,7 @@ def test_what_stands_before_the_rays_begin_is_left_behind() -> None:
     assert sensor.read().range == pytest.approx(0.1, abs=1e-9)
 
 
-def test_the_cone_is_as_wide_as_its_outer_rays() -> None:
+def test_cone_is_as_wide_as_outer_rays() -> None:
     reach = 0.1 * math.tan(0.0625)  # offset of the outermost ray at 0.1 m
     inside = facing(0.1, half=0.01, offset=0.01 + reach - 1e-4, noise=0.0).read().range
     assert inside == pytest.approx(0.1 / math.cos(0.0625), abs=1e-9)
@@ -49,7 +49,7 @@ def test_the_cone_is_as_wide_as_its_outer_rays() -> None:
     assert facing(0.1, half=0.01, offset=0.01 + 0.15 * math.tan(0.0625) + 1e-4, noise=0.0).read().range == 0.15
 
 
-def test_the_nearest_ray_counts() -> None:
+def test_range_is_that_of_nearest_ray() -> None:
     sensor = ProximitySensor("proximity_sensor", POSE, noise=0.0)
     spec = empty_spec()
     add_block(spec, (SOURCE_X + 0.24, 2.6, 0.916), (0.1, 0.1, 0.1))
@@ -58,14 +58,14 @@ def test_the_nearest_ray_counts() -> None:
     assert sensor.read().range == pytest.approx(0.08 / math.cos(0.0625), abs=1e-9)
 
 
-def test_noise_is_unbiased_and_has_the_spread_of_the_original() -> None:
+def test_noise_is_unbiased_with_original_spread() -> None:
     sensor = facing(0.08)
     ranges = np.array([sensor.measure(index).range for index in range(1, 4001)])
     assert abs(ranges.mean() - 0.08) < 4 * 0.001 / math.sqrt(4000)
     assert ranges.std() == pytest.approx(0.001, rel=0.05)
 
 
-def test_noise_never_leaves_the_sensor_s_range() -> None:
+def test_noise_stays_within_range() -> None:
     near, far = facing(0.0101), facing(0.1499)
     near_ranges = [near.measure(index).range for index in range(1, 200)]
     far_ranges = [far.measure(index).range for index in range(1, 200)]
@@ -75,7 +75,7 @@ def test_noise_never_leaves_the_sensor_s_range() -> None:
     assert min(far_ranges) < 0.1495
 
 
-def test_it_reads_twenty_times_a_second() -> None:
+def test_sensor_reads_twenty_times_per_second() -> None:
     sensor = facing(0.08)
     got: list[ProximityReading] = []
     sensor.listen(got.append)

@@ -10,12 +10,12 @@ SMALL = (0.01, 0.01, 0.005)
 ON_TRAY: dict[int, Vector3] = {1: (0.3, 3.15, 0.76), 2: (0.3, -3.15, 0.76)}
 
 
-def sensor_with(number: int, faulty: set[str], at: Vector3, noise: float = 0.0) -> QualityControlSensor:
+def sensor_with(number: int, faulty: set[str], place: Vector3, noise: float = 0.0) -> QualityControlSensor:
     """Return a sensor with two parts at a place, and an AGV and tray under them."""
     spec = empty_spec()
     add_agv(spec, number, (0.3, 3.3 if number == 1 else -3.3, 0.0), (0, 0, 0, 1) if number == 1 else (1, 0, 0, 0))
-    add_part(spec, "bin7|piston_rod_part_3", Pose(at), SMALL)
-    add_part(spec, "bin7|piston_rod_part_4", Pose((at[0] + 0.05, at[1], at[2])), SMALL)
+    add_part(spec, "bin7|piston_rod_part_3", Pose(place), SMALL)
+    add_part(spec, "bin7|piston_rod_part_4", Pose((place[0] + 0.05, place[1], place[2])), SMALL)
     simulation = make_simulation(spec)
     tray = f"kit_tray_{number}"
     scene = scene_of(
@@ -42,12 +42,12 @@ def test_only_faulty_parts_are_reported(number: int) -> None:
 
 
 @pytest.mark.parametrize("faulty", [set(), {"gear_part_1"}, {"bin7|piston_rod_part_3"}, {"agv1", "kit_tray_1"}])
-def test_without_a_faulty_part_nothing_is_reported(faulty: set[str]) -> None:
+def test_good_parts_are_not_reported(faulty: set[str]) -> None:
     assert sensor_with(1, faulty, ON_TRAY[1]).read().detections == ()
 
 
 @pytest.mark.parametrize(
-    ("at", "seen"),
+    ("place", "seen"),
     [
         ((0.3, 3.15, 0.755), True),
         ((0.3, 3.15, 0.79), False),  # held above the plate: nearer than 0.73 m
@@ -58,12 +58,12 @@ def test_without_a_faulty_part_nothing_is_reported(faulty: set[str]) -> None:
         ((-0.05, 3.15, 0.76), False),  # and 0.55 m wide along x
     ],
 )
-def test_the_view_is_a_thin_slice_over_the_tray(at: Vector3, seen: bool) -> None:
-    reading = sensor_with(1, {"piston_rod_part_3"}, at).read()
+def test_view_is_thin_slice_over_tray(place: Vector3, seen: bool) -> None:
+    reading = sensor_with(1, {"piston_rod_part_3"}, place).read()
     assert bool(reading.detections) == seen
 
 
-def test_parts_are_reported_with_the_noise_of_a_logical_camera() -> None:
+def test_parts_are_reported_with_noise_of_logical_camera() -> None:
     sensor = sensor_with(1, {"piston_rod_part_3"}, ON_TRAY[1], noise=1.0)
     true = sensor.world_T_sensor.inverse() @ Pose(ON_TRAY[1])
     errors = [sensor.measure(n).detections[0].camera_T_model.position[0] - true.position[0] for n in range(1, 200)]

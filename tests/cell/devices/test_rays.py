@@ -17,14 +17,14 @@ AHEAD = [(1.0, 0.0, 0.0)]
 
 
 @pytest.mark.parametrize("group", range(6))
-def test_rays_see_what_is_solid(group: int) -> None:
+def test_rays_detect_solid_groups_only(group: int) -> None:
     spec = empty_spec()
     add_block(spec, (0.5, 0.0, 0.0), (0.1, 0.1, 0.1), group=group)
     found = Rays(Pose(), AHEAD, farthest=1.0).cast(make_simulation(spec))
     assert found[0] == (pytest.approx(0.4, abs=1e-12) if group in SOLID_GROUPS else math.inf)
 
 
-def test_a_housing_around_the_source_hides_nothing() -> None:
+def test_housing_around_source_occludes_nothing() -> None:
     spec = empty_spec()
     add_block(spec, (0.0, 0.0, 0.0), (0.05, 0.05, 0.05), group=DRAWN_ONLY)
     add_block(spec, (0.5, 0.0, 0.0), (0.1, 0.1, 0.1))
@@ -32,7 +32,7 @@ def test_a_housing_around_the_source_hides_nothing() -> None:
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 3), st.tuples(*[st.floats(-3, 3)] * 3), st.floats(0.05, 2.0))
-def test_distance_to_a_wall_is_exact_in_any_pose(
+def test_distance_to_wall_is_exact_in_any_pose(
     xyz: tuple[float, float, float], rpy: tuple[float, float, float], distance: float
 ) -> None:
     """The wall stands in the sensor's own frame, so the true distance is known for any sensor pose."""
@@ -50,7 +50,7 @@ def test_distance_to_a_wall_is_exact_in_any_pose(
     assert found == pytest.approx([distance / direction[0] for direction in directions], abs=1e-7)
 
 
-def test_rays_end_where_they_end() -> None:
+def test_object_beyond_farthest_is_not_detected() -> None:
     spec = empty_spec()
     add_block(spec, (1.1, 0.0, 0.0), (0.1, 0.1, 0.1))
     simulation = make_simulation(spec)
@@ -58,7 +58,7 @@ def test_rays_end_where_they_end() -> None:
     assert Rays(Pose(), AHEAD, farthest=1.001).cast(simulation)[0] == pytest.approx(1.0, abs=1e-12)
 
 
-def test_objects_nearer_than_the_beginning_are_ignored() -> None:
+def test_object_before_nearest_is_ignored() -> None:
     spec = empty_spec()
     add_block(spec, (0.1, 0.0, 0.0), (0.05, 0.01, 0.01))
     add_block(spec, (0.6, 0.0, 0.0), (0.1, 0.1, 0.1))
@@ -69,7 +69,7 @@ def test_objects_nearer_than_the_beginning_are_ignored() -> None:
     assert Rays(Pose(), AHEAD, nearest=0.1, farthest=1.0).cast(simulation)[0] == pytest.approx(0.15, abs=1e-12)
 
 
-def test_one_bundle_finds_what_single_rays_find() -> None:
+def test_bundle_equals_single_rays() -> None:
     spec = empty_spec()
     generator = np.random.default_rng(5)
     for _ in range(60):
@@ -84,7 +84,7 @@ def test_one_bundle_finds_what_single_rays_find() -> None:
     assert 20 < np.isfinite(together).sum() < 225
 
 
-def test_a_fan_turns_towards_y_and_z() -> None:
+def test_ray_fan_turns_towards_y_and_z() -> None:
     left_up = ray_fan(np.array([0.1]), np.array([0.2]))[0]
     assert left_up[1] > 0
     assert left_up[2] == pytest.approx(math.sin(0.2))
@@ -124,7 +124,7 @@ PLACES = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
     nearest=st.floats(0.0, 0.3),
     farthest=st.floats(0.4, 2.0),
 )
-def test_what_moves_is_met_among_what_does_not(
+def test_bundle_detects_moving_among_fixed_geoms(
     fixed: list[tuple[float, float, float]],
     movable: list[tuple[tuple[float, float, float], tuple[float, float, float]]],
     moved: list[tuple[float, float, float]],
@@ -151,7 +151,7 @@ def test_what_moves_is_met_among_what_does_not(
     assert rays.cast(simulation).tolist() == cast_plainly(rays, pose, directions, simulation)
 
 
-def test_only_rays_near_something_that_moves_are_cast_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_rays_near_moving_geoms_are_cast_again(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = empty_spec()
     add_block(spec, (1.0, 0.0, 0.0), (0.1, 1.0, 1.0))
     add_part(spec, "part", Pose((0.0, 0.0, 5.0)), (0.02, 0.02, 0.02))

@@ -18,7 +18,7 @@ turns = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
 
 @settings(max_examples=50)
 @given(turns)
-def test_the_box_around_a_box_reaches_to_its_corners(rpy: tuple[float, float, float]) -> None:
+def test_bounds_of_box_reach_its_corners(rpy: tuple[float, float, float]) -> None:
     half, pose = (0.03, 0.05, 0.01), Pose.from_rpy((1.0, 2.0, 3.0), rpy)
     spec = empty_spec()
     add_part(spec, "part1_0", pose, half, centre=(0.1, 0.0, 0.02))
@@ -32,7 +32,7 @@ def test_the_box_around_a_box_reaches_to_its_corners(rpy: tuple[float, float, fl
 
 @settings(max_examples=50)
 @given(turns)
-def test_the_box_around_a_cylinder_reaches_to_its_rims(rpy: tuple[float, float, float]) -> None:
+def test_bounds_of_cylinder_reach_its_rims(rpy: tuple[float, float, float]) -> None:
     radius, half_height, pose = 0.0392, 0.006, Pose.from_rpy((0.5, -1.0, 0.9), rpy)
     spec = empty_spec()
     add_part(spec, "gear_part_1", pose, (radius, half_height, 0.0), CYLINDER)
@@ -49,7 +49,7 @@ def test_the_box_around_a_cylinder_reaches_to_its_rims(rpy: tuple[float, float, 
     assert centres[0] + halves[0] == pytest.approx(rims.max(axis=0), abs=2e-6)
 
 
-def test_the_box_around_a_ball_is_a_cube_however_it_is_turned() -> None:
+def test_bounds_of_sphere_are_cube_in_any_rotation() -> None:
     spec = empty_spec()
     add_part(spec, "part1_0", Pose.from_rpy((0, 0, 1), (0.4, 0.5, 0.6)), (0.1, 0, 0), mujoco.mjtGeom.mjGEOM_SPHERE)
     simulation = make_simulation(spec)
@@ -57,7 +57,7 @@ def test_the_box_around_a_ball_is_a_cube_however_it_is_turned() -> None:
     assert halves[0] == pytest.approx([0.1, 0.1, 0.1], abs=1e-12)
 
 
-def test_a_model_of_many_geoms_has_one_box_around_all_that_is_solid() -> None:
+def test_model_of_many_geoms_has_one_box_around_solid_geoms() -> None:
     spec = empty_spec()
     add_part(spec, "gear_part_1", Pose((0, 0, 5)))
     add_agv(spec, 1, (0.3, 3.3, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -81,7 +81,7 @@ def test_a_model_of_many_geoms_has_one_box_around_all_that_is_solid() -> None:
     assert scene.nested_in.tolist() == [0, 1, 1, 3]
 
 
-def test_collision_geoms_are_those_of_the_whole_tree_that_touch() -> None:
+def test_collision_geoms_are_colliding_geoms_of_body_tree() -> None:
     spec = empty_spec()
     add_agv(spec, 1, (0, 0, 0))
     add_part(spec, "gear_part_1", Pose())
@@ -95,24 +95,24 @@ def test_collision_geoms_are_those_of_the_whole_tree_that_touch() -> None:
     assert len(collision_geoms(model, model.body("gear_part_1").id)) == 1
 
 
-def test_boxes_and_poses_are_those_of_the_moment_that_was_kept() -> None:
+def test_boxes_and_poses_are_those_of_saved_state() -> None:
     spec = empty_spec()
     add_part(spec, "part1_0", Pose(), (0.1, 0.02, 0.02))
     simulation = make_simulation(spec)
     scene = scene_of(simulation, ("part1_0", "part1"))
-    first = scene.moment()
+    first = scene.save()
     assert scene.boxes()[0] is scene.boxes(first)[0]  # nothing moved, so nothing is computed again
     move(simulation, "part1_0", Pose((0.0, 0.0, 1.0)))  # also within a tick
-    second = scene.moment()
+    second = scene.save()
     move(simulation, "part1_0", Pose.from_rpy((0.0, 0.0, 1.0), (0, 0, math.pi / 2)))
-    third = scene.moment()
+    third = scene.save()
     assert scene.boxes(second)[0][0] == pytest.approx([0, 0, 1])
     assert scene.boxes(third)[1][0] == pytest.approx([0.02, 0.1, 0.02])
     assert scene.boxes(first)[0][0] == pytest.approx([0, 0, 0])
     assert scene.poses(np.array([0]), second) == [Pose((0.0, 0.0, 1.0))]
 
 
-def test_an_empty_scene_has_no_boxes() -> None:
+def test_empty_scene_has_no_boxes() -> None:
     simulation = make_simulation(empty_spec())
     centres, halves = scene_of(simulation).boxes()
     assert centres.shape == halves.shape == (0, 3)

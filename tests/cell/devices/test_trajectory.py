@@ -28,7 +28,7 @@ def scale(a: Knot, b: Knot, seconds: float) -> float:
 
 
 @given(starts, durations, knots, knots)
-def test_a_segment_meets_both_knots_in_all_that_both_say(start: int, duration: int, a: Knot, b: Knot) -> None:
+def test_segment_meets_both_knots(start: int, duration: int, a: Knot, b: Knot) -> None:
     segment = join_segment(start, a, start + duration, b)
     specified = sum(x is not None and y is not None for x, y in zip(a, b, strict=True))
     t = duration / SECOND
@@ -40,7 +40,7 @@ def test_a_segment_meets_both_knots_in_all_that_both_say(start: int, duration: i
 
 
 @given(starts, durations, knots, knots, st.floats(0.0, 1.0, exclude_max=True))
-def test_sampling_equals_a_slow_reference(start: int, duration: int, a: Knot, b: Knot, share: float) -> None:
+def test_sampling_equals_slow_reference(start: int, duration: int, a: Knot, b: Knot, share: float) -> None:
     time = start + int(share * duration)
     segment = join_segment(start, a, start + duration, b)
     got = Trajectory([[segment]]).state(time)
@@ -55,7 +55,7 @@ def test_sampling_equals_a_slow_reference(start: int, duration: int, a: Knot, b:
     st.sampled_from([1, 2, 3]),
     st.lists(st.integers(-SECOND, 121 * SECOND), max_size=30),
 )
-def test_points_are_hit_exactly_and_nothing_jumps_there(
+def test_points_are_reached_exactly_without_jumps(
     points: list[tuple[int, float, float, float]], specified: int, samples: list[int]
 ) -> None:
     times = list(np.cumsum([duration for duration, *_ in points]).tolist())
@@ -87,7 +87,7 @@ def test_velocity_is_continuous_between_cubics(start: int, duration: int, at: li
     assert left == pytest.approx(right, abs=1e-9 * (1 + SECOND / duration))
 
 
-def test_before_the_first_segment_and_after_the_last_joints_rest() -> None:
+def test_joints_rest_before_first_and_after_last_segment() -> None:
     trajectory = Trajectory([[join_segment(SECOND, Knot(1.0, 2.0), 2 * SECOND, Knot(3.0, 4.0))]])
     assert trajectory.state(0) == ([1.0], [0.0], [0.0])
     assert trajectory.state(2 * SECOND - 1).velocities == pytest.approx([4.0])
@@ -95,7 +95,7 @@ def test_before_the_first_segment_and_after_the_last_joints_rest() -> None:
     assert (trajectory.start, trajectory.end) == (SECOND, 2 * SECOND)
 
 
-def test_between_two_segments_a_joint_rests_and_a_later_segment_cuts_an_earlier_one_short() -> None:
+def test_joint_rests_in_gap_and_later_segment_cuts_earlier() -> None:
     line = join_segment(0, Knot(0.0), 4 * SECOND, Knot(4.0))
     gap = Trajectory([[line, join_segment(6 * SECOND, Knot(4.0), 7 * SECOND, Knot(5.0))]])
     assert gap.state(5 * SECOND) == ([4.0], [0.0], [0.0])
@@ -106,7 +106,7 @@ def test_between_two_segments_a_joint_rests_and_a_later_segment_cuts_an_earlier_
     assert cut.positions(3 * SECOND) == [0.0]
 
 
-def test_joints_may_go_their_own_ways() -> None:
+def test_joints_move_independently() -> None:
     own = [
         [join_segment(0, Knot(0.0), 4 * SECOND, Knot(4.0))],
         [rest_segment(0, 7.0)],
@@ -123,12 +123,12 @@ def test_joints_may_go_their_own_ways() -> None:
             assert got == [value for (value,) in expected]
 
 
-def test_no_time_between_two_knots_is_a_jump() -> None:
+def test_segment_of_zero_duration_is_jump() -> None:
     assert join_segment(5, Knot(1.0, 1.0, 1.0), 5, Knot(2.0, 2.0, 2.0)) == rest_segment(5, 2.0)
 
 
 @given(starts, durations, numbers, numbers)
-def test_a_stop_ends_at_rest_without_turning_back(start: int, duration: int, position: float, velocity: float) -> None:
+def test_stop_ends_at_rest_without_reversing(start: int, duration: int, position: float, velocity: float) -> None:
     segment = stop_segment(start, position, velocity, duration)
     t = duration / SECOND
     at_start, at_end = reference(segment, start), reference(segment, segment.end)
@@ -144,13 +144,13 @@ def test_a_stop_ends_at_rest_without_turning_back(start: int, duration: int, pos
     assert all(abs(b) <= abs(a) + min_speed and b * velocity >= 0.0 for a, b in pairwise(middle))
 
 
-def test_a_stop_in_no_time_is_a_rest() -> None:
+def test_stop_of_zero_duration_is_rest() -> None:
     assert stop_segment(7, 1.5, 2.0, 0) == rest_segment(7, 1.5)
 
 
 @pytest.mark.slow
 @given(st.lists(st.lists(st.tuples(durations, knots, knots), min_size=1, max_size=3), min_size=1, max_size=7))
-def test_a_saved_trajectory_is_the_same_to_the_last_bit(joints: list[list[tuple[int, Knot, Knot]]]) -> None:
+def test_restored_trajectory_is_identical(joints: list[list[tuple[int, Knot, Knot]]]) -> None:
     trajectory = Trajectory(
         [
             [join_segment(k * SECOND, a, k * SECOND + t, b) for k, (t, a, b) in enumerate(segments)]

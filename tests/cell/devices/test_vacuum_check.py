@@ -21,19 +21,19 @@ def enabled(at: int = 0) -> VacuumCheck:
     return check
 
 
-def look(check: VacuumCheck, *contacts: CupContact) -> str | None:
+def run_check(check: VacuumCheck, *contacts: CupContact) -> str | None:
     """Return the held part after the check."""
     check.check(check.next_look, contacts)
     return check.part
 
 
-def test_a_part_is_taken_at_the_second_look() -> None:
+def test_part_is_gripped_at_second_check() -> None:
     check = enabled(0)
     assert check.next_look == 0
-    assert look(check, PISTON) is None
+    assert run_check(check, PISTON) is None
     assert check.reason == "waiting for a second check"
     assert check.next_look == CHECK_PERIOD
-    assert look(check, PISTON) == PISTON.name
+    assert run_check(check, PISTON) == PISTON.name
     assert (check.part, check.attached, check.reason) == (PISTON.name, True, "")
 
 
@@ -48,14 +48,14 @@ def test_a_part_is_taken_at_the_second_look() -> None:
         ((CupContact("p", ContactKind.PART, -1.0000001),), "tilted: 180.0 deg > 18.2"),
     ],
 )
-def test_what_is_not_taken_has_a_reason(contacts: tuple[CupContact, ...], reason: str) -> None:
+def test_contact_that_is_not_gripped_has_reason(contacts: tuple[CupContact, ...], reason: str) -> None:
     check = enabled()
     for _ in range(4):
-        assert look(check, *contacts) is None
+        assert run_check(check, *contacts) is None
     assert check.reason == reason
 
 
-def test_switched_off_it_takes_nothing_and_says_so() -> None:
+def test_disabled_gripper_grips_nothing_with_reason() -> None:
     check = VacuumCheck()
     assert (check.reason, check.next_look) == ("disabled", NEVER)
     check.enable(0)
@@ -63,34 +63,34 @@ def test_switched_off_it_takes_nothing_and_says_so() -> None:
     assert (check.reason, check.lost_reason, check.next_look) == ("disabled", "", NEVER)
 
 
-def test_contact_with_what_moves_counts_though_it_cannot_be_held() -> None:
+def test_contact_with_tray_counts_towards_grip() -> None:
     check = enabled()
-    look(check, TRAY)
-    assert look(check, PISTON) == PISTON.name
+    run_check(check, TRAY)
+    assert run_check(check, PISTON) == PISTON.name
 
 
-def test_looks_without_contact_count_down_but_not_below_zero() -> None:
+def test_checks_without_contact_count_down_to_zero() -> None:
     check = enabled()
-    look(check, PISTON)
-    look(check)
-    look(check, BIN)
+    run_check(check, PISTON)
+    run_check(check)
+    run_check(check, BIN)
     assert check.counter == 0
-    assert look(check, PISTON) is None
-    assert look(check, PISTON) == PISTON.name
+    assert run_check(check, PISTON) is None
+    assert run_check(check, PISTON) == PISTON.name
 
 
-def test_the_squarest_part_is_taken_and_the_first_name_among_equals() -> None:
+def test_best_aligned_part_is_gripped_then_first_name() -> None:
     check = enabled()
     tilted = CupContact("a", ContactKind.PART, 0.96)
     equal = CupContact("bin7|piston_rod_part_2", ContactKind.PART, 1.0)
-    look(check, tilted)
-    assert look(check, tilted, PISTON, equal) == equal.name
+    run_check(check, tilted)
+    assert run_check(check, tilted, PISTON, equal) == equal.name
 
 
-def test_letting_go_and_taking_again_at_once() -> None:
+def test_released_part_is_gripped_again_at_next_check() -> None:
     check = enabled()
     for _ in range(3):
-        look(check, PISTON)
+        run_check(check, PISTON)
     last = 2 * CHECK_PERIOD
     assert check.disable() == PISTON.name
     assert (check.lost_reason, check.reason, check.part) == ("released", "disabled", None)
@@ -99,21 +99,21 @@ def test_letting_go_and_taking_again_at_once() -> None:
     check.disable()
     check.enable(last + 5 * CHECK_PERIOD + STEP)
     assert check.next_look == last + 5 * CHECK_PERIOD + STEP
-    assert look(check, PISTON) == PISTON.name
+    assert run_check(check, PISTON) == PISTON.name
 
 
-def test_enabling_twice_is_enabling_once() -> None:
+def test_second_enable_has_no_effect() -> None:
     check = enabled(0)
-    look(check, PISTON)
+    run_check(check, PISTON)
     before = check.get_state()
     check.enable(STEP)
     assert check.get_state() == before
 
 
-def test_a_forced_drop_happens_at_a_look_and_leaves_it_switched_on() -> None:
+def test_forced_drop_happens_at_check_and_keeps_gripper_enabled() -> None:
     check = enabled()
-    look(check, PISTON)
-    look(check, PISTON)
+    run_check(check, PISTON)
+    run_check(check, PISTON)
     check.check(2 * CHECK_PERIOD, [PISTON])
     assert check.attached
     check.check(3 * CHECK_PERIOD, [PISTON], is_dropped=True)
@@ -122,33 +122,31 @@ def test_a_forced_drop_happens_at_a_look_and_leaves_it_switched_on() -> None:
     assert check.part == PISTON.name
 
 
-def test_a_part_may_be_lost_for_other_reasons() -> None:
+def test_lost_part_has_given_reason() -> None:
     check = enabled()
     assert check.lose("pulled off") is None
     assert check.lost_reason == ""
-    look(check, PISTON)
-    look(check, PISTON)
+    run_check(check, PISTON)
+    run_check(check, PISTON)
     assert check.lose("pulled off") == PISTON.name
     assert check.lost_reason == check.reason == "pulled off"
 
 
 @pytest.mark.parametrize("phase", [0, 30_000_000, 99_999_999, 130_000_000])
-def test_with_a_phase_looks_keep_to_their_own_clock(phase: int) -> None:
+def test_checks_with_phase_keep_to_their_clock(phase: int) -> None:
     check = VacuumCheck(phase)
     check.enable(1_234_000_000)
     looks = []
     for _ in range(3):
         looks.append(check.next_look)
-        look(check, PISTON)
+        run_check(check, PISTON)
     assert looks[0] - 1_234_000_000 < CHECK_PERIOD
     assert [time % CHECK_PERIOD for time in looks] == [phase % CHECK_PERIOD] * 3
     assert looks[2] - looks[0] == 2 * CHECK_PERIOD
 
 
 @given(st.lists(st.tuples(st.integers(0, 80), st.sampled_from(["enable", "disable", *LOOKS])), max_size=60))
-def test_whatever_happens_looks_are_a_period_apart_and_state_is_kept(
-    story: list[tuple[int, str | tuple[CupContact, ...]]],
-) -> None:
+def test_checks_are_at_least_period_apart_in_any_story(story: list[tuple[int, str | tuple[CupContact, ...]]]) -> None:
     check, now, last = VacuumCheck(), 0, -CHECK_PERIOD
     for steps, event in story:
         now += steps * STEP

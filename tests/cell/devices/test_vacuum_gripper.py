@@ -50,20 +50,20 @@ def lift(floor: Floor) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("phase", [None, 0, 30 * MILLISECOND, 99 * MILLISECOND])
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_part_under_the_cup_is_held_within_two_tenths(floor: Floor, kind: str, phase: int | None) -> None:
+def test_part_under_cup_is_gripped_within_200_ms(floor: Floor, kind: str, phase: int | None) -> None:
     set_phase(floor, phase)
     floor.lay(named(kind), -0.3, 0.23, BIN_SURFACE)
     floor.set_cup(down(-0.3, 0.23, top_of(kind) - 0.5 * MM))
     floor.run(0.3)
     assert not floor.gripper.attached
     floor.gripper.set_enabled(True)
-    took = floor.run_until(lambda: floor.gripper.attached, 0.202)
-    assert 0.1 <= took <= (0.102 if phase is None else 0.202)
+    duration = floor.run_until(lambda: floor.gripper.attached, 0.202)
+    assert 0.1 <= duration <= (0.102 if phase is None else 0.202)
     assert floor.gripper.part == named(kind)
     assert floor.gripper.reason == ""
 
 
-def test_it_looks_at_its_own_phase(floor: Floor) -> None:
+def test_gripper_with_phase_checks_at_its_phase(floor: Floor) -> None:
     set_phase(floor, 30 * MILLISECOND)
     floor.run(0.25)
     floor.grasp("gear_part")
@@ -71,14 +71,14 @@ def test_it_looks_at_its_own_phase(floor: Floor) -> None:
 
 
 @pytest.mark.parametrize("depth", [0.5, 1.5, 2.5])
-def test_a_mark_that_meets_the_bevel_is_as_good_as_on_a_plain_disc(floor: Floor, depth: float) -> None:
+def test_mark_that_meets_bevel_is_gripped(floor: Floor, depth: float) -> None:
     floor.lay(named("disk_part"), -0.3, 0.23, BIN_SURFACE)
     floor.set_cup(down(-0.3, 0.23, top_of("disk_part") - depth * MM))
     floor.gripper.set_enabled(True)
     floor.run_until(lambda: floor.gripper.attached, 0.21)
 
 
-def test_what_does_not_touch_is_not_taken(floor: Floor) -> None:
+def test_gripper_above_part_without_contact_does_not_attach(floor: Floor) -> None:
     floor.lay(named("gear_part"), -0.3, 0.23, BIN_SURFACE)
     floor.set_cup(down(-0.3, 0.23, top_of("gear_part") + 1.5 * MM))
     floor.gripper.set_enabled(True)
@@ -88,7 +88,7 @@ def test_what_does_not_touch_is_not_taken(floor: Floor) -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize(("degrees", "taken"), [(15.0, True), (17.0, True), (20.0, False), (33.69, False)])
-def test_the_cup_must_stand_square(floor: Floor, degrees: float, side: float, taken: bool) -> None:
+def test_tilted_cup_attaches_up_to_limit(floor: Floor, degrees: float, side: float, taken: bool) -> None:
     tilt = math.radians(degrees) * side
     floor.lay(named("part1"), -0.3, 0.23, BIN_SURFACE)
     lowest = 0.038 * math.sin(abs(tilt))
@@ -101,7 +101,7 @@ def test_the_cup_must_stand_square(floor: Floor, degrees: float, side: float, ta
         assert float(floor.gripper.reason.split()[1]) == pytest.approx(degrees, abs=1.5)
 
 
-def test_a_bin_is_not_taken(floor: Floor) -> None:
+def test_gripper_on_bin_does_not_attach(floor: Floor) -> None:
     floor.set_cup(down(-0.3, 0.23, BIN_SURFACE - 0.3 * MM))
     floor.gripper.set_enabled(True)
     floor.run(0.5)
@@ -112,7 +112,7 @@ def test_a_bin_is_not_taken(floor: Floor) -> None:
     ("x", "y", "surface", "name"),
     [(0.35, 2.9, TRAY_SURFACE, "kit_tray_1_plate"), (1.2, 0.5, BELT_SURFACE, "conveyor_belt")],
 )
-def test_tray_and_belt_are_no_parts_but_count_as_contact(
+def test_gripper_on_tray_or_belt_counts_contact_without_attaching(
     floor: Floor, x: float, y: float, surface: float, name: str
 ) -> None:
     floor.put_arm((y - 0.16 if name == "conveyor_belt" else 2.0, 0.0 if x > 1.0 else 1.5, -0.7, 1.65, 3.7, -1.57, 0.0))
@@ -123,7 +123,7 @@ def test_tray_and_belt_are_no_parts_but_count_as_contact(
     assert floor.gripper.counter == 3
 
 
-def test_reasons_before_the_first_and_the_second_look(floor: Floor) -> None:
+def test_reason_before_first_and_second_check_is_waiting(floor: Floor) -> None:
     floor.lay(named("gear_part"), -0.3, 0.23, BIN_SURFACE)
     floor.set_cup(down(-0.3, 0.23, top_of("gear_part") - 0.5 * MM))
     floor.run(0.1)
@@ -134,7 +134,7 @@ def test_reasons_before_the_first_and_the_second_look(floor: Floor) -> None:
     assert floor.gripper.reason == "waiting for a second check"
 
 
-def test_enabled_again_it_takes_hold_at_once(floor: Floor) -> None:
+def test_gripper_enabled_again_attaches_at_once(floor: Floor) -> None:
     floor.grasp("gear_part")
     floor.run(0.5)
     floor.gripper.set_enabled(False)
@@ -145,7 +145,7 @@ def test_enabled_again_it_takes_hold_at_once(floor: Floor) -> None:
     assert floor.gripper.attached
 
 
-def test_listeners_receive_every_change(floor: Floor) -> None:
+def test_listener_receives_every_change(floor: Floor) -> None:
     heard: list[tuple[bool, bool]] = []
     floor.gripper.on_change.append(lambda gripper: heard.append((gripper.enabled, gripper.attached)))
     try:
@@ -161,7 +161,7 @@ def test_listeners_receive_every_change(floor: Floor) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_held_part_stays_at_the_cup_in_a_fast_swing(precise: Floor, original: Floor, kind: str) -> None:
+def test_held_part_stays_at_cup_in_fast_swing(precise: Floor, original: Floor, kind: str) -> None:
     for floor in (precise.reset(), original.reset()):
         name = floor.grasp(kind)
         lift(floor)
@@ -183,7 +183,7 @@ def test_a_held_part_stays_at_the_cup_in_a_fast_swing(precise: Floor, original: 
         assert floor.gripper.part == name
 
 
-def test_the_arm_sags_more_with_a_part(original: Floor) -> None:
+def test_arm_sags_more_with_held_part(original: Floor) -> None:
     heights = []
     for kind in ("part2", "nothing"):
         floor = original.reset()
@@ -198,7 +198,7 @@ def test_the_arm_sags_more_with_a_part(original: Floor) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 @pytest.mark.parametrize("wait", [0.0, 2.0])
-def test_a_part_let_go_falls_at_once(floor: Floor, kind: str, wait: float) -> None:
+def test_released_part_falls_at_once(floor: Floor, kind: str, wait: float) -> None:
     name = floor.grasp(kind)
     lift(floor)
     floor.run(wait)
@@ -212,7 +212,7 @@ def test_a_part_let_go_falls_at_once(floor: Floor, kind: str, wait: float) -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_what_falls_into_a_bin_stays_in_it(floor: Floor, kind: str) -> None:
+def test_part_dropped_into_bin_stays_in_it(floor: Floor, kind: str) -> None:
     name = floor.grasp(kind)
     lift(floor)
     floor.swing(floor.reach(down(-0.3, 0.23, 1.15)), 0.6)
@@ -226,7 +226,7 @@ def test_what_falls_into_a_bin_stays_in_it(floor: Floor, kind: str) -> None:
     assert z == pytest.approx(BIN_SURFACE - part_type(kind).bottom, abs=0.2 * MM)
 
 
-def test_a_held_part_that_is_taken_away_is_lost(floor: Floor) -> None:
+def test_held_part_that_is_put_away_is_lost(floor: Floor) -> None:
     name = floor.grasp("gear_part")
     changes: list[bool] = []
     floor.gripper.on_change.append(lambda gripper: changes.append(gripper.attached))
@@ -241,7 +241,7 @@ def test_a_held_part_that_is_taken_away_is_lost(floor: Floor) -> None:
     assert floor.gripper.reason == "no contact"
 
 
-def test_a_part_in_a_drop_region_is_lost_once_a_type() -> None:
+def test_part_in_drop_region_is_lost_once_per_type() -> None:
     floor = Floor(replace(one_of_each(), drop_regions=(TO_NOWHERE,)), "precise")
     name = floor.grasp("gear_part")
     floor.swing(floor.reach(down(*OVER_BIN)), 1.0)
@@ -263,14 +263,14 @@ def test_a_part_in_a_drop_region_is_lost_once_a_type() -> None:
     floor.run_until(lambda: not floor.gripper.attached, 1.2)
 
 
-def test_a_part_of_another_type_passes_the_drop_region() -> None:
+def test_part_of_other_type_passes_drop_region() -> None:
     floor = Floor(replace(one_of_each(), drop_regions=(TO_NOWHERE,)), "precise")
     name = floor.grasp("disk_part")
     lift(floor)
     assert floor.gripper.part == name
 
 
-def test_a_snapshot_with_a_held_part_goes_on_bit_for_bit(floor: Floor) -> None:
+def test_snapshot_with_held_part_resumes_bit_for_bit(floor: Floor) -> None:
     floor.grasp("piston_rod_part")
     floor.swing(floor.reach(down(*OVER_BIN)), 1.0)
     floor.run(0.5)
@@ -286,7 +286,7 @@ def test_a_snapshot_with_a_held_part_goes_on_bit_for_bit(floor: Floor) -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_two_runs_have_the_same_state(floor: Floor) -> None:
+def test_repeated_run_has_same_state_hash(floor: Floor) -> None:
     hashes = []
     for each in (floor, floor, Floor(one_of_each(), "precise")):
         each.reset()

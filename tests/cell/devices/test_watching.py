@@ -48,7 +48,7 @@ def tumbling_parts(timestep: Fraction, *, watched: bool) -> tuple[Simulation, li
 
 
 @pytest.mark.parametrize("timestep", [Fraction(1, 500), Fraction(1, 240)], ids=str)
-def test_listeners_leave_the_run_bit_for_bit_as_it_is(timestep: Fraction) -> None:
+def test_listeners_change_no_state_hash(timestep: Fraction) -> None:
     alone, _ = tumbling_parts(timestep, watched=False)
     watched, got = tumbling_parts(timestep, watched=True)
     for until in (200_000_000, 600_000_000, 1_200_000_000):
@@ -58,7 +58,7 @@ def test_listeners_leave_the_run_bit_for_bit_as_it_is(timestep: Fraction) -> Non
     assert len(got) > 100
 
 
-def test_coming_and_going_leaves_the_run_as_it_is() -> None:
+def test_subscribing_and_leaving_changes_no_state_hash() -> None:
     alone, _ = tumbling_parts(Fraction(1, 500), watched=False)
     watched, _ = tumbling_parts(Fraction(1, 500), watched=False)
     camera = watched.device("logical_camera")

@@ -21,7 +21,7 @@ def floor(shared: Floor) -> Floor:
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_a_weld_keeps_a_part_at_a_pose_seen_from_either_body(floor: Floor, first: bool) -> None:
+def test_weld_holds_part_at_pose_given_from_either_body(floor: Floor, first: bool) -> None:
     """The tray comes first in its weld; in the part's frame the pose is the inverse one."""
     part = floor.part(GEAR)
     tray = floor.cell.trays[1]
@@ -37,7 +37,7 @@ def test_a_weld_keeps_a_part_at_a_pose_seen_from_either_body(floor: Floor, first
     assert np.abs(np.dot(held.quaternion, tray_T_part.quaternion)) == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_weld_wakes_what_sleeps(floor: Floor) -> None:
+def test_weld_wakes_sleeping_part(floor: Floor) -> None:
     part = floor.part(GEAR)
     tray = floor.cell.trays[1]
     floor.run(1.0)

@@ -38,17 +38,17 @@ class FakeWorker(RenderWorker):
         """Number of requested pictures."""
         return len(self.asked)
 
-    def colour(self, frame: SceneFrame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
-        self.asked.append((frame, asked.camera, ["colour"]))
-        return _Picture(self, np.full((asked.height, asked.width, 3), frame.time // 1_000_000 % 256, np.uint8))
+    def colour(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
+        self.asked.append((frame, request.camera, ["colour"]))
+        return _Picture(self, np.full((request.height, request.width, 3), frame.time // 1_000_000 % 256, np.uint8))
 
-    def depth(self, frame: SceneFrame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
-        camera = asked.camera
+    def depth(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.float32]]:
+        camera = request.camera
         if self.asked and self.asked[-1] == (frame, camera, ["colour"]):
             self.asked[-1][2].append("depth")
         else:
             self.asked.append((frame, camera, ["depth"]))
-        return _Picture(self, np.full((asked.height, asked.width), camera.eye[0], np.float32))
+        return _Picture(self, np.full((request.height, request.width), camera.eye[0], np.float32))
 
     def close(self, timeout: float = 0.0) -> None:
         self.is_closed = True

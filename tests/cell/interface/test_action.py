@@ -50,7 +50,7 @@ def velocity(cell: Cell) -> float:
     return max(map(abs, cell.arm.controller.velocities(cell.simulation.now)))
 
 
-def test_a_goal_is_taken_reported_and_succeeds() -> None:
+def test_goal_is_accepted_reported_and_succeeds() -> None:
     cell, client = arm_cell()
     run(cell, 0.3)
     send(cell, way(NEAR), "first")
@@ -72,7 +72,7 @@ def test_a_goal_is_taken_reported_and_succeeds() -> None:
     assert nanoseconds(heard.header.stamp) == nanoseconds(heard.feedback.header.stamp) == 800_000_000
 
 
-def test_a_status_comes_five_times_a_second_and_for_five_seconds_after_the_end_of_a_goal() -> None:
+def test_status_comes_at_5_hz_until_5_s_after_end_of_goal() -> None:
     cell, client = arm_cell()
     send(cell, way(NEAR), "first")
     run(cell, 6.0)
@@ -87,14 +87,14 @@ def test_a_status_comes_five_times_a_second_and_for_five_seconds_after_the_end_o
     assert len(whole) == 32
 
 
-def test_the_status_is_latched() -> None:
+def test_late_subscriber_gets_latched_status() -> None:
     cell, _ = arm_cell()
     send(cell, way(FAR), "first")
     late = Ear(cell, f"{ACTION}/status")
     assert [each.goal_id.id for each in late.messages[0].status_list] == ["first"]
 
 
-def test_a_goal_that_strays_is_aborted() -> None:
+def test_goal_off_path_is_aborted() -> None:
     cell, client = arm_cell()
     message = goal(way(FAR, each=0.02), "wild")
     publish(cell, f"{ACTION}/goal", message)
@@ -105,7 +105,7 @@ def test_a_goal_that_strays_is_aborted() -> None:
     assert client.result.messages[0].status.text == client.result.messages[0].result.error_string
 
 
-def test_a_goal_that_does_not_arrive_in_its_time_is_aborted() -> None:
+def test_goal_not_arrived_in_goal_time_is_aborted() -> None:
     cell, client = arm_cell()
     message = goal(way(NEAR), "strict")
     message.goal.goal_tolerance = [JointTolerance(joint, 1e-9) for joint in JOINTS]
@@ -116,7 +116,7 @@ def test_a_goal_that_does_not_arrive_in_its_time_is_aborted() -> None:
     assert client.result.times[0] == pytest.approx(1.2, abs=0.003)
 
 
-def test_a_goal_that_cannot_be_followed_is_rejected_with_its_reason() -> None:
+def test_invalid_goal_is_rejected_with_reason() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "good")
     run(cell, 0.2)
@@ -126,7 +126,7 @@ def test_a_goal_that_cannot_be_followed_is_rejected_with_its_reason() -> None:
         send(cell, bad, "bad")
     with pytest.raises(RejectedCommandError, match="nan"):
         send(cell, way((math.nan, *NEAR[1:])), "worse")
-    with pytest.raises(RejectedCommandError, match="a tolerance is not a finite number"):
+    with pytest.raises(RejectedCommandError, match="tolerances must be finite"):
         send(cell, way(NEAR), "worst", tolerance=math.nan)
     assert client.results() == [("bad", REJECTED, -2), ("worse", REJECTED, -1), ("worst", REJECTED, -1)]
     assert client.statuses() == {"good": ACTIVE, "bad": REJECTED, "worse": REJECTED, "worst": REJECTED}
@@ -135,12 +135,12 @@ def test_a_goal_that_cannot_be_followed_is_rejected_with_its_reason() -> None:
     assert client.results()[-1] == ("good", SUCCEEDED, 0)
 
 
-def test_the_name_of_the_goal_that_is_followed_is_taken() -> None:
+def test_goal_with_id_of_active_goal_is_refused() -> None:
     cell, client = arm_cell()
     send(cell, way(NEAR), "same")
     run(cell, 0.2)
     before = cell.state_hash()
-    with pytest.raises(RejectedCommandError, match="goal 'same' is being followed already"):
+    with pytest.raises(RejectedCommandError, match="goal 'same' is already active"):
         send(cell, way(FAR), "same")
     assert cell.state_hash() == before
     run(cell, 1.2)
@@ -150,7 +150,7 @@ def test_the_name_of_the_goal_that_is_followed_is_taken() -> None:
     assert client.results() == [("same", SUCCEEDED, 0)] * 2
 
 
-def test_a_flood_of_bad_goals_swells_no_message() -> None:
+def test_flood_of_bad_goals_keeps_status_message_bounded() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "good")
     for number in range(300):
@@ -169,7 +169,7 @@ def test_a_flood_of_bad_goals_swells_no_message() -> None:
     [("mine", 0), ("", 0), ("", 500_000_000), ("unheard of", 600_000_000)],
     ids=["by name", "everything", "all up to its time", "all up to a later time"],
 )
-def test_a_goal_that_is_cancelled_stops_the_arm(name: str, until: int) -> None:
+def test_cancelled_goal_stops_arm(name: str, until: int) -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "mine", given=500_000_000)
     run(cell, 0.6)
@@ -183,7 +183,7 @@ def test_a_goal_that_is_cancelled_stops_the_arm(name: str, until: int) -> None:
 
 
 @pytest.mark.parametrize(("name", "until"), [("another", 0), ("", 499_999_999), ("another", 499_999_999)])
-def test_what_is_meant_for_other_goals_stops_nothing(name: str, until: int) -> None:
+def test_cancel_of_other_goal_stops_nothing(name: str, until: int) -> None:
     cell, client = arm_cell()
     send(cell, way(NEAR), "mine", given=500_000_000)
     run(cell, 0.6)
@@ -192,7 +192,7 @@ def test_what_is_meant_for_other_goals_stops_nothing(name: str, until: int) -> N
     assert client.results() == [("mine", SUCCEEDED, 0)]
 
 
-def test_a_goal_without_a_stamp_has_that_of_its_arrival() -> None:
+def test_goal_without_stamp_gets_time_of_arrival() -> None:
     cell, client = arm_cell()
     run(cell, 0.5)
     send(cell, way(FAR), "mine")
@@ -203,7 +203,7 @@ def test_a_goal_without_a_stamp_has_that_of_its_arrival() -> None:
     assert client.statuses() == {"mine": PREEMPTED}
 
 
-def test_a_goal_without_a_name_is_given_one() -> None:
+def test_goal_without_id_gets_one() -> None:
     cell, client = arm_cell()
     run(cell, 0.5)
     send(cell, way(FAR), "")
@@ -214,7 +214,7 @@ def test_a_goal_without_a_name_is_given_one() -> None:
     assert client.results() == [(name, PREEMPTED, 0) for name in names]
 
 
-def test_another_goal_takes_its_place() -> None:
+def test_goal_is_preempted_by_other_goal() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "first")
     run(cell, 0.2)
@@ -226,7 +226,7 @@ def test_another_goal_takes_its_place() -> None:
     assert client.results()[1:] == [("second", SUCCEEDED, 0)]
 
 
-def test_a_command_on_the_topic_takes_its_place() -> None:
+def test_goal_is_preempted_by_command_on_topic() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "first")
     run(cell, 0.2)
@@ -237,7 +237,7 @@ def test_a_command_on_the_topic_takes_its_place() -> None:
     assert cell.arm.read().positions == pytest.approx(INITIAL, abs=0.05)
 
 
-def test_a_goal_without_points_stops_the_arm_and_succeeds() -> None:
+def test_goal_without_points_stops_arm_and_succeeds() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "first")
     run(cell, 0.5)
@@ -247,7 +247,7 @@ def test_a_goal_without_points_stops_the_arm_and_succeeds() -> None:
     assert velocity(cell) == 0.0
 
 
-def test_a_part_of_the_joints_where_the_file_allows_it() -> None:
+def test_partial_goal_succeeds_where_trial_allows_it() -> None:
     settings = replace(ARM_ONLY.settings, arm=ArmSettings(allow_partial_joints_goal=True))
     cell = Cell(replace(ARM_ONLY, settings=settings))
     client = Client(cell)
@@ -256,7 +256,7 @@ def test_a_part_of_the_joints_where_the_file_allows_it() -> None:
     assert client.results() == [("rail", SUCCEEDED, 0)]
 
 
-def test_a_new_run_knows_no_goals() -> None:
+def test_reset_clears_goals() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "old")
     run(cell, 0.5)
@@ -271,7 +271,7 @@ def hashes_of(cells: Iterable[Cell]) -> set[str]:
     return {cell.state_hash() for cell in cells}
 
 
-def test_a_restored_run_continues_its_goal() -> None:
+def test_restored_run_continues_goal() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "", given=NANOSECONDS)
     run(cell, 0.5)
@@ -291,7 +291,7 @@ def test_a_restored_run_continues_its_goal() -> None:
     assert hashes_of((cell, other)) == {cell.state_hash()}
 
 
-def test_made_up_names_are_the_same_in_every_run() -> None:
+def test_generated_goal_ids_are_same_in_every_run() -> None:
     cell, _ = arm_cell()
     hashes = []
     for _ in range(2):
@@ -302,7 +302,7 @@ def test_made_up_names_are_the_same_in_every_run() -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_listening_leaves_the_run_as_it_is() -> None:
+def test_action_client_changes_no_state_hash() -> None:
     cells = (Cell(ARM_ONLY), Cell(ARM_ONLY))
     Client(cells[0])
     for cell in cells:

@@ -36,7 +36,7 @@ def written(pose: Pose) -> Element:
 @example(roll=0.3, pitch=math.pi / 2 - 1e-8, yaw=-2.0)
 @example(roll=0.3, pitch=math.pi / 2 - 1e-6, yaw=-2.0)
 @example(roll=90 * 0.0174533, pitch=0.0, yaw=0.0)
-def test_every_rotation_is_read_as_it_was_meant(roll: float, pitch: float, yaw: float) -> None:
+def test_rotation_survives_urdf_round_trip(roll: float, pitch: float, yaw: float) -> None:
     pose = Pose.from_rpy((1.0, -2.0, 0.3), (roll, pitch, yaw))
     matrix = origin_of(written(pose))
     columns = [pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
@@ -44,7 +44,7 @@ def test_every_rotation_is_read_as_it_was_meant(roll: float, pitch: float, yaw: 
     assert matrix[:3, 3].tolist() == [1.0, -2.0, 0.3]
 
 
-def test_numbers_are_written_without_noise() -> None:
+def test_numbers_are_written_without_rounding_noise() -> None:
     origin = written(Pose.from_rpy((0.1 + 0.2, -0.0, 0.0), (0.0, 0.0, 1.5708))).find("origin")
     assert origin is not None
     assert origin.attrib == {"xyz": "0.3 0.0 0.0", "rpy": "0.0 0.0 1.5708"}
@@ -60,7 +60,7 @@ def test_numbers_are_written_without_noise() -> None:
     ],
     ids=["box", "cylinder", "sphere", "capsule"],
 )
-def test_shapes(shape: Shape, kinds: list[str], lowest: float) -> None:
+def test_shapes_become_visual_and_collision_geometry(shape: Shape, kinds: list[str], lowest: float) -> None:
     robot = Element("robot")
     urdf.add_link(robot, "link", solid=[shape])
     for role in ("visual", "collision"):
@@ -81,7 +81,7 @@ def lowest_point(element: Element) -> float:
     return height - float(form.attrib["length"]) / 2
 
 
-def test_what_is_only_seen_is_not_touched() -> None:
+def test_visual_shape_has_no_collision_geometry() -> None:
     robot = Element("robot")
     urdf.add_link(robot, "link", solid=[box(1, 1, 1, HERE, GREY)], seen=[cylinder(1, 1, HERE, GREY)])
     assert [each.tag for each in robot.iterfind("link/visual/geometry/*")] == ["box", "cylinder"]
@@ -91,7 +91,7 @@ def test_what_is_only_seen_is_not_touched() -> None:
     assert colour.attrib == {"rgba": "0.5 0.5 0.5 1.0"}
 
 
-def test_inertia() -> None:
+def test_cylinder_link_has_its_inertia() -> None:
     form = Cylinder(12.0, 0.5, 1.0, middle=0.25)
     robot = Element("robot")
     urdf.add_link(robot, "link", form=form)

@@ -32,7 +32,7 @@ def out_rows(trial: Trial, *, competition: bool) -> list[Endpoint]:
 
 @pytest.mark.parametrize("competition", [False, True], ids=["development", "competition"])
 @pytest.mark.parametrize("trial", TRIALS, ids=lambda trial: trial.name)
-def test_the_bus_has_what_the_table_has_and_nothing_else(trial: Trial, competition: bool) -> None:
+def test_bus_has_exactly_topics_of_table(trial: Trial, competition: bool) -> None:
     cell = Cell(trial, competition=competition)
     table = rows(trial, competition=competition)
     topics = [row for row in table if row.kind is EndpointKind.TOPIC]
@@ -65,11 +65,11 @@ def expected_count(row: Endpoint, timestep: Fraction, ticks: int) -> int | None:
 # one scan a step for a profiler of 100 Hz
 @pytest.mark.slow
 @pytest.mark.parametrize("timestep", [Fraction(1, 500), Fraction(1, 240), Fraction(3, 1000), Fraction(1, 50)], ids=str)
-def test_every_topic_has_its_rate_in_simulation_time(timestep: Fraction) -> None:
+def test_topics_have_their_rates_in_simulation_time(timestep: Fraction) -> None:
     trial = with_timestep(WHOLE, timestep)
     cell = Cell(trial, competition=False)
     out = out_rows(trial, competition=False)
-    ears = {name: Ear(cell, name) for name in sorted({row.name for row in out})}
+    logs = {name: Ear(cell, name) for name in sorted({row.name for row in out})}
     send(cell, way(tuple(WHOLE.initial_joint_states.values()), each=10.0))  # so that there is feedback
     ticks = ceil(SECONDS / timestep)
     for _ in range(ticks):
@@ -82,10 +82,10 @@ def test_every_topic_has_its_rate_in_simulation_time(timestep: Fraction) -> None
         expected[row.name] += count * (several.get(row.name, 1) if row.node == "/gazebo" else 1)
     expected["/tf_static"] = 1
     expected["/ariac/arm/follow_joint_trajectory/status"] += 1  # immediately, when the goal was accepted
-    assert {name: len(ear) for name, ear in ears.items()} == expected
+    assert {name: len(ear) for name, ear in logs.items()} == expected
 
 
-def test_messages_come_at_the_first_tick_at_or_after_they_are_due() -> None:
+def test_messages_come_at_first_tick_when_due() -> None:
     cell = Cell(with_timestep(WHOLE, Fraction(1, 240)))
     profile, states = Ear(cell, "laser_profiler_1"), Ear(cell, "joint_states")
     run(cell, 0.5)
@@ -93,18 +93,18 @@ def test_messages_come_at_the_first_tick_at_or_after_they_are_due() -> None:
     assert states.times == pytest.approx([ceil(n * 4.8) / 240 for n in range(1, 26)], abs=1e-9)
 
 
-def test_the_clock_comes_before_what_is_stamped_with_it() -> None:
+def test_clock_comes_before_messages_stamped_with_it() -> None:
     cell = Cell(WHOLE)
-    both = Ear(cell, "joint_states", "/clock", "gripper/state")
+    log = Ear(cell, "joint_states", "/clock", "gripper/state")
     run(cell, 0.02)
-    assert [message.__msgtype__.split("/")[-1] for message in both.messages[-3:]] == [
+    assert [message.__msgtype__.split("/")[-1] for message in log.messages[-3:]] == [
         "Clock",
         "JointState",
         "VacuumGripperState",
     ]
 
 
-def test_a_late_listener_changes_no_times() -> None:
+def test_late_subscriber_changes_no_times() -> None:
     cell = Cell(WHOLE)
     early = Ear(cell, "logical_camera_1", "joint_states")
     run(cell, 0.333)
@@ -117,7 +117,7 @@ def test_a_late_listener_changes_no_times() -> None:
 
 
 @pytest.mark.parametrize("node", ["/team", "/gazebo", ""])
-def test_a_competition_refuses_cheats_whatever_the_name_of_the_client(node: str) -> None:
+def test_competition_refuses_cheats_from_any_node_name(node: str) -> None:
     cell = Cell(WHOLE)
     start(cell)
     run(cell, 1.0)
@@ -129,15 +129,15 @@ def test_a_competition_refuses_cheats_whatever_the_name_of_the_client(node: str)
     assert cell.competition.score().total == 0.0
     cleared = call(cell, "kit_tray_1/clear_tray", node=node)
     assert (cleared.success, cleared.message) == (False, "not allowed in a competition")
-    assert len(cell.trays[1].look()) == 2
+    assert len(cell.trays[1].find_parts()) == 2
 
 
-def test_in_a_competition_the_trays_are_silent_and_subscribing_costs_nothing() -> None:
+def test_competition_silences_trays_without_effect_on_score() -> None:
     """In the original a subscriber to the trays spoilt the score; here watching changes nothing."""
     scores = []
-    for curious in (False, True):
+    for is_subscribed in (False, True):
         cell = Cell(KITTING)
-        ear = Ear(cell, "trays", node="/team") if curious else None
+        ear = Ear(cell, "trays", node="/team") if is_subscribed else None
         start(cell)
         run(cell, 1.1)
         cell.agvs[1].send("order_0_kit_0")
@@ -148,7 +148,7 @@ def test_in_a_competition_the_trays_are_silent_and_subscribing_costs_nothing() -
     assert scores[0][0] == 6.0
 
 
-def test_development_mode_tells_of_the_trays() -> None:
+def test_development_mode_publishes_trays() -> None:
     cell = Cell(WHOLE, competition=False)
     ear = Ear(cell, "trays")
     run(cell, 1.1)

@@ -91,7 +91,7 @@ def world_T_optical(messages: dict[str, list[Any]], name: str) -> Pose:
     return pose_from_transform(camera.transform) @ pose_from_transform(optical.transform)
 
 
-def test_each_type_has_its_topics(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_camera_types_publish_their_topics(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     cell, messages = shown
     types = {topic.name: topic.type for topic in cell.bus.topics()}
     assert {name: types[name] for name in TOPICS} == TOPICS
@@ -102,21 +102,21 @@ def test_each_type_has_its_topics(shown: tuple[Cell, dict[str, list[Any]]]) -> N
         assert messages[name][0].header.frame_id == frame
 
 
-def test_rows_have_the_rate_of_their_camera() -> None:
+def test_camera_rows_have_rate_of_camera() -> None:
     trial = load_trial(text=CELL.replace("rate: 20", "rate: 7.5")).trial
     camera = next(each for each in trial.sensors if isinstance(each, PictureCameraConfig))
     assert {row.rate_text for row in camera_rows(camera)} == {"7.5 Hz"}
     assert set(camera_rows(camera)) < set(rows(trial, competition=True))
 
 
-def test_a_name_that_clashes_with_another_topic_is_refused() -> None:
+def test_camera_name_that_clashes_with_topic_is_refused() -> None:
     own = "sensors: {eye: {type: depth_camera, pose: {}}}"
     beam = "sensors: {eye/depth/points: {type: break_beam, pose: {}}}"
-    with pytest.raises(UsageError, match="it would publish sensor_msgs/PointCloud2 on /ariac/eye/depth/points"):
+    with pytest.raises(UsageError, match=r"depth/points already has type .* \(got sensor_msgs/PointCloud2\)"):
         Cell(load_trial(text=f"{beam}\ncellwright: {{{own}}}").trial)
 
 
-def test_a_part_is_at_the_pixels_of_the_camera_matrix(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_part_is_at_pixels_of_camera_matrix(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     cell, messages = shown
     picture, info = messages["/ariac/over/image_raw"][-1], messages["/ariac/over/camera_info"][-1]
     assert (picture.encoding, picture.step, info.distortion_model) == ("rgb8", 3 * WIDTH, "plumb_bob")
@@ -133,7 +133,7 @@ def test_a_part_is_at_the_pixels_of_the_camera_matrix(shown: tuple[Cell, dict[st
         assert found.max() == pytest.approx(expected.max(), abs=1.6)
 
 
-def test_depth_agrees_with_the_geometry(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_depth_agrees_with_geometry(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     _, messages = shown
     message = messages["/ariac/over/depth/image_raw"][-1]
     assert (message.encoding, message.step) == ("32FC1", 4 * WIDTH)
@@ -152,7 +152,7 @@ def test_points_lie_on_surfaces(shown: tuple[Cell, dict[str, list[Any]]]) -> Non
     np.testing.assert_allclose(world[beside_the_gear, 2], BIN_SURFACE, atol=0.001)
 
 
-def test_the_cloud_of_2018_holds_the_same_points(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_point_cloud_of_2018_has_same_points(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     _, messages = shown
     points = cloud(messages["/ariac/slanted/depth/points"][-1], 3).reshape(-1, 3)
     points = points[np.isfinite(points[:, 2])]
@@ -160,7 +160,7 @@ def test_the_cloud_of_2018_holds_the_same_points(shown: tuple[Cell, dict[str, li
     np.testing.assert_allclose(found, np.column_stack([points[:, 2], -points[:, 0], -points[:, 1]]), atol=1e-6)
 
 
-def test_points_have_the_colours_of_their_pixels(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_points_have_colours_of_their_pixels(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     _, messages = shown
     message = messages["/ariac/over/depth/points"][-1]
     assert [(each.name, each.offset, each.datatype) for each in message.fields] == [
@@ -175,7 +175,7 @@ def test_points_have_the_colours_of_their_pixels(shown: tuple[Cell, dict[str, li
     np.testing.assert_array_equal(colours, picture)
 
 
-def test_a_camera_on_the_arm_moves_with_it(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_camera_on_arm_moves_with_arm(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     cell, messages = shown
     frames = {each.child_frame_id: each for each in messages["/tf_static"][0].transforms}
     assert frames["wrist_frame"].header.frame_id == "vacuum_gripper_link"
@@ -185,7 +185,7 @@ def test_a_camera_on_the_arm_moves_with_it(shown: tuple[Cell, dict[str, list[Any
     assert camera.world_T_camera.rotate((1.0, 0.0, 0.0)) == pytest.approx(-tool.xmat.reshape(3, 3)[:, 2], abs=1e-6)
 
 
-def test_messages_travel_in_both_forms(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_camera_messages_survive_cdr_and_ros1_round_trip(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     _, messages = shown
     for topic, kind in (
         ("/ariac/over/image_raw", Image),
@@ -199,7 +199,7 @@ def test_messages_travel_in_both_forms(shown: tuple[Cell, dict[str, list[Any]]])
 
 
 @pytest.mark.slow
-def test_listening_changes_nothing() -> None:
+def test_subscribing_to_cameras_changes_no_state_hash() -> None:
     hashes = []
     for listens in (False, True):
         cell = new_cell()
@@ -213,7 +213,7 @@ def test_listening_changes_nothing() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("topic", ["/ariac/over/image_raw", "/ariac/over/depth/points"])
-def test_a_late_subscriber_gets_the_same_as_the_others(topic: str) -> None:
+def test_late_subscriber_gets_same_pictures_as_others(topic: str) -> None:
     """A picture comes a period after it was taken; a later subscriber does not get one taken before."""
     found = []
     for listens in (False, True):
@@ -229,7 +229,7 @@ def test_a_late_subscriber_gets_the_same_as_the_others(topic: str) -> None:
     assert found[0] == found[1]
 
 
-def test_the_cost_is_that_of_another_sensor() -> None:
+def test_picture_camera_costs_as_much_as_other_sensor() -> None:
     from cellwright.cell.kitting.scorer import system_cost
 
     assert system_cost(load_trial(text=CELL).trial.sensors) == 300.0

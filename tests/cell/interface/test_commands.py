@@ -42,14 +42,14 @@ from tests.cells import (
 AHEAD = tuple(value + 0.1 for value in INITIAL)
 
 
-def test_names_may_come_in_any_order() -> None:
+def test_joint_names_in_any_order_are_followed() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way(AHEAD[::-1], names=JOINTS[::-1]))
     run(cell, 1.5)
     assert wanted(cell) == pytest.approx(AHEAD)
 
 
-def test_more_positions_than_names_are_ignored() -> None:
+def test_positions_beyond_names_are_ignored() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way((*AHEAD, 9.9)))
     run(cell, 1.5)
@@ -57,7 +57,7 @@ def test_more_positions_than_names_are_ignored() -> None:
     assert cell.bus.refusals.total == 0
 
 
-def test_positions_alone_are_joined_by_straight_lines_from_where_the_arm_should_be() -> None:
+def test_positions_are_joined_by_lines_from_desired_state() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way(AHEAD))
     run(cell, 0.5)
@@ -66,7 +66,7 @@ def test_positions_alone_are_joined_by_straight_lines_from_where_the_arm_should_
     assert wanted(cell) == pytest.approx([value + 0.025 for value in INITIAL])
 
 
-def test_a_trajectory_starts_at_its_stamp() -> None:
+def test_trajectory_starts_at_its_stamp() -> None:
     cell = Cell(ARM_ONLY)
     message = way(AHEAD)
     message.header.stamp = stamp(NANOSECONDS)
@@ -77,7 +77,7 @@ def test_a_trajectory_starts_at_its_stamp() -> None:
     assert wanted(cell) == pytest.approx(AHEAD)
 
 
-def test_no_points_bring_the_arm_to_rest() -> None:
+def test_command_without_points_stops_arm() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way(tuple(value + 1.0 for value in INITIAL)))
     run(cell, 0.5)
@@ -90,19 +90,19 @@ def test_no_points_bring_the_arm_to_rest() -> None:
     assert at_rest == pytest.approx([value + 0.5 + 5 / 16 for value in INITIAL])
 
 
-Spoil = Callable[[JointTrajectory], object]
+Edit = Callable[[JointTrajectory], object]
 
 
-def spoiled(spoil: Spoil) -> JointTrajectory:
+def edited_command(edit: Edit) -> JointTrajectory:
     message = way(AHEAD, INITIAL)
-    return spoil(message) or message  # type: ignore[return-value]
+    return edit(message) or message  # type: ignore[return-value]
 
 
 def points(*values: tuple[float, ...]) -> JointTrajectory:
     return joint_trajectory(JOINTS, [trajectory_point(each, time_from_start=NANOSECONDS) for each in values])
 
 
-REFUSED: dict[str, tuple[Spoil, str]] = {
+REFUSED: dict[str, tuple[Edit, str]] = {
     "a name too many": (lambda m: m.joint_names.append("vacuum_gripper_joint"), "unknown joint 'vacuum_gripper_joint'"),
     "a name too few": (lambda m: m.joint_names.remove("wrist_3_joint"), "joints are missing: wrist_3_joint"),
     "a wrong name": (lambda m: m.joint_names.__setitem__(2, "shoulder_lft_joint"), "did you mean shoulder_lift_joint"),
@@ -115,31 +115,37 @@ REFUSED: dict[str, tuple[Spoil, str]] = {
         lambda _: joint_trajectory(JOINTS, [trajectory_point(AHEAD, time_from_start=1)], time=1),
         "all 1 points lie in the past",
     ),
-    "not a number": (lambda _: points((math.nan, *AHEAD[1:])), "point 0 has nan as position"),
-    "infinity": (lambda _: points((*AHEAD[:6], math.inf)), "point 0 has inf as position of wrist_3_joint"),
+    "not a number": (
+        lambda _: points((math.nan, *AHEAD[1:])),
+        r"point 0: position of linear_arm_actuator_joint must be finite \(got nan\)",
+    ),
+    "infinity": (
+        lambda _: points((*AHEAD[:6], math.inf)),
+        r"point 0: position of wrist_3_joint must be finite \(got inf\)",
+    ),
     "a velocity that is no number": (
         lambda _: joint_trajectory(JOINTS, [trajectory_point(AHEAD, (math.nan,) * 7, time_from_start=NANOSECONDS)]),
-        "point 0 has nan as velocity",
+        r"point 0: velocity of linear_arm_actuator_joint must be finite \(got nan\)",
     ),
     "numbers beyond computing": (
         lambda _: joint_trajectory(JOINTS, [trajectory_point((1e308,) * 7, (-1e308,) * 7, time_from_start=1)]),
-        "too far apart to compute with",
+        "too large or too close to interpolate",
     ),
 }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mistake", REFUSED)
-def test_what_cannot_be_followed_is_refused_whole_and_counted(mistake: str) -> None:
+@pytest.mark.parametrize("case", REFUSED)
+def test_invalid_command_is_refused_whole_and_counted(case: str) -> None:
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     run(cell, 0.1)
     publish(cell, "arm/command", way(AHEAD))
     run(cell, 0.2)
     before = cell.state_hash()
-    spoil, reason = REFUSED[mistake]
+    edit, reason = REFUSED[case]
     with pytest.raises(RejectedCommandError, match=reason):
-        publish(cell, "arm/command", spoiled(spoil), node="/team")
+        publish(cell, "arm/command", edited_command(edit), node="/team")
     assert cell.state_hash() == before
     assert dict(cell.bus.refusals.counts) == {"/ariac/arm/command from /team": 1}
     assert len(lines) == 1
@@ -148,7 +154,7 @@ def test_what_cannot_be_followed_is_refused_whole_and_counted(mistake: str) -> N
     assert wanted(cell) == pytest.approx(AHEAD)
 
 
-def test_a_flood_of_bad_commands_is_reported_once_a_second() -> None:
+def test_flood_of_bad_commands_is_reported_once_per_second() -> None:
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     bad = points((math.nan,) * 7)
@@ -163,7 +169,7 @@ def test_a_flood_of_bad_commands_is_reported_once_a_second() -> None:
     assert cell.simulation.time == pytest.approx(3.0)
 
 
-def test_the_state_that_is_wanted_at_a_time_can_be_asked_for() -> None:
+def test_query_state_returns_desired_state_at_time() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way(AHEAD))
     answer = call(cell, "arm/query_state", QueryTrajectoryStateRequest(stamp(NANOSECONDS // 2)))
@@ -175,13 +181,13 @@ def test_the_state_that_is_wanted_at_a_time_can_be_asked_for() -> None:
     publish(cell, "arm/command", way(INITIAL))
     run(cell, 0.2)
     publish(cell, "arm/command", way(AHEAD))
-    with pytest.raises(ServiceFailedError, match="lies before what is remembered"):
+    with pytest.raises(ServiceFailedError, match="must not be before the stored motion"):
         call(cell, "arm/query_state", QueryTrajectoryStateRequest(stamp(NANOSECONDS // 10)))
     far = call(cell, "arm/query_state", QueryTrajectoryStateRequest(stamp(2**31 * NANOSECONDS - 1)))
     assert far.position == pytest.approx(AHEAD)
 
 
-def test_where_material_is() -> None:
+def test_material_locations_lists_units_of_type() -> None:
     cell = Cell(WHOLE)
 
     def units(material: str) -> list[str]:
@@ -202,14 +208,14 @@ def test_gripper_control_always_succeeds() -> None:
 
 
 @pytest.mark.parametrize("power", [-1.0, 100.5, math.nan, math.inf, -math.inf])
-def test_a_belt_power_that_is_none_changes_nothing_and_is_a_success(power: float) -> None:
+def test_belt_power_outside_range_changes_nothing_and_succeeds(power: float) -> None:
     cell = Cell(WHOLE, competition=False)
     assert call(cell, "conveyor/control", ConveyorBeltControlRequest(ConveyorBeltState(40.0))).success
     assert call(cell, "conveyor/control", ConveyorBeltControlRequest(ConveyorBeltState(power))).success
     assert cell.conveyor.power == 40.0
 
 
-def test_the_flow_of_parts_can_be_held_up() -> None:
+def test_population_control_pauses_and_resumes_parts() -> None:
     cell = Cell(WHOLE, competition=False)
     clones = {part.name for part in cell.world.parts if part.pooled}
     start(cell)
@@ -217,19 +223,19 @@ def test_the_flow_of_parts_can_be_held_up() -> None:
         assert call(cell, "population/control", PopulationControlRequest(word)).success
     run(cell, 1.0)
     assert not clones & cell.parts.in_play
-    with pytest.raises(ServiceFailedError, match="'stop' is none of pause, resume, restart"):
+    with pytest.raises(ServiceFailedError, match=r"unknown action 'stop' \(known: pause, resume, restart\)"):
         call(cell, "population/control", PopulationControlRequest("stop"))
     call(cell, "population/control", PopulationControlRequest("resume"))
     run(cell, 0.3)
     assert len(clones & cell.parts.in_play) == 1
 
 
-def test_in_a_competition_the_flow_of_parts_has_no_service() -> None:
+def test_competition_has_no_population_control() -> None:
     with pytest.raises(UnknownNameError, match="unknown service '/ariac/population/control'"):
         call(Cell(WHOLE), "population/control", PopulationControlRequest("pause"))
 
 
-def test_submitting_a_tray_by_hand() -> None:
+def test_submit_tray_scores_tray_in_state_go_only() -> None:
     cell = Cell(KITTING, competition=False)
     with pytest.raises(ServiceFailedError, match="kits are judged in state 'go' only"):
         call(cell, "submit_tray", SubmitTrayRequest(TRAY_1, "order_0_kit_0"))
@@ -242,18 +248,18 @@ def test_submitting_a_tray_by_hand() -> None:
     assert (answer.success, answer.inspection_result) == (True, 6.0)
 
 
-def test_clearing_a_tray() -> None:
+def test_clear_tray_removes_parts_of_its_tray_only() -> None:
     cell = Cell(KITTING, competition=False)
     run(cell, 0.3)
-    assert len(cell.trays[1].look()) == 2
+    assert len(cell.trays[1].find_parts()) == 2
     assert call(cell, "kit_tray_2/clear_tray").success
-    assert len(cell.trays[1].look()) == 2
+    assert len(cell.trays[1].find_parts()) == 2
     assert call(cell, "kit_tray_1/clear_tray").success
-    assert cell.trays[1].look() == ()
+    assert cell.trays[1].find_parts() == ()
     assert cell.parts.in_play == set()
 
 
-def test_an_agv_answers_at_once_whatever_the_kit() -> None:
+def test_agv_control_succeeds_at_once_for_any_kit() -> None:
     cell = Cell(KITTING)
     assert call(cell, "agv1", AGVControlRequest("an unknown kit")).success
     assert not call(cell, "agv1", AGVControlRequest("order_0_kit_0")).success  # it is on its way already

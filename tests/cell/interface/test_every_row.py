@@ -24,7 +24,7 @@ EACH = [pytest.param("cell", each, id=each.name) for each in GEAR] + [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("world", "each"), EACH)
-def test_it_is_refused_whole_and_counted_or_taken(world: str, each: Input) -> None:
+def test_message_is_accepted_or_refused_whole_and_counted(world: str, each: Input) -> None:
     served = SHARED[world]()
 
     @settings(max_examples=30, print_blob=False)
@@ -48,7 +48,7 @@ def test_it_is_refused_whole_and_counted_or_taken(world: str, each: Input) -> No
 @pytest.mark.slow
 @pytest.mark.parametrize(("world", "each"), EACH)
 @pytest.mark.parametrize("message", [None, "trajectory", 3.5, [], object()], ids=lambda each: type(each).__name__)
-def test_what_is_no_message_is_refused(world: str, each: Input, message: object) -> None:
+def test_object_that_is_not_a_message_is_refused(world: str, each: Input, message: object) -> None:
     served = SHARED[world]()
     before, refused = state_hash(served), served.bus.refusals.total
     with pytest.raises(RejectedCommandError, match="takes"):

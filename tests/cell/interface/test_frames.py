@@ -77,7 +77,7 @@ def in_world(tree: Tree, frame: str) -> Pose:
     return pose
 
 
-def heard(cell: Cell, seconds: float = 0.2) -> Tree:
+def frame_tree(cell: Cell, seconds: float = 0.2) -> Tree:
     ear = Ear(cell, "/tf", "/tf_static")
     run(cell, seconds)
     return tree_of(ear)
@@ -87,7 +87,7 @@ def same_angle(a: float, b: float) -> bool:
     return abs(math.remainder(a - b, 2 * math.pi)) < 1e-3
 
 
-def test_fixed_frames() -> None:
+def test_static_frames_of_whole_cell_are_as_listed() -> None:
     ear = Ear(Cell(WHOLE), "/tf_static")
     assert len(ear) == 1
     tree = tree_of(ear)
@@ -98,7 +98,7 @@ def test_fixed_frames() -> None:
         assert yaw is None or same_angle(tree[child][1].yaw, yaw), child
 
 
-def test_fixed_frames_of_a_cell_without_arm_and_sensors() -> None:
+def test_static_frames_of_bare_cell_are_bins_agvs_and_belt() -> None:
     cell = Cell(BARE)
     named = {"bin", "agv", "bel"}
     assert {name[:3] for name in tree_of(Ear(cell, "/tf_static"))} == named
@@ -106,7 +106,7 @@ def test_fixed_frames_of_a_cell_without_arm_and_sensors() -> None:
     assert len(Ear(cell, "/tf_static")) == 1
 
 
-def test_fixed_frames_are_named_as_in_the_original() -> None:
+def test_static_sensor_frames_are_named_as_in_original() -> None:
     sensors = (
         SensorConfig("my_camera", "logical_camera", Pose((0.0, 0.0, 1.0))),
         SensorConfig("logical_camera_beam", "break_beam", Pose((0.0, 0.0, 1.0))),
@@ -116,9 +116,9 @@ def test_fixed_frames_are_named_as_in_the_original() -> None:
     assert "logical_camera_beam_frame" not in tree
 
 
-def test_every_frame_hangs_in_the_world() -> None:
+def test_every_frame_is_connected_to_world() -> None:
     cell = Cell(WHOLE)
-    tree = heard(cell)
+    tree = frame_tree(cell)
     for frame in tree:
         assert in_world(tree, frame).is_finite()
     for parent, child in itertools.pairwise(LINKS):
@@ -140,23 +140,23 @@ def test_every_frame_hangs_in_the_world() -> None:
     assert "quality_control_sensor_1_gear_part_1_frame" not in tree
 
 
-def test_what_a_camera_sees_is_in_the_tree_where_it_is() -> None:
+def test_detected_models_have_frames_at_their_poses() -> None:
     """The original's own test of its frames, to the same tolerance of 0.05 m, and tighter."""
     cell = Cell(WHOLE)
-    tree = heard(cell)
+    tree = frame_tree(cell)
     assert in_world(tree, "logical_camera_2_agv1_frame").position == pytest.approx((0.3, 3.3, 0.0), abs=1e-3)
     assert in_world(tree, "logical_camera_2_kit_tray_1_frame").position == pytest.approx((0.3, 3.15, 0.75), abs=0.01)
     part = cell.parts.pose(cell.parts.part("tray1|gear_part_1"))
     assert in_world(tree, "logical_camera_2_gear_part_1_frame").position == pytest.approx(part.position, abs=0.005)
 
 
-def test_parts_of_the_belt_have_frames_too() -> None:
+def test_detected_belt_part_has_frame() -> None:
     cell = Cell(WHOLE)
     cell.parts.place(cell.parts.part("populate_conveyor|gear_part_clone_0"), Pose((-0.3, 0.3, 0.73)))
-    assert "logical_camera_1_gear_part_clone_0_frame" in heard(cell)
+    assert "logical_camera_1_gear_part_clone_0_frame" in frame_tree(cell)
 
 
-def test_stamps_and_senders() -> None:
+def test_arm_frames_have_stamps_at_50_hz_and_one_publisher() -> None:
     cell = Cell(ARM_ONLY)
     ear = Ear(cell, "/tf")
     run(cell, 0.1)
@@ -187,15 +187,15 @@ def matrix(pose: Pose) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 @pytest.mark.parametrize("case", FK, ids=lambda case: case["name"])
-def test_the_chain_of_frames_is_that_of_the_ur10(case: dict[str, Any]) -> None:
+def test_arm_frames_agree_with_ur10_kinematics(case: dict[str, Any]) -> None:
     cell = Cell(ARM_ONLY)
     put(cell, case["joints"])
-    tree = heard(cell, 0.02)
+    tree = frame_tree(cell, 0.02)
     for link in ("wrist_3_link", "vacuum_gripper_link"):
         np.testing.assert_allclose(matrix(in_world(tree, link)), case[link], rtol=0.0, atol=1e-6)
 
 
-def test_a_frame_follows_the_arm() -> None:
+def test_gripper_frame_follows_arm() -> None:
     cell = Cell(ARM_ONLY)
     ear = Ear(cell, "/tf", "/tf_static")
     run_to(cell, 0.5)

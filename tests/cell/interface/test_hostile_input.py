@@ -35,7 +35,7 @@ AHEAD = tuple(value + 0.1 for value in INITIAL)
 
 
 @pytest.mark.parametrize("far", [1e6, -1e12, 1e100, -1e306])
-def test_huge_numbers_leave_the_cell_whole(far: float) -> None:
+def test_trajectory_of_huge_numbers_leaves_cell_sound(far: float) -> None:
     """Numbers that can be computed with are accepted, as in the original; the effort limits protect the arm."""
     cell = Cell(WHOLE)
     gear = cell.parts.pose(cell.parts.part("bin8|gear_part_1"))
@@ -70,7 +70,7 @@ def bad_requests() -> list[tuple[str, Any]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("service", "request_"), bad_requests())
-def test_a_request_of_the_wrong_make_is_refused_whole_and_counted(service: str, request_: Any) -> None:
+def test_malformed_request_is_refused_whole_and_counted(service: str, request_: Any) -> None:
     cell = Cell(WHOLE, competition=False)
     before = cell.state_hash()
     with pytest.raises(RejectedCommandError):
@@ -94,17 +94,17 @@ def test_a_request_of_the_wrong_make_is_refused_whole_and_counted(service: str, 
     ],
     ids=lambda message: type(message).__name__,
 )
-def test_a_message_of_the_wrong_make_is_refused_whole_and_counted(message: Any) -> None:
+def test_malformed_message_is_refused_whole_and_counted(message: Any) -> None:
     cell = Cell(ARM_ONLY)
-    heard = Ear(cell, "arm/command")
+    log = Ear(cell, "arm/command")
     with pytest.raises(RejectedCommandError):
         publish(cell, "arm/command", message)
     assert cell.bus.refusals.total == 1
-    assert len(heard) == 0
+    assert len(log) == 0
 
 
 @pytest.mark.slow
-def test_a_long_trajectory_is_followed() -> None:
+def test_long_trajectory_is_followed() -> None:
     cell = Cell(ARM_ONLY)
     long = joint_trajectory(JOINTS, [trajectory_point(INITIAL, time_from_start=n * 1_000_000) for n in range(1, 5001)])
     publish(cell, "arm/command", long)
@@ -123,7 +123,7 @@ INPUTS = (
 @pytest.mark.slow
 @given(st.sampled_from(INPUTS).flatmap(lambda pair: st.tuples(st.just(pair[0]), messages(pair[1]))))
 @settings(max_examples=150)
-def test_the_cell_survives_any_message(sent: tuple[str, Message]) -> None:
+def test_cell_survives_any_message(sent: tuple[str, Message]) -> None:
     topic, message = sent
     before = SHARED.simulation.clock.tick
     try:
@@ -142,7 +142,7 @@ def test_the_cell_survives_any_message(sent: tuple[str, Message]) -> None:
     st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=150)
-def test_the_cell_survives_any_numbers_in_a_trajectory(
+def test_cell_survives_any_numbers_in_trajectory(
     positions: list[float], velocities: list[float], seconds: int, nanoseconds: int
 ) -> None:
     point = trajectory_point(positions, velocities)
@@ -158,7 +158,7 @@ def test_the_cell_survives_any_numbers_in_a_trajectory(
     SHARED.state_hash()
 
 
-def test_everything_can_be_cancelled_when_there_is_nothing() -> None:
+def test_cancel_without_goals_changes_no_state() -> None:
     cell = Cell(replace(WHOLE, bin_parts=()))
     before = cell.state_hash()
     publish(cell, f"{ACTION}/cancel", GoalID(stamp(0), ""))
@@ -166,7 +166,7 @@ def test_everything_can_be_cancelled_when_there_is_nothing() -> None:
     assert cell.state_hash() == before
 
 
-def test_a_flood_of_commands_leaves_the_last_one_standing() -> None:
+def test_last_command_of_flood_is_followed() -> None:
     cell = Cell(ARM_ONLY)
     for number in range(2000):
         publish(cell, "arm/command", way(tuple(value + 0.0001 * number for value in INITIAL)))
@@ -175,7 +175,7 @@ def test_a_flood_of_commands_leaves_the_last_one_standing() -> None:
     assert cell.bus.refusals.total == 0
 
 
-def test_strangers_cannot_eat_the_memory() -> None:
+def test_refusals_of_many_node_names_use_bounded_memory() -> None:
     """Names come from outside: a limited number of sources is counted separately, the others together."""
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)

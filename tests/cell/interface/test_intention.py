@@ -16,22 +16,22 @@ from tests.cells import BARE, KITTING, publish, run
 
 
 @given(st.text(max_size=5 * MAX_INTENTION_LENGTH))
-def test_any_text_becomes_one_line_that_can_be_shown(text: str) -> None:
+def test_intention_of_any_text_is_one_printable_line(text: str) -> None:
     intention = Intention()
-    intention.say(text, "/agent", 7)
+    intention.update(text, "/agent", 7)
     assert len(intention.text) <= MAX_INTENTION_LENGTH
     assert "\n" not in intention.text
     assert intention.text.isprintable()
     assert (intention.node, intention.time) == ("/agent", 7)
 
 
-def test_a_flood_of_text_is_cut() -> None:
+def test_long_intention_is_cut() -> None:
     intention = Intention()
-    intention.say("x" * 10_000_000, "/agent", 0)
+    intention.update("x" * 10_000_000, "/agent", 0)
     assert intention.text == "x" * (MAX_INTENTION_LENGTH - 1) + "…"
 
 
-def test_the_cell_keeps_the_newest_intention_of_a_client_until_the_next_run() -> None:
+def test_cell_keeps_newest_intention_until_reset() -> None:
     cell = Cell(KITTING)
     client = Client.in_process(cell, node="/me")
     client.set_status("looking around")
@@ -43,7 +43,7 @@ def test_the_cell_keeps_the_newest_intention_of_a_client_until_the_next_run() ->
     assert cell.intention.text == ""
 
 
-def test_it_is_no_part_of_the_state() -> None:
+def test_intention_is_not_part_of_state() -> None:
     silent, talking = Cell(KITTING), Cell(KITTING)
     for number in range(5):
         publish(talking, INTENTION, String(f"step {number}"))
@@ -52,7 +52,7 @@ def test_it_is_no_part_of_the_state() -> None:
     assert talking.state_hash() == silent.state_hash()
 
 
-def test_a_cell_that_does_not_listen_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_set_status_without_topic_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     client = Client.in_process(Cell(BARE))
 
     def refuse(topic: str, _message: object) -> None:

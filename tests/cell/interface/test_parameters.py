@@ -11,26 +11,26 @@ from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains,
 from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 
 
-def of_arm(settings: ArmSettings) -> Any:
+def arm_parameters(settings: ArmSettings) -> Any:
     found: Any = parameters(replace(ARM_ONLY, settings=CellSettings(arm=settings)), competition=False)
     return found["ariac"]["arm"]
 
 
-def test_what_every_cell_has() -> None:
+def test_every_cell_has_sim_time_and_robot_description() -> None:
     for trial in (WHOLE, BARE):
         found: Any = parameters(trial, competition=True)
         assert found["use_sim_time"] is True
         assert found["robot_description"] == found["ariac"]["robot_description"] == robot_description(trial)
 
 
-def test_the_simulator_is_on_the_network_only_outside_of_a_competition() -> None:
+def test_gazebo_ros_network_is_enabled_outside_competition_only() -> None:
     for competition in (True, False):
         found: Any = parameters(BARE, competition=competition)
         assert found["gazebo"] == {"enable_ros_network": not competition}
 
 
-def test_the_controller_is_the_original_one() -> None:
-    arm = of_arm(ArmSettings())
+def test_default_arm_parameters_are_those_of_original_controller() -> None:
+    arm = arm_parameters(ArmSettings())
     assert arm["type"] == "effort_controllers/JointTrajectoryController"
     assert arm["joints"] == [*JOINTS]
     assert arm["state_publish_rate"] == 25
@@ -52,7 +52,7 @@ def test_the_controller_is_the_original_one() -> None:
     }
 
 
-def test_the_joint_states() -> None:
+def test_joint_state_controller_has_rate_and_gripper_joint() -> None:
     found: Any = parameters(ARM_ONLY, competition=True)
     controller = found["ariac"]["joint_state_controller"]
     assert controller["publish_rate"] == 50
@@ -61,8 +61,8 @@ def test_the_joint_states() -> None:
     ]
 
 
-def test_settings_of_the_file_are_parameters() -> None:
-    arm = of_arm(
+def test_arm_settings_of_trial_are_parameters() -> None:
+    arm = arm_parameters(
         ArmSettings(
             gains={"elbow_joint": JointGains(1, 2, 3, 4)},
             tolerances={"elbow_joint": JointTolerance(0.2, 0.3)},
@@ -78,13 +78,13 @@ def test_settings_of_the_file_are_parameters() -> None:
     assert arm["allow_partial_joints_goal"] is True
 
 
-def test_a_cell_without_an_arm_has_no_controllers() -> None:
+def test_cell_without_arm_has_no_controller_parameters() -> None:
     found: Any = parameters(BARE, competition=True)
     assert found["ariac"].keys() == {"robot_description"}
 
 
-def test_a_parameter_server_takes_them() -> None:
+def test_parameters_survive_xml_rpc_round_trip() -> None:
     """It uses XML-RPC, which has no None and no tuples."""
     found = parameters(WHOLE, competition=True)
-    ((back,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
-    assert back == found
+    ((received,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
+    assert received == found

@@ -17,11 +17,11 @@ def client(cell: Cell) -> Client:
     return Client(InProcess(cell, node="/agent"))
 
 
-def test_a_trial_without_parts_of_its_own_has_none_to_tell() -> None:
+def test_trial_without_user_defined_parts_reports_no_part_types() -> None:
     assert client(Cell(BARE)).part_types() == {}
 
 
-def test_mass_box_and_flat_spots_are_reported_and_the_state_stays_as_it_is(tmp_path: Path) -> None:
+def test_part_types_report_mass_box_and_spots_without_effect(tmp_path: Path) -> None:
     cell = Cell(load_trial([write_trial(tmp_path, "my_can", "my_ball")]).trial)
     before = cell.state_hash()
     reply = client(cell).part_types()["my_can"]

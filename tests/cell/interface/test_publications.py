@@ -32,7 +32,7 @@ def at_rest(trial: Trial = WHOLE) -> Cell:
     return Cell(trial, competition=False)
 
 
-def test_joint_states_name_eight_joints_and_the_last_never_moves() -> None:
+def test_joint_states_have_eight_joints_and_still_gripper_joint() -> None:
     cell = at_rest(replace(WHOLE, initial_joint_states={}))
     ear = Ear(cell, "joint_states")
     run(cell, 0.1)
@@ -57,7 +57,7 @@ def test_joint_states_name_eight_joints_and_the_last_never_moves() -> None:
         )
 
 
-def test_the_state_of_the_arm_tells_wanted_actual_and_their_difference() -> None:
+def test_arm_state_has_desired_actual_and_error() -> None:
     cell = at_rest(replace(WHOLE, initial_joint_states={}))
     ear = Ear(cell, "arm/state")
     cell.bus.publish("/ariac/arm/command", way(tuple(value + 0.1 for value in INITIAL)))
@@ -72,7 +72,7 @@ def test_the_state_of_the_arm_tells_wanted_actual_and_their_difference() -> None
     assert np.abs(message.error.positions).max() < 0.1
 
 
-def test_the_gripper_tells_of_suction_and_hold_apart() -> None:
+def test_gripper_state_has_enabled_and_attached_separately() -> None:
     cell = at_rest()
     assert cell.gripper is not None
     ear = Ear(cell, "gripper/state")
@@ -91,7 +91,7 @@ def test_the_gripper_tells_of_suction_and_hold_apart() -> None:
     assert cell.gripper.lost_reason == "released"
 
 
-def test_the_break_beam() -> None:
+def test_break_beam_message_has_detection_and_limits() -> None:
     trial = replace(WHOLE, bin_parts=(), extra_parts=())
     cell = at_rest(trial)
     ear, changes = Ear(cell, "break_beam_1"), Ear(cell, "break_beam_1_change")
@@ -112,7 +112,7 @@ def test_the_break_beam() -> None:
     assert [message.object_detected for message in late.messages] == [False]  # latched
 
 
-def test_the_proximity_sensor() -> None:
+def test_proximity_message_has_range_and_limits() -> None:
     cell = at_rest()
     ear = Ear(cell, "proximity_sensor_1")
     run(cell, 0.1)
@@ -128,7 +128,7 @@ def test_the_proximity_sensor() -> None:
     assert near.range == pytest.approx(0.0978, abs=0.004)
 
 
-def test_the_laser_profiler() -> None:
+def test_laser_scan_message_has_400_ranges_and_limits() -> None:
     cell = at_rest()
     ear = Ear(cell, "laser_profiler_1")
     run(cell, 0.01)
@@ -152,7 +152,7 @@ def test_the_laser_profiler() -> None:
     assert with_gear[hits] == pytest.approx(0.721, abs=0.005)
 
 
-def test_a_logical_camera_tells_types_and_poses_in_its_own_frame() -> None:
+def test_logical_camera_message_has_types_and_poses_in_its_frame() -> None:
     cell = at_rest()
     ear = Ear(cell, "logical_camera_1")
     run(cell, 0.3)
@@ -169,14 +169,14 @@ def test_a_logical_camera_tells_types_and_poses_in_its_own_frame() -> None:
     assert pose_from_message(image.pose).position == pytest.approx(world_T_camera.position)
 
 
-def test_a_camera_over_an_agv_tells_agv_tray_and_parts() -> None:
+def test_camera_over_agv_reports_agv_tray_and_parts() -> None:
     cell = at_rest()
     ear = Ear(cell, "logical_camera_2")
     run(cell, 0.1)
     assert sorted(model.type for model in ear.messages[0].models) == ["agv1", "gear_part", "gear_part", "kit_tray"]
 
 
-def test_quality_control_tells_faulty_parts_only() -> None:
+def test_quality_control_reports_faulty_parts_only() -> None:
     trial = replace(WHOLE, extra_parts=(*on_tray(*GEARS), *on_tray(*GEARS, number=2, first=3)))
     cell = at_rest(trial)
     first, second = Ear(cell, "quality_control_sensor_1"), Ear(cell, "quality_control_sensor_2")
@@ -189,7 +189,7 @@ def test_quality_control_tells_faulty_parts_only() -> None:
     assert seen.position == pytest.approx(cell.parts.pose(cell.parts.part("tray1|gear_part_2")).position, abs=0.006)
 
 
-def test_an_order_is_published_once_and_a_late_subscriber_gets_the_newest_only() -> None:
+def test_order_is_published_once_and_newest_is_latched() -> None:
     turned = KitObject("gear_part", Pose.from_rpy((0.1, -0.2, 0.3), (0.0, 0.0, math.pi / 2)))
     first = Order("order_0", (Kit("order_0_kit_0", (turned,)), Kit("order_0_kit_1", (turned,))), start_time=0.0)
     cell = at_rest(replace(KITTING, orders=(first, order(1, start_time=0.5)), extra_parts=()))
@@ -210,7 +210,7 @@ def test_an_order_is_published_once_and_a_late_subscriber_gets_the_newest_only()
     assert [message.order_id for message in late.messages] == ["order_1"]
 
 
-def test_state_and_score_are_published_ten_times_a_second() -> None:
+def test_state_and_score_are_published_at_10_hz() -> None:
     cell = at_rest(KITTING)
     states, scores = Ear(cell, "competition_state"), Ear(cell, "current_score")
     run(cell, 0.2)
@@ -226,7 +226,7 @@ def test_state_and_score_are_published_ten_times_a_second() -> None:
 
 
 @pytest.mark.slow
-def test_the_agvs_tell_where_they_are_on_their_way() -> None:
+def test_agv_state_is_published_at_each_step_of_delivery() -> None:
     cell = at_rest(replace(KITTING, orders=()))
     ear, other = Ear(cell, "agv1/state"), Ear(cell, "agv2/state")
     cell.agvs[1].send("")
@@ -246,7 +246,7 @@ def test_the_agvs_tell_where_they_are_on_their_way() -> None:
     assert {message.data for message in other.messages} == {"ready_to_deliver"}
 
 
-def test_the_population_tells_whether_parts_come() -> None:
+def test_population_state_is_enabled_from_start_on() -> None:
     cell = at_rest(replace(WHOLE, orders=(order(0, start_time=5.0),)))
     ear = Ear(cell, "population/state")
     run(cell, 0.1)
@@ -255,7 +255,7 @@ def test_the_population_tells_whether_parts_come() -> None:
     assert [message.enabled for message in ear.messages] == [False] * 50 + [True] * 51
 
 
-def test_time_is_published_in_whole_nanoseconds() -> None:
+def test_clock_is_published_in_whole_nanoseconds() -> None:
     cell = Cell(replace(KITTING, settings=replace(KITTING.settings, timestep=(1, 240))))
     ear = Ear(cell, "/clock")
     for _ in range(240):
@@ -264,7 +264,7 @@ def test_time_is_published_in_whole_nanoseconds() -> None:
     assert times == [round(Fraction(n * 10**9, 240)) for n in range(1, 241)]
 
 
-def test_latched_messages_do_not_outlive_a_run() -> None:
+def test_reset_clears_latched_messages() -> None:
     cell = at_rest()
     latched = ("break_beam_1", "logical_camera_1", "quality_control_sensor_1", "orders")
     kept = [Ear(cell, name) for name in latched]
@@ -277,7 +277,7 @@ def test_latched_messages_do_not_outlive_a_run() -> None:
     assert len(Ear(cell, "/tf_static")) == 1
 
 
-def test_a_restored_run_has_the_order_of_its_moment_latched() -> None:
+def test_restored_run_latches_order_of_its_snapshot() -> None:
     cell = at_rest(replace(KITTING, orders=(order(), order(1, start_time=0.5)), extra_parts=()))
     before = take_snapshot(cell.simulation)
     start(cell)

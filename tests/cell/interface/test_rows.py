@@ -82,7 +82,7 @@ def named(trial: Trial, *, competition: bool = False) -> dict[str, Endpoint]:
     return {row.name: row for row in rows(trial, competition=competition)}
 
 
-def test_topics_from_the_cell() -> None:
+def test_published_topics_have_listed_types_rates_and_latches() -> None:
     out = [
         row
         for row in rows(WHOLE, competition=False)
@@ -97,7 +97,7 @@ def test_topics_from_the_cell() -> None:
     assert found == OUT
 
 
-def test_topics_to_the_cell() -> None:
+def test_accepted_topics_have_listed_types() -> None:
     heard = [
         row for row in rows(WHOLE, competition=False) if (row.kind, row.direction) == (EndpointKind.TOPIC, Direction.IN)
     ]
@@ -105,7 +105,7 @@ def test_topics_to_the_cell() -> None:
     assert {(row.rate, row.latch, row.period, row.rate_text) for row in heard} == {(None, False, None, "")}
 
 
-def test_services_and_actions() -> None:
+def test_services_and_actions_have_listed_types() -> None:
     found = rows(WHOLE, competition=False)
     assert {row.name: row.type for row in found if row.kind is EndpointKind.SERVICE} == SERVICES
     actions = [(row.name, row.type) for row in found if row.kind is EndpointKind.ACTION]
@@ -113,7 +113,7 @@ def test_services_and_actions() -> None:
     assert all(row.direction is Direction.IN for row in found if row.kind is not EndpointKind.TOPIC)
 
 
-def test_competition_mode() -> None:
+def test_competition_mode_refuses_silences_or_omits_rows() -> None:
     development, competition = named(WHOLE), named(WHOLE, competition=True)
     assert development.keys() - competition.keys() == {"/ariac/population/control"}
     special = {
@@ -128,7 +128,7 @@ def test_competition_mode() -> None:
     }
 
 
-def test_a_bare_cell_has_what_is_always_there() -> None:
+def test_bare_cell_has_rows_that_are_always_there() -> None:
     assert named(BARE).keys() == {
         "/clock",
         "/tf_static",
@@ -157,12 +157,12 @@ def test_a_bare_cell_has_what_is_always_there() -> None:
         (Trial("", sensors=WHOLE.sensors[3:4], options=Options(insert_agvs=False)), {"/tf", "/ariac/logical_camera_1"}),
     ],
 )
-def test_what_a_cell_has_decides_what_is_there(trial: Trial, expected: set[str]) -> None:
+def test_device_of_cell_adds_its_rows(trial: Trial, expected: set[str]) -> None:
     assert expected <= named(trial).keys()
     assert not expected & named(BARE).keys()
 
 
-def test_publishing_nodes() -> None:
+def test_clock_and_tf_have_publishers_of_original() -> None:
     """As in the original's node graph: `/tf` has two publishers, `/tf_static` and `/clock` one each."""
     publishers = [
         (row.name, row.node) for row in rows(WHOLE, competition=False) if row.name[:4] in ("/tf", "/tf_", "/clo")
@@ -175,7 +175,7 @@ def test_publishing_nodes() -> None:
     ]
 
 
-def test_rows_know_their_subject() -> None:
+def test_rows_have_subject_and_rate() -> None:
     found = named(WHOLE)
     change = found["/ariac/break_beam_1_change"]
     assert (change.name, change.subject) == ("/ariac/break_beam_1_change", "break_beam_1")
@@ -188,7 +188,7 @@ def test_rows_know_their_subject() -> None:
 
 
 @pytest.mark.parametrize("row", GEAR, ids=lambda row: row.name)
-def test_every_row_is_whole(row: Endpoint) -> None:
+def test_row_has_type_about_source_and_rate(row: Endpoint) -> None:
     match row.kind:
         case EndpointKind.TOPIC:
             message_type(row.type)
@@ -203,7 +203,7 @@ def test_every_row_is_whole(row: Endpoint) -> None:
 
 
 @pytest.mark.parametrize("competition", [False, True])
-def test_a_bus_takes_all_rows(competition: bool) -> None:
+def test_bus_accepts_all_rows(competition: bool) -> None:
     bus = Bus(lambda: 0)
     for row in rows(WHOLE, competition=competition):
         if row.kind is EndpointKind.SERVICE:
@@ -220,9 +220,9 @@ def test_a_bus_takes_all_rows(competition: bool) -> None:
 @pytest.mark.parametrize(
     ("name", "kind"), [("orders", "break_beam"), ("trays", "logical_camera"), ("arm/command", "laser_profiler")]
 )
-def test_a_sensor_cannot_take_a_name_of_the_cell(name: str, kind: SensorType) -> None:
+def test_sensor_with_topic_name_of_cell_is_refused(name: str, kind: SensorType) -> None:
     trial = Trial("", has_arm=True, sensors=(SensorConfig(name, kind, Pose()),))
-    with pytest.raises(UsageError, match=f"sensor '{name}': it would publish .* on /ariac/{name}, which carries"):
+    with pytest.raises(UsageError, match=f"sensor '{name}': topic /ariac/{name} already has type"):
         rows(trial, competition=False)
 
 
@@ -239,7 +239,7 @@ kinds = st.sampled_from(["break_beam", "proximity_sensor", "laser_profiler", "lo
     ),
     st.booleans(),
 )
-def test_every_cell_has_its_contract(
+def test_rows_of_any_cell_are_filled_in(
     arm: bool, agvs: bool, belt: bool, sensors: list[tuple[str, SensorType]], competition: bool
 ) -> None:
     trial = Trial(

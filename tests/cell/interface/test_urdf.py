@@ -20,7 +20,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
 from cellwright.config.trial.trial import SensorConfig
 from cellwright.util.pose import Pose
-from tests.cell.interface.test_frames import heard, in_world, matrix
+from tests.cell.interface.test_frames import frame_tree, in_world, matrix
 from tests.cell.interface.urdf_chain import joints_of, world_T
 from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 from tests.conftest import DATA
@@ -31,13 +31,13 @@ TEXT = robot_description(WHOLE)
 
 
 @pytest.mark.parametrize("case", FK, ids=lambda case: case["name"])
-def test_the_chain_is_that_of_the_ur10(case: dict[str, Any]) -> None:
+def test_description_agrees_with_ur10_kinematics(case: dict[str, Any]) -> None:
     for link in ("wrist_3_link", "vacuum_gripper_link"):
         np.testing.assert_allclose(world_T(TEXT, link, case["joints"]), case[link], rtol=0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("case", FK, ids=lambda case: case["name"])
-def test_a_reader_that_is_not_ours_finds_the_same_chain(
+def test_description_read_by_mujoco_agrees_with_ur10_kinematics(
     case: dict[str, Any], capfd: pytest.CaptureFixture[str]
 ) -> None:
     model = mujoco.MjModel.from_xml_string(TEXT)
@@ -55,9 +55,9 @@ def test_a_reader_that_is_not_ours_finds_the_same_chain(
     assert model.jnt_limited.all()  # a joint that must not move is no exception
 
 
-def test_the_frames_are_those_that_the_cell_makes_known() -> None:
+def test_description_has_frames_of_tf_tree() -> None:
     cell = Cell(WHOLE)
-    tree = heard(cell)
+    tree = frame_tree(cell)
     cell.simulation.refresh()
     model, data = cell.simulation.model, cell.simulation.data
     at_rest = {name: float(data.qpos[model.joint(name).qposadr[0]]) for name in JOINTS}
@@ -71,7 +71,7 @@ def test_the_frames_are_those_that_the_cell_makes_known() -> None:
         np.testing.assert_allclose(world_T(TEXT, child, at_rest), matrix(in_world(tree, child)), rtol=0.0, atol=2e-6)
 
 
-def test_joints_have_the_limits_and_the_friction_of_the_original() -> None:
+def test_joints_have_limits_and_friction_of_original() -> None:
     turn = 2 * math.pi
     expected = {  # range, effort, velocity, damping, friction
         "linear_arm_actuator_joint": (2.1, 1000, 3, 20, 500),
@@ -92,7 +92,7 @@ def test_joints_have_the_limits_and_the_friction_of_the_original() -> None:
     assert [joint.kind for joint in moving] == ["prismatic", *["revolute"] * 7]
 
 
-def test_the_links_weigh_what_they_weigh_in_the_simulation() -> None:
+def test_links_have_masses_of_simulation() -> None:
     cell = Cell(ARM_ONLY)
     robot = ElementTree.fromstring(robot_description(ARM_ONLY))
     masses = {}
@@ -103,27 +103,27 @@ def test_the_links_weigh_what_they_weigh_in_the_simulation() -> None:
     assert masses == {name: pytest.approx(cell.simulation.model.body(name).mass[0]) for name in masses}
 
 
-def test_a_cell_without_an_arm_has_its_fixed_frames() -> None:
+def test_description_without_arm_has_fixed_frames() -> None:
     joints = joints_of(robot_description(BARE))
     assert {joint.kind for joint in joints} == {"fixed"}
     assert Counter(joint.parent for joint in joints) == {"world": 11}
 
 
-def test_two_frames_of_one_name_are_one_and_the_later_holds() -> None:
+def test_later_of_two_frames_with_same_name_wins() -> None:
     clash = SensorConfig("belt", "break_beam", Pose((5.0, 0.0, 0.0)))
     joints = joints_of(robot_description(replace(BARE, sensors=(clash,))))
     (frame,) = [joint for joint in joints if joint.child == "belt_frame"]
     assert frame.origin[0, 3] == 5.0
 
 
-def test_a_name_cannot_break_the_text() -> None:
+def test_sensor_name_with_markup_is_escaped() -> None:
     odd = SensorConfig('a"<b>&', "break_beam", Pose())
     assert 'a"<b>&_frame' in {joint.child for joint in joints_of(robot_description(replace(BARE, sensors=(odd,))))}
 
 
 @pytest.mark.skipif(shutil.which("check_urdf") is None, reason="check_urdf is not installed (liburdfdom-tools)")
 @pytest.mark.parametrize("trial", [WHOLE, BARE, ARM_ONLY], ids=lambda trial: trial.name)
-def test_the_reader_of_ros_accepts_it(trial: Any, tmp_path: Path) -> None:
+def test_check_urdf_accepts_description(trial: Any, tmp_path: Path) -> None:
     file = tmp_path / "cell.urdf"
     file.write_text(robot_description(trial), encoding="utf-8")
     checked = subprocess.run(["check_urdf", file], capture_output=True, text=True, timeout=TIMEOUT, check=False)

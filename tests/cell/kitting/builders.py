@@ -28,7 +28,7 @@ def kit(*objects: KitObject, kit_type: str = "order_0_kit_0") -> Kit:
     return Kit(kit_type, objects)
 
 
-def thing(
+def tray_object(
     type_: str = "gear_part", x: float = 0.0, y: float = 0.0, yaw: float = 0.0, *, name: str = "", faulty: bool = False
 ) -> TrayObject:
     return TrayObject(name or f"bin5|{type_}_1", type_, faulty, pose(x, y, yaw))
@@ -55,11 +55,11 @@ def order(
     )
 
 
-def filling(asked_for: Order, number: int = 0) -> TrayContents:
+def full_tray(order_: Order, number: int = 0) -> TrayContents:
     """Return a tray that fills a kit of an order perfectly."""
     return tuple(
         TrayObject(f"bin5|{each.type}_{index}", each.type, False, each.pose)
-        for index, each in enumerate(asked_for.kits[number].objects, start=1)
+        for index, each in enumerate(order_.kits[number].objects, start=1)
     )
 
 
@@ -78,8 +78,8 @@ _KINDS = st.sampled_from(tuple(product((*TYPES, "pulley_part"), (False, False, F
 @st.composite
 def contents(draw: st.DrawFn, max_size: int = 7) -> TrayContents:
     """Draw objects on a tray, of the types in kits and of one type in no kit."""
-    things = []
+    tray_objects = []
     for number in range(draw(st.integers(0, max_size))):
         type_, faulty = draw(_KINDS)
-        things.append(TrayObject(f"bin5|part_{number}", type_, faulty, draw(poses)))
-    return tuple(things)
+        tray_objects.append(TrayObject(f"bin5|part_{number}", type_, faulty, draw(poses)))
+    return tuple(tray_objects)

@@ -5,16 +5,16 @@ from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.referee import NOW, Announcements, count_parts
 from cellwright.config.trial.trial import Order
 from cellwright.engine.clock import NEVER
-from tests.cell.kitting.builders import order, thing
+from tests.cell.kitting.builders import order, tray_object
 
-GEAR, DISK, PULLEY = thing("gear_part"), thing("disk_part"), thing("pulley_part")
-BAD_GEAR = thing("gear_part", faulty=True)
+GEAR, DISK, PULLEY = tray_object("gear_part"), tray_object("disk_part"), tray_object("pulley_part")
+BAD_GEAR = tray_object("gear_part", faulty=True)
 AT_ONCE = (NOW, AnnouncementReason.IDLE)
 BY_WANTED = (NOW, AnnouncementReason.WANTED_PARTS)
 BY_UNWANTED = (NOW, AnnouncementReason.UNWANTED_PARTS)
 
 
-def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() -> None:
+def test_orders_wait_by_start_time_then_file_order() -> None:
     orders = [
         order(0, wanted_parts=1),
         order(1, start_time=5.0),
@@ -60,19 +60,19 @@ def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() 
         (order(unwanted_parts=1), [(BAD_GEAR,)], False, None),
     ],
 )
-def test_when_an_order_is_due(
+def test_order_is_due_by_time_parts_or_idle(
     waiting: Order, trays: list[TrayContents], idle: bool, due: tuple[int, AnnouncementReason] | None
 ) -> None:
     assert Announcements([waiting]).due(trays, idle=idle) == due
 
 
-def test_an_order_behind_a_conditional_one_waits_for_it() -> None:
+def test_order_behind_conditional_order_waits() -> None:
     announcements = Announcements([order(0, wanted_parts=1), order(1, ("disk_part",), wanted_parts=1)])
     assert announcements.due([(DISK,)], idle=False) is None
     assert announcements.due([(GEAR, DISK)], idle=False) == BY_WANTED
 
 
-def test_nothing_is_due_when_all_are_announced() -> None:
+def test_nothing_is_due_when_all_orders_are_announced() -> None:
     announcements = Announcements([order(start_time=0.0)])
     announcements.announce()
     assert announcements.due([], idle=True) is None
@@ -88,5 +88,5 @@ def test_nothing_is_due_when_all_are_announced() -> None:
         ((BAD_GEAR, PULLEY, PULLEY), (0, 2)),
     ],
 )
-def test_each_ordered_part_is_served_once_over_all_kits(contents: TrayContents, counts: tuple[int, int]) -> None:
+def test_count_parts_counts_each_ordered_part_once(contents: TrayContents, counts: tuple[int, int]) -> None:
     assert count_parts(order(0, ("gear_part", "disk_part"), kits=2), contents) == counts

@@ -27,44 +27,44 @@ def trial(*orders: Order, **more: object) -> Trial:
     return Trial("t", orders=orders, bin_parts=GEARS, **more)  # type: ignore[arg-type]
 
 
-def test_of_the_lesson_two_thirds_can_be_had() -> None:
-    could = attainable_score(load_trial([find_trial("lesson")]).trial)
-    assert (could.total, could.maximum) == (8.0, 12.0)
-    (found,) = could.orders[0].kits
+def test_lesson_has_two_thirds_of_points_attainable() -> None:
+    bound = attainable_score(load_trial([find_trial("lesson")]).trial)
+    assert (bound.total, bound.maximum) == (8.0, 12.0)
+    (found,) = bound.orders[0].kits
     assert (found.part_presence, found.all_parts_bonus, found.part_pose) == (4.0, 4.0, 0.0)
     assert [part.off_plate for part in found.parts] == pytest.approx([0.49, 0.49, 0.48, 0.49])
     assert [part.nearest for part in found.parts] == pytest.approx([0.351, 0.351, 0.422, 0.432])
-    assert could.sentence() == (
-        "8 of 12 points is the most one can get: order_0_kit_0: 4 of 4 places lie 0.48 to 0.49 m off the tray, where "
-        "a part on it stays at least 351 mm away"
+    assert bound.sentence() == (
+        "at most 8 of 12 points are attainable: order_0_kit_0: 4 of 4 places lie 0.48 to 0.49 m off the tray, "
+        "at least 351 mm from any part on it"
     )
     assert len(list(found.reasons())) == 4
     assert next(found.reasons()).startswith("part 1, piston_rod_part: its place (0.74, 0.05) lies 0.49 m off the tray")
 
 
-def test_what_lies_on_the_tray_and_is_there_can_be_had_whole() -> None:
-    could = attainable_score(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
-    assert (could.total, could.maximum, could.sentence()) == (6.0, 6.0, "")
-    assert list(could.kit("order_0_kit_0").reasons()) == []
+def test_order_with_supply_and_places_on_tray_is_fully_attainable() -> None:
+    bound = attainable_score(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
+    assert (bound.total, bound.maximum, bound.sentence()) == (6.0, 6.0, "")
+    assert list(bound.kit("order_0_kit_0").reasons()) == []
 
 
-def test_a_place_is_out_of_reach_only_when_no_part_can_touch_the_plate_there() -> None:
+def test_place_is_off_tray_only_if_no_part_can_touch_plate() -> None:
     edge, radius = TRAY_PLATE[0] / 2, PART_RADII["gear_part"]
     inside, outside = edge + radius + MAX_DISTANCE - 1e-6, edge + radius + MAX_DISTANCE + 1e-6
     assert nearest("gear_part", pose(x=inside)) <= MAX_DISTANCE < nearest("gear_part", pose(x=-outside))
     assert nearest("an unknown type", pose(x=9.0)) == 0.0  # unknown size
 
 
-def test_a_type_that_the_cell_is_short_of_costs_its_points_and_the_bonus() -> None:
-    could = attainable_score(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
-    assert (could.total, could.orders[0].total) == (4.0, 4.0)
-    assert could.sentence().endswith("order_0_kit_0: 1 gear_part more than the cell has good ones")
-    assert list(could.kit("order_0_kit_0").reasons()) == [
+def test_type_in_short_supply_costs_points_and_bonus() -> None:
+    bound = attainable_score(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
+    assert (bound.total, bound.orders[0].total) == (4.0, 4.0)
+    assert bound.sentence().endswith("order_0_kit_0: the cell has 1 good gear_part too few")
+    assert list(bound.kit("order_0_kit_0").reasons()) == [
         "part 3, gear_part: the cell has too few good parts of type gear_part"
     ]
 
 
-def test_faulty_parts_are_no_supply() -> None:
+def test_faulty_parts_are_not_supply() -> None:
     belt = (BeltPart(1.0, "disk_part", Pose()), BeltPart(2.0, "disk_part", Pose()))
     whole = trial(belt_parts=belt, options=Options(belt_population_cycles=3))
     assert good_parts(whole) == {"gear_part": 2, "disk_part": 6}
@@ -74,48 +74,48 @@ def test_faulty_parts_are_no_supply() -> None:
     assert good_parts(demo)["part4"] == 1
 
 
-def test_orders_that_never_come_up_earn_nothing() -> None:
+def test_order_that_is_never_announced_has_no_attainable_points() -> None:
     first, late, behind = order(0, start_time=0.0), order(1, start_time=50.0), order(2, wanted_parts=1)
-    could = attainable_score(trial(first, late, behind, time_limit=40.0))
-    assert [each.total for each in could.orders] == [3.0, 0.0, 0.0]
-    reasons = list(could.kit("order_2_kit_0").reasons())
+    bound = attainable_score(trial(first, late, behind, time_limit=40.0))
+    assert [each.total for each in bound.orders] == [3.0, 0.0, 0.0]
+    reasons = list(bound.kit("order_2_kit_0").reasons())
     assert reasons == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
     assert attainable_score(trial(first, late, behind, time_limit=-1.0)).total == 9.0
-    assert "nothing ever brings order_3 up" in attainable_score(trial(order(3))).sentence()
+    assert "no condition announces order_3" in attainable_score(trial(order(3))).sentence()
     assert attainable_score(trial(order(3, unwanted_parts=1))).total == 3.0
 
 
-def test_without_agvs_there_is_no_tray() -> None:
-    could = attainable_score(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
-    assert (could.total, could.maximum) == (0.0, 3.0)
-    assert "no AGV" in could.sentence()
+def test_cell_without_agvs_has_no_attainable_points() -> None:
+    bound = attainable_score(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
+    assert (bound.total, bound.maximum) == (0.0, 3.0)
+    assert "no AGV" in bound.sentence()
 
 
-def test_there_is_no_such_kit() -> None:
+def test_unknown_kit_raises_key_error() -> None:
     with pytest.raises(KeyError):
         attainable_score(trial()).kit("order_9_kit_9")
 
 
 @pytest.mark.parametrize("name", PART_TYPES)
-def test_radii_hold_the_parts_as_they_are_built(name: str) -> None:
+def test_part_radii_enclose_built_parts(name: str) -> None:
     lower, upper = part_type(name).box
     farthest = math.hypot(*(max(abs(low), abs(high)) for low, high in zip(lower, upper, strict=True)))
     assert farthest <= PART_RADII[name] < farthest + 0.001
 
 
-def test_every_type_has_a_radius() -> None:
+def test_every_part_type_has_radius() -> None:
     assert set(PART_RADII) == set(LAID_OUT)
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2))
-def test_the_distance_to_the_plate_is_that_of_its_nearest_point(x: float, y: float) -> None:
+def test_off_plate_is_distance_to_nearest_point(x: float, y: float) -> None:
     near = max(-0.25, min(0.25, x)), max(-0.35, min(0.35, y))
     assert off_plate(pose(x, y)) == pytest.approx(math.dist((x, y), near), abs=1e-12)
 
 
 @given(st.lists(st.tuples(st.sampled_from(["gear_part", "disk_part"]), st.floats(-1, 1)), max_size=5))
-def test_reach_is_never_more_than_everything(parts: list[tuple[str, float]]) -> None:
+def test_attainable_total_never_exceeds_maximum(parts: list[tuple[str, float]]) -> None:
     ordered_kit = kit(*(ordered(type_, x) for type_, x in parts))
-    could = attainable_score(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
-    assert 0.0 <= could.total <= could.maximum == 3.0 * len(parts)
-    assert bool(could.sentence()) is (could.total < could.maximum)
+    bound = attainable_score(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
+    assert 0.0 <= bound.total <= bound.maximum == 3.0 * len(parts)
+    assert bool(bound.sentence()) is (bound.total < bound.maximum)

@@ -29,11 +29,11 @@ REGIONS = (GEAR_1, GEAR_2, GEAR_3, DISK)
         ("pulley_part", (0.0, 0.0, 1.0), None),
     ],
 )
-def test_a_region_is_a_closed_box_for_its_type(type_: str, position: Vector3, region: DropRegion | None) -> None:
+def test_drop_region_is_closed_box_for_its_type(type_: str, position: Vector3, region: DropRegion | None) -> None:
     assert DropZones(REGIONS).drop(type_, position) == region
 
 
-def test_a_type_is_lost_once_in_all_its_regions() -> None:
+def test_type_is_dropped_once_over_all_regions() -> None:
     zones = DropZones(REGIONS)
     assert zones.drop("gear_part", (9.0, 9.0, 9.0)) is None
     assert zones.drop("gear_part", (0.2, 2.5, 1.0)) == GEAR_1
@@ -44,7 +44,7 @@ def test_a_type_is_lost_once_in_all_its_regions() -> None:
     assert zones.drop("gear_part", (0.2, -2.5, 1.0)) == GEAR_2
 
 
-def test_state_goes_through_json() -> None:
+def test_drop_zones_state_survives_json() -> None:
     zones, other = DropZones(REGIONS), DropZones(REGIONS)
     zones.drop("gear_part", (0.2, 2.5, 1.0))
     other.drop("disk_part", (0.0, 0.0, 1.0))
@@ -54,6 +54,6 @@ def test_state_goes_through_json() -> None:
     assert other.drop("disk_part", (0.2, 0.5, 1.0)) == DISK
 
 
-def test_a_state_of_another_trial_is_refused() -> None:
+def test_state_of_other_trial_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="pulley_part"):
         DropZones(REGIONS).set_state({"spent": ["pulley_part"]})

@@ -24,7 +24,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Order, Part, SensorConfig, Trial
 from cellwright.util.pose import Pose
-from tests.cell.kitting.builders import kit, order, ordered, pose, thing
+from tests.cell.kitting.builders import kit, order, ordered, pose, tray_object
 
 SECOND = 1_000_000_000
 KINDS = ("gear_part", "disk_part", "pulley_part")
@@ -51,37 +51,39 @@ def sentences(found: Evidence) -> list[str]:
     return [part.sentence() for kit in kits_of(found) for part in kit.parts]
 
 
-def of_one(found: TrayObject, x: float = 0.0) -> str:
+def sentence_of(found: TrayObject, x: float = 0.0) -> str:
     first = Order("order_0", (kit(ordered("gear_part", x)),), start_time=0.0)
     (sentence,) = sentences(judged(found, first=first))
     return sentence
 
 
-def test_each_verdict_is_given_with_its_figures() -> None:
-    assert of_one(thing(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
-    assert of_one(thing(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
-    assert of_one(thing(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
+def test_sentence_of_each_verdict_has_measured_values() -> None:
+    assert (
+        sentence_of(tray_object(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
+    )
+    assert sentence_of(tray_object(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
+    assert sentence_of(tray_object(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
     over = TrayObject("bin5|gear_part_1", "gear_part", False, pose(roll=math.pi))
-    assert of_one(over) == "bin5|gear_part_1 lies turned over by 3142 mrad, 2506 mrad too far"
-    assert of_one(thing(faulty=True)) == "none but a faulty one, which does not count: bin5|gear_part_1"
-    assert of_one(thing("disk_part")) == "none on the tray when it was submitted"
+    assert sentence_of(over) == "bin5|gear_part_1 lies turned over by 3142 mrad, 2506 mrad too far"
+    assert sentence_of(tray_object(faulty=True)) == "only a faulty one, which does not count: bin5|gear_part_1"
+    assert sentence_of(tray_object("disk_part")) == "not on the tray at submission"
     assert math.degrees(MAX_TILT) == pytest.approx(36.4, abs=0.05)
 
 
-def test_a_place_off_the_tray_differs_from_a_bad_placement() -> None:
-    sentence = of_one(thing(x=0.2), x=0.74)
+def test_place_off_tray_is_distinct_from_bad_placement() -> None:
+    sentence = sentence_of(tray_object(x=0.2), x=0.74)
     assert sentence == (
         "bin5|gear_part_1 lies 540.0 mm from its place, 510.0 mm too far; its place (0.74, 0) lies 0.49 m off the "
-        "tray, which is 0.5 m by 0.7 m: a part on the tray is at least 432 mm away from it, and 30 mm are allowed"
+        "tray (0.5 x 0.7 m), at least 432 mm from any part on it (at most 30 mm are allowed)"
     )
     first = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
-    found = judged(thing(x=0.2), first=first)
+    found = judged(tray_object(x=0.2), first=first)
     assert [part.cause for each in kits_of(found) for part in each.parts] == ["off tray"]
     assert (found.total, found.attainable.total, found.attainable.maximum) == (2.0, 2.0, 3.0)
 
 
-def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
-    found = judged(thing(), first=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
+def test_parts_of_unjudged_kits_are_listed() -> None:
+    found = judged(tray_object(), first=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
     causes = [(each.score.kit_type, [part.cause for part in each.parts]) for each in kits_of(found)]
     assert causes == [
         ("order_0_kit_0", ["placed"]),
@@ -97,26 +99,26 @@ def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
     assert [each.is_announced for each in found.orders] == [True, False]
 
 
-def test_a_missing_bonus_is_given_with_its_reason() -> None:
+def test_missing_bonus_has_reason() -> None:
     first = order(0, start_time=0.0)
-    short, besides = judged(first=first), judged(thing(), thing("disk_part"), first=first)
-    assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is not there, so there is no bonus"]
+    short, besides = judged(first=first), judged(tray_object(), tray_object("disk_part"), first=first)
+    assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is missing, so there is no bonus"]
     assert [each.bonus_sentence for each in kits_of(besides)] == [
         "the tray holds more than was ordered, so there is no bonus"
     ]
 
 
-def test_points_in_the_evidence_are_the_referee_s() -> None:
+def test_points_in_evidence_equal_referee_score() -> None:
     first = order(0, KINDS, start_time=0.0)
-    found = judged(thing(), thing("disk_part", x=0.1), first=first)
+    found = judged(tray_object(), tray_object("disk_part", x=0.1), first=first)
     (each,) = kits_of(found)
     assert sum(part.presence for part in each.parts) == each.score.part_presence == 2.0
     assert sum(part.pose for part in each.parts) == each.score.part_pose == 2.0
     assert found.total == each.score.total == 4.0
 
 
-def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
-    found = judged(thing(x=0.04, yaw=0.05), first=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
+def test_json_has_times_costs_and_values_in_si_units() -> None:
+    found = judged(tray_object(x=0.04, yaw=0.05), first=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
     document = json.loads(json.dumps(evidence_to_json(found)))
     assert (document["total"], document["reachable"], document["best"]) == (2.0, 6.0, 6.0)
     assert (document["process_time"], document["part_travel_time"], document["system_cost"]) == (12.0, 0.0, 600.0)
@@ -132,13 +134,13 @@ def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
     assert second["kits"][0]["parts"][0]["verdict"] is None
 
 
-def test_the_fate_of_a_missing_part_is_given_in_words_and_as_values() -> None:
+def test_fate_of_missing_part_is_in_sentence_and_json() -> None:
     found = judged(first=order(0, start_time=0.0))
     (each,) = kits_of(found)
     fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
     known = kit_evidence(each.score, each.attainable, fates=(fate,))
     (part,) = json.loads(json.dumps(kit_to_json(known)))["parts"]
-    assert part["sentence"] == f"none on the tray when it was submitted: {fate.sentence()}"
+    assert part["sentence"] == f"not on the tray at submission: {fate.sentence()}"
     assert part["fate"] == {
         "kind": "dropped",
         "sentence": "bin5|gear_part_1 was dropped at (0.31, 2.95) m after 3.0 s in the gripper",
@@ -154,8 +156,8 @@ def test_the_fate_of_a_missing_part_is_given_in_words_and_as_values() -> None:
     assert kit_to_json(each)["parts"][0]["fate"] is None
 
 
-def test_the_score_of_the_trial_is_given_term_by_term() -> None:
-    found = judged(thing(), first=order(0, start_time=0.0))
+def test_trial_score_json_has_each_term() -> None:
+    found = judged(tray_object(), first=order(0, start_time=0.0))
     sensors = (SensorConfig("a", "logical_camera", Pose()),)
     final = trial_score(sensors, [each.score for each in found.orders], Averages(500.0, (20.0,)))
     document = trial_score_to_json(final)
@@ -164,11 +166,11 @@ def test_the_score_of_the_trial_is_given_term_by_term() -> None:
     assert (share["efficiency"], share["efficiency_points"], share["time_taken"]) == (2.0, 6.0, 10.0)
 
 
-def test_evidence_of_the_lesson_has_attainable_points_from_the_start() -> None:
+def test_evidence_of_lesson_has_attainable_points_before_start() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     document = evidence_to_json(evidence(trial, Scorer(trial.orders).game_score(0)))
     assert (document["total"], document["reachable"], document["best"]) == (0.0, 8.0, 12.0)
-    assert "8 of 12 points is the most one can get" in document["reachable_reason"]
+    assert "at most 8 of 12 points are attainable" in document["reachable_reason"]
     (found,) = document["orders"][0]["kits"]
     assert all("lies 0.4" in line and "off the tray" in line for line in found["out_of_reach"])
     assert document["system_cost"] == 1300.0

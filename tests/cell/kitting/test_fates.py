@@ -12,7 +12,7 @@ from cellwright.cell.kitting.fates import Fate, FateKind, HandlingRecord, PartSn
 from cellwright.cell.kitting.inventory import TrayObject, part_type
 from cellwright.cell.kitting.kit_score import Verdict, score_kit
 from cellwright.util.pose import Pose
-from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, kit, ordered, thing
+from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, kit, ordered, tray_object
 
 SECOND = 1_000_000_000
 GEAR, SPARE = "bin5|gear_part_1", "bin5|gear_part_2"
@@ -31,7 +31,7 @@ def gear(
     return PartSnapshot(name, "gear_part", position, tray, above, faulty)
 
 
-def carried(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced: bool = False) -> None:
+def carry(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced: bool = False) -> None:
     """Let the gripper take a part at a time [s], hold it for 3.1 s and release it over a bin."""
     record.take(name, at * SECOND)
     record.let_go(name, OVER_BIN, at * SECOND + 3_100_000_000, is_forced=is_forced)
@@ -49,47 +49,47 @@ def sentence_of(record: HandlingRecord, *parts: PartSnapshot) -> str:
     return fate.sentence()
 
 
-def test_a_part_that_was_never_held() -> None:
-    assert sentence_of(HandlingRecord(), gear()) == "never taken hold of"
+def test_part_never_held_has_fate_never_held() -> None:
+    assert sentence_of(HandlingRecord(), gear()) == "never gripped"
 
 
-def test_parts_that_went_past_on_the_belt_are_counted() -> None:
+def test_parts_removed_by_deletion_wall_are_counted() -> None:
     record = HandlingRecord()
     for name in (GEAR, SPARE):
         record.remove(name, Removal.DELETION_WALL)
     assert sentence_of(record, gear(), gear(name=SPARE)) == (
-        "never taken hold of; the deletion wall of the belt took 2 of its type"
+        "never gripped; the deletion wall of the belt removed 2 of its type"
     )
 
 
-def test_a_part_let_go_high_up_was_dropped_and_one_let_go_where_it_lies_was_put_down() -> None:
+def test_part_released_above_rest_is_dropped_else_put_down() -> None:
     for position, words in ((IN_BIN, "dropped"), ((-0.3, 0.2, 0.995), "put down")):
         record = HandlingRecord()
-        carried(record)
+        carry(record)
         more = " after 3.1 s in the gripper" if words == "dropped" else ""
         assert sentence_of(record, gear(position)) == f"{GEAR} was {words} at (-0.30, 0.20) m{more}"
 
 
-def test_a_forced_drop_tells_where_the_part_lay_then() -> None:
+def test_forced_drop_has_final_position_of_part() -> None:
     record = HandlingRecord()
-    carried(record, is_forced=True)
+    carry(record, is_forced=True)
     assert sentence_of(record, gear((0.8, 1.0, 0.0))) == (
         f"{GEAR} was lost to a forced drop at (-0.30, 0.20) m after 3.1 s in the gripper; it lay at (0.80, 1.00) m"
     )
 
 
-def test_a_part_on_another_tray_or_off_this_one() -> None:
+def test_part_on_other_tray_or_fallen_off_tray_is_reported() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     record.report(TRAY_2, [GEAR])
     assert sentence_of(record, gear(tray=TRAY_2)) == f"{GEAR} was on agv2's tray"
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     record.report(TRAY_1, [GEAR])
     assert sentence_of(record, gear((0.9, 2.9, 0.0))) == f"{GEAR} fell off agv1's tray; it lay at (0.90, 2.90) m"
 
 
-def test_a_part_that_touches_the_tray_while_it_is_lifted_did_not_fall_off() -> None:
+def test_part_lifted_from_tray_did_not_fall_off() -> None:
     record = HandlingRecord()
     record.take(GEAR, 5 * SECOND)
     record.report(TRAY_1, [GEAR])
@@ -97,60 +97,60 @@ def test_a_part_that_touches_the_tray_while_it_is_lifted_did_not_fall_off() -> N
     assert fates(record, gear())[0].kind is FateKind.DROPPED
 
 
-def test_a_part_that_lies_on_another_one() -> None:
+def test_part_on_other_part_is_stacked() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     assert sentence_of(record, gear((0.19, 3.1, 0.76), above=TRAY_1)) == (
         f"{GEAR} lay above agv1's tray without touching its plate, at (0.19, 3.10) m"
     )
 
 
-def test_a_part_that_the_tray_did_not_report_in_time() -> None:
+def test_part_put_down_after_last_report_is_unreported() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     assert sentence_of(record, gear(OVER_BIN, tray=TRAY_1)) == (
         f"{GEAR} was put down at (-0.30, 0.20) m, after the tray's last report"
     )
 
 
-def test_a_part_in_the_gripper_and_parts_that_left_the_cell() -> None:
+def test_part_in_gripper_or_out_of_cell_is_reported() -> None:
     record = HandlingRecord()
     record.take(GEAR, 15 * SECOND)
-    assert sentence_of(record, gear()) == f"{GEAR} was in the gripper, for 5.0 s"
+    assert sentence_of(record, gear()) == f"{GEAR} was in the gripper for 5.0 s"
     for by, words in (
-        (Removal.DELETION_WALL, "was taken by the deletion wall of the belt"),
+        (Removal.DELETION_WALL, "was removed by the deletion wall of the belt"),
         (Removal.CLEARING, "was cleared from agv2's tray"),
     ):
         record = HandlingRecord()
-        carried(record)
+        carry(record)
         record.report(TRAY_2, [GEAR])
         record.remove(GEAR, by)
         assert sentence_of(record, gear()) == f"{GEAR} {words}"
 
 
-def test_the_latest_part_is_named_first_a_faulty_one_last_and_none_twice() -> None:
+def test_latest_part_is_named_first_and_faulty_last() -> None:
     record = HandlingRecord()
-    carried(record, SPARE, at=4)
-    carried(record, GEAR, at=9)
+    carry(record, SPARE, at=4)
+    carry(record, GEAR, at=9)
     bad = "bin5|gear_part_3"
-    carried(record, bad, at=12)
+    carry(record, bad, at=12)
     found = fates(record, gear(), gear(name=SPARE), gear(name=bad, faulty=True), count=4)
     assert [fate.part for fate in found] == [GEAR, SPARE, bad, ""]
     assert found[2].sentence().startswith(f"{bad} (faulty) was dropped")
 
 
-def test_what_was_delivered_or_explains_an_earlier_kit_explains_nothing() -> None:
+def test_part_of_earlier_kit_or_delivery_is_not_named_again() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     assert fates(record, gear())[0].part == GEAR
     later = score_kit(kit(ordered("gear_part"), kit_type="order_0_kit_1"), ())
     (fate,) = record.judge(later, TRAY_2, (), [gear()], NOW)
     assert fate is not None
     assert fate.kind is FateKind.NEVER_HELD
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     record.remove(GEAR, Removal.DELIVERY)
-    assert sentence_of(record, gear()) == "never taken hold of"
+    assert sentence_of(record, gear()) == "never gripped"
 
 
 NAMES = tuple(f"bin5|{kind}_{number}" for kind in TYPES for number in range(3))
@@ -159,7 +159,7 @@ EVENTS = st.lists(
 )
 
 
-def played(events: list[tuple[str, str]]) -> HandlingRecord:
+def record_of(events: list[tuple[str, str]]) -> HandlingRecord:
     record = HandlingRecord()
     for number, (event, name) in enumerate(events):
         now = number * SECOND
@@ -176,15 +176,15 @@ def played(events: list[tuple[str, str]]) -> HandlingRecord:
 
 
 @given(EVENTS, st.lists(st.sampled_from(TYPES), max_size=6), st.sets(st.sampled_from(NAMES)), st.booleans())
-def test_each_missing_part_has_one_fate_of_its_type_and_snapshots_keep_them(
+def test_missing_parts_have_one_fate_each_also_after_restore(
     events: list[tuple[str, str]], types: list[str], on_tray: set[str], is_restored: bool
 ) -> None:
-    record = played(events)
+    record = record_of(events)
     if is_restored:
         kept = json.loads(json.dumps(record.get_record()))
-        record = played([("take", NAMES[0])])
+        record = record_of([("take", NAMES[0])])
         record.set_record(kept)
-    contents: tuple[TrayObject, ...] = tuple(thing(part_type(name), name=name) for name in sorted(on_tray))
+    contents: tuple[TrayObject, ...] = tuple(tray_object(part_type(name), name=name) for name in sorted(on_tray))
     score = score_kit(kit(*(ordered(each, 0.1 * n) for n, each in enumerate(types))), contents)
     now = [PartSnapshot(name, part_type(name), Pose().position) for name in NAMES]
 
@@ -198,7 +198,7 @@ def test_each_missing_part_has_one_fate_of_its_type_and_snapshots_keep_them(
         assert fate is None or not fate.part or part_type(fate.part) == part.type
         assert fate is None or fate.sentence()
     assert record.fates(score.kit_type) == found
-    assert played(events).judge(score, TRAY_1, on_tray, now, NOW) == found
+    assert record_of(events).judge(score, TRAY_1, on_tray, now, NOW) == found
     restored = HandlingRecord()
     restored.set_record(json.loads(json.dumps(record.get_record())))
     assert restored.fates(score.kit_type) == found

@@ -15,12 +15,12 @@ from tests.cell.kitting.builders import pose
         (Verdict.MISSING, 0.0, 0.0),
     ],
 )
-def test_the_points_of_a_verdict(verdict: Verdict, presence: float, points_for_pose: float) -> None:
+def test_verdict_has_its_points(verdict: Verdict, presence: float, points_for_pose: float) -> None:
     finding = PartFinding("gear_part", pose(), verdict)
     assert (finding.presence, finding.pose) == (presence, points_for_pose)
 
 
-def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
+def test_unjudged_kit_has_no_points_and_no_bonus_verdict() -> None:
     score = KitScore("order_0_kit_0")
     assert score.total == score.maximum == 0.0
     assert score.bonus is None
@@ -32,17 +32,17 @@ def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
     [
         (
             Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit_O", None, ("kit_0",)),
-            "scored 0: kit type 'kit_O' belongs to no order; did you mean kit_0 (asked for now: kit_0)",
+            "scored 0: kit type 'kit_O' belongs to no order; did you mean kit_0 (ordered now: kit_0)",
         ),
         (
             Refusal(RefusalReason.NOT_ANNOUNCED, "kit_1", "order_1", ("x", "y")),
-            "scored 0: kit type 'kit_1' belongs to order_1, which has not been announced yet (asked for now: x, y)",
+            "scored 0: kit type 'kit_1' belongs to order_1, which is not announced yet (ordered now: x, y)",
         ),
         (
             Refusal(RefusalReason.ORDER_CLOSED, "order_1_kit_0", "order_1"),
-            "scored 0: kit type 'order_1_kit_0' belongs to order_1, which is closed already (asked for now: none)",
+            "scored 0: kit type 'order_1_kit_0' belongs to order_1, which is already closed (ordered now: none)",
         ),
     ],
 )
-def test_a_refusal_has_the_reason_and_the_accepted_kits(refusal: Refusal, sentence: str) -> None:
+def test_refusal_sentence_has_reason_and_accepted_kits(refusal: Refusal, sentence: str) -> None:
     assert refusal.sentence() == sentence

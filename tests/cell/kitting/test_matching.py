@@ -19,15 +19,15 @@ from cellwright.cell.kitting.kit_score import (
 )
 from cellwright.config.trial.trial import Kit, KitObject
 from cellwright.util.pose import Pose
-from tests.cell.kitting.builders import contents, kit, kit_objects, kits, ordered, pose, thing
+from tests.cell.kitting.builders import contents, kit, kit_objects, kits, ordered, pose, tray_object
 
 
-def lying(there: Pose, type_: str = "gear_part") -> TrayObject:
-    return TrayObject("bin5|gear_part_1", type_, False, there)
+def object_at(place: Pose, type_: str = "gear_part") -> TrayObject:
+    return TrayObject("bin5|gear_part_1", type_, False, place)
 
 
 @pytest.mark.parametrize(
-    ("there", "verdict"),
+    ("place", "verdict"),
     [
         (pose(), Verdict.PLACED),
         (pose(0.0299), Verdict.PLACED),
@@ -46,12 +46,12 @@ def lying(there: Pose, type_: str = "gear_part") -> TrayObject:
         (pose(roll=math.pi), Verdict.TILTED),
     ],
 )
-def test_tolerances(there: Pose, verdict: Verdict) -> None:
-    assert verdict_of(fit_of(ordered(), lying(there))) is verdict
+def test_verdict_follows_tolerances(place: Pose, verdict: Verdict) -> None:
+    assert verdict_of(fit_of(ordered(), object_at(place))) is verdict
 
 
-def test_the_fit_has_distance_and_angles() -> None:
-    fit = fit_of(ordered(x=0.1, y=0.2, yaw=math.pi - 0.02), lying(pose(0.13, 0.24, 0.03 - math.pi, z=0.7)))
+def test_fit_has_distance_and_angles() -> None:
+    fit = fit_of(ordered(x=0.1, y=0.2, yaw=math.pi - 0.02), object_at(pose(0.13, 0.24, 0.03 - math.pi, z=0.7)))
     assert fit.object_name == "bin5|gear_part_1"
     assert fit.distance == pytest.approx(0.05)
     assert fit.yaw_difference == pytest.approx(0.05)
@@ -60,16 +60,16 @@ def test_the_fit_has_distance_and_angles() -> None:
 
 @pytest.mark.slow
 @given(kit_objects, st.sampled_from((1.0, -1.0)), st.floats(0.9, 1.1))
-def test_yaw_is_that_of_the_normalised_quaternion_of_either_sign(goal: KitObject, sign: float, length: float) -> None:
+def test_yaw_is_that_of_normalised_quaternion_of_either_sign(goal: KitObject, sign: float, length: float) -> None:
     w, x, y, z = goal.pose.quaternion
     scale = sign * length
-    fit = fit_of(goal, lying(Pose(goal.pose.position, (scale * w, scale * x, scale * y, scale * z))))
+    fit = fit_of(goal, object_at(Pose(goal.pose.position, (scale * w, scale * x, scale * y, scale * z))))
     assert fit.yaw_difference == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_perfect_tray() -> None:
+def test_perfect_tray_earns_all_points() -> None:
     ordered_kit = kit(ordered(), ordered("disk_part", 0.1), ordered(x=0.2))
-    score = score_kit(ordered_kit, (thing(x=0.2), thing("disk_part", 0.1), thing()))
+    score = score_kit(ordered_kit, (tray_object(x=0.2), tray_object("disk_part", 0.1), tray_object()))
     assert (score.part_presence, score.all_parts_bonus, score.part_pose) == (3.0, 3.0, 3.0)
     assert score.total == score.maximum == 9.0
     assert score.is_complete
@@ -78,7 +78,7 @@ def test_a_perfect_tray() -> None:
     assert score.extras == ()
 
 
-def test_an_empty_tray_and_an_empty_kit() -> None:
+def test_empty_tray_earns_nothing_and_empty_kit_is_complete() -> None:
     score = score_kit(kit(ordered()), ())
     assert score.total == 0.0
     assert not score.is_complete
@@ -89,12 +89,12 @@ def test_an_empty_tray_and_an_empty_kit() -> None:
     assert nothing_asked.is_complete
 
 
-def test_every_object_that_is_of_no_use_is_named_with_the_reason() -> None:
+def test_extra_objects_are_listed_with_reason() -> None:
     tray = (
-        thing("pulley_part", name="bin8|pulley_part_1"),
-        thing(x=0.3, name="bin5|gear_part_7"),
-        thing(name="bin5|gear_part_8"),
-        thing(name="bin5|gear_part_9", faulty=True),
+        tray_object("pulley_part", name="bin8|pulley_part_1"),
+        tray_object(x=0.3, name="bin5|gear_part_7"),
+        tray_object(name="bin5|gear_part_8"),
+        tray_object(name="bin5|gear_part_9", faulty=True),
     )
     score = score_kit(kit(ordered()), tray)
     assert score.extras == (
@@ -107,8 +107,8 @@ def test_every_object_that_is_of_no_use_is_named_with_the_reason() -> None:
     assert score.is_complete
 
 
-def test_a_faulty_part_in_its_place_is_named_and_earns_nothing() -> None:
-    score = score_kit(kit(ordered(), ordered(x=0.2)), (thing(x=0.2, faulty=True, name="bin5|gear_part_3"),))
+def test_faulty_part_in_place_is_named_and_earns_nothing() -> None:
+    score = score_kit(kit(ordered(), ordered(x=0.2)), (tray_object(x=0.2, faulty=True, name="bin5|gear_part_3"),))
     assert [part.verdict for part in score.parts] == [Verdict.MISSING, Verdict.FAULTY]
     fit = score.parts[1].fit
     assert fit is not None
@@ -117,10 +117,10 @@ def test_a_faulty_part_in_its_place_is_named_and_earns_nothing() -> None:
     assert score.bonus is BonusVerdict.PARTS_SHORT
 
 
-def test_objects_take_the_first_place_that_fits_in_the_order_of_the_report() -> None:
+def test_objects_take_first_fitting_place_in_order_of_report() -> None:
     # Both places are near enough to the first object; the second object would have needed the one it took.
     ordered_kit = kit(ordered(x=0.0), ordered(x=0.04))
-    near_both, near_first = thing(x=0.02, name="a"), thing(x=-0.01, name="b")
+    near_both, near_first = tray_object(x=0.02, name="a"), tray_object(x=-0.01, name="b")
     taken = score_kit(ordered_kit, (near_both, near_first))
     assert taken.part_pose == 1.0
     assert [part.verdict for part in taken.parts] == [Verdict.PLACED, Verdict.TOO_FAR]
@@ -131,9 +131,9 @@ def test_objects_take_the_first_place_that_fits_in_the_order_of_the_report() -> 
     assert score_kit(ordered_kit, (near_first, near_both)).part_pose == 2.0
 
 
-def test_misplaced_objects_stand_for_the_places_closest_to_them() -> None:
+def test_misplaced_objects_match_closest_places() -> None:
     ordered_kit = kit(ordered(x=0.0), ordered(x=0.2))
-    score = score_kit(ordered_kit, (thing(x=0.15, name="a"), thing(x=-0.05, name="b")))
+    score = score_kit(ordered_kit, (tray_object(x=0.15, name="a"), tray_object(x=-0.05, name="b")))
     names = [part.fit.object_name for part in score.parts if part.fit is not None]
     assert names == ["b", "a"]
     assert score.part_presence == 2.0
@@ -142,7 +142,7 @@ def test_misplaced_objects_stand_for_the_places_closest_to_them() -> None:
 
 @pytest.mark.slow
 @given(kits, contents())
-def test_points_lie_between_nothing_and_three_for_each_part(ordered_kit: Kit, tray: TrayContents) -> None:
+def test_points_are_between_zero_and_three_per_part(ordered_kit: Kit, tray: TrayContents) -> None:
     score = score_kit(ordered_kit, tray)
     assert 0.0 <= score.total <= score.maximum == 3.0 * len(ordered_kit.objects)
     assert score.part_pose <= score.part_presence
@@ -151,7 +151,7 @@ def test_points_lie_between_nothing_and_three_for_each_part(ordered_kit: Kit, tr
 
 @pytest.mark.slow
 @given(kits, contents())
-def test_presence_and_bonus_are_the_counts_of_the_rules(ordered_kit: Kit, tray: TrayContents) -> None:
+def test_presence_and_bonus_equal_counts_of_rules(ordered_kit: Kit, tray: TrayContents) -> None:
     score = score_kit(ordered_kit, tray)
     types = {goal.type for goal in ordered_kit.objects}
     expected = {type_: sum(goal.type == type_ for goal in ordered_kit.objects) for type_ in types}
@@ -163,7 +163,7 @@ def test_presence_and_bonus_are_the_counts_of_the_rules(ordered_kit: Kit, tray: 
 
 @pytest.mark.slow
 @given(kits, contents())
-def test_each_object_is_accounted_for_once(ordered_kit: Kit, tray: TrayContents) -> None:
+def test_objects_are_accounted_for_once(ordered_kit: Kit, tray: TrayContents) -> None:
     score = score_kit(ordered_kit, tray)
     fits = {id(part): part.fit for part in score.parts if part.fit is not None}
     standing = [part.fit.object_name for part in score.parts if part.fit is not None and part.is_present]
@@ -178,7 +178,7 @@ def test_each_object_is_accounted_for_once(ordered_kit: Kit, tray: TrayContents)
 
 @pytest.mark.slow
 @given(st.data(), kits, contents())
-def test_the_order_of_the_report_changes_neither_presence_nor_bonus(
+def test_order_of_report_changes_neither_presence_nor_bonus(
     data: st.DataObject, ordered_kit: Kit, tray: TrayContents
 ) -> None:
     score, shuffled = score_kit(ordered_kit, tray), score_kit(ordered_kit, tuple(data.draw(st.permutations(tray))))
@@ -187,7 +187,7 @@ def test_the_order_of_the_report_changes_neither_presence_nor_bonus(
 
 @pytest.mark.slow
 @given(st.data(), kits)
-def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st.DataObject, ordered_kit: Kit) -> None:
+def test_order_of_report_changes_nothing_for_distant_places(data: st.DataObject, ordered_kit: Kit) -> None:
     apart = Kit(
         ordered_kit.kit_type,
         tuple(
@@ -204,10 +204,10 @@ def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st
 
 @pytest.mark.slow
 @given(st.data(), kits, contents())
-def test_one_more_object_adds_at_most_presence_pose_and_a_bonus_that_it_completes(
+def test_extra_object_adds_at_most_one_presence_and_one_pose(
     data: st.DataObject, ordered_kit: Kit, tray: TrayContents
 ) -> None:
-    (more,) = data.draw(contents(max_size=7).filter(len).map(lambda things: things[:1]))
+    (more,) = data.draw(contents(max_size=7).filter(len).map(lambda tray_objects: tray_objects[:1]))
     before, after = score_kit(ordered_kit, tray), score_kit(ordered_kit, (*tray, more))
     assert 0.0 <= after.part_presence - before.part_presence <= 1.0
     assert 0.0 <= after.part_pose - before.part_pose <= 1.0
@@ -216,16 +216,16 @@ def test_one_more_object_adds_at_most_presence_pose_and_a_bonus_that_it_complete
 
 
 @given(kits, contents())
-def test_objects_that_were_not_ordered_cost_only_the_bonus(ordered_kit: Kit, tray: TrayContents) -> None:
+def test_unordered_objects_cost_only_bonus(ordered_kit: Kit, tray: TrayContents) -> None:
     before = score_kit(ordered_kit, tray)
     for more in (
-        thing("pulley_part"),
-        thing(ordered_kit.objects[0].type if ordered_kit.objects else "gear_part", faulty=True),
+        tray_object("pulley_part"),
+        tray_object(ordered_kit.objects[0].type if ordered_kit.objects else "gear_part", faulty=True),
     ):
         after = score_kit(ordered_kit, (*tray, more))
         assert (after.part_presence, after.part_pose) == (before.part_presence, before.part_pose)
         assert after.all_parts_bonus == 0.0
 
 
-def test_the_tolerances_are_those_of_the_competition() -> None:
+def test_tolerances_are_those_of_competition() -> None:
     assert (MAX_DISTANCE, MIN_QUATERNION_DOT, MAX_YAW_DIFFERENCE) == (0.03, 0.95, 0.1)

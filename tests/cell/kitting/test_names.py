@@ -23,14 +23,14 @@ TYPES = st.lists(WORDS.filter(lambda word: not word.startswith("clone")), min_si
         ("gear_part_\u0663", "gear_part_\u0663", "gear_part_\u0663"),
     ],
 )
-def test_names_are_cut(name: str, trimmed: str, type_: str) -> None:
+def test_trimmed_name_and_part_type_of_model_name(name: str, trimmed: str, type_: str) -> None:
     assert trimmed_name(name) == trimmed
     assert part_type(name) == type_
 
 
 @pytest.mark.slow
 @given(TYPES, st.lists(WORDS, max_size=3), st.integers(0, 10**6))
-def test_the_type_is_found_behind_any_origin_and_number(type_: str, origin: list[str], number: int) -> None:
+def test_part_type_is_found_behind_any_origin_and_number(type_: str, origin: list[str], number: int) -> None:
     for suffix in ("", f"_{number}", f"_clone_{number}"):
         name = "|".join([*origin, type_ + suffix])
         assert part_type(name) == type_

@@ -22,7 +22,7 @@ from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
 from cellwright.engine.clock import NEVER
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
-from tests.cell.kitting.builders import TRAY_1, TRAY_2, filling, order, thing
+from tests.cell.kitting.builders import TRAY_1, TRAY_2, full_tray, order, tray_object
 
 SECOND = 1_000_000_000
 TICK = 2_000_000
@@ -90,7 +90,9 @@ def in_state(state: CompetitionState) -> Referee:
         (DONE, DONE, []),
     ],
 )
-def test_what_a_step_does(before: CompetitionState, after: CompetitionState, effects: list[Any]) -> None:
+def test_step_moves_state_and_returns_effects(
+    before: CompetitionState, after: CompetitionState, effects: list[Any]
+) -> None:
     judge = in_state(before)
     assert judge.state is before
     assert short(judge.update(TICK)) == effects
@@ -98,14 +100,14 @@ def test_what_a_step_does(before: CompetitionState, after: CompetitionState, eff
 
 
 @pytest.mark.parametrize("before", [READY, GO, END_GAME, DONE])
-def test_a_competition_is_started_once(before: CompetitionState) -> None:
+def test_start_outside_init_is_refused(before: CompetitionState) -> None:
     judge = in_state(before)
     with pytest.raises(RejectedCommandError, match=before.value):
         judge.start(TICK)
     assert judge.state is before
 
 
-def test_starting() -> None:
+def test_start_enters_ready_and_runs_clock_from_go() -> None:
     judge = in_state(INIT)
     assert judge.next_deadline == NEVER
     assert judge.start(0) == (StateChanged(READY),)
@@ -117,7 +119,7 @@ def test_starting() -> None:
 
 
 @pytest.mark.parametrize("before", [INIT, READY, GO, DONE])
-def test_a_competition_can_be_ended_in_any_state(before: CompetitionState) -> None:
+def test_end_in_any_state_ends_competition(before: CompetitionState) -> None:
     judge = in_state(before)
     assert judge.end(TICK) == (StateChanged(END_GAME),)
     assert judge.update(TICK) == ()
@@ -129,21 +131,21 @@ def test_a_competition_can_be_ended_in_any_state(before: CompetitionState) -> No
     assert judge.next_deadline == NEVER
 
 
-def test_ending_what_is_ending_changes_nothing() -> None:
+def test_end_in_end_game_changes_nothing() -> None:
     judge = in_state(END_GAME)
     assert judge.end(TICK) == ()
     assert judge.state is END_GAME
 
 
 @pytest.mark.parametrize("before", [INIT, READY, END_GAME, DONE])
-def test_kits_are_judged_only_while_the_competition_runs(before: CompetitionState) -> None:
+def test_submit_outside_go_is_refused(before: CompetitionState) -> None:
     judge = in_state(before)
     with pytest.raises(RejectedCommandError, match=before.value):
         judge.submit(TRAY_1, "order_0_kit_0", TICK)
     assert judge.score(TICK) == GameScore()
 
 
-def test_a_trial_without_orders_is_over_at_once() -> None:
+def test_trial_without_orders_ends_at_once() -> None:
     judge = referee()
     judge.start(0)
     log = [short(judge.update(now)) for now in range(TICK, 6 * TICK, TICK)]
@@ -156,7 +158,7 @@ def test_a_trial_without_orders_is_over_at_once() -> None:
     ]
 
 
-def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
+def test_time_limit_ends_trial_only_beyond_it() -> None:
     judge = going(FIRST, limit=10.0)
     judge.update(TICK)
     assert judge.next_deadline == 10 * SECOND + 1
@@ -169,20 +171,20 @@ def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
     assert judge.process_time(99 * SECOND) == 10 * SECOND + TICK
 
 
-def test_what_is_due_exactly_at_the_time_limit_still_happens() -> None:
+def test_order_due_exactly_at_time_limit_is_announced() -> None:
     judge = going(order(0, start_time=10.0), limit=10.0)
     assert judge.next_deadline == 10 * SECOND
     assert short(judge.update(10 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
     assert short(judge.update(10 * SECOND + 1)) == [END_GAME]
 
 
-def test_a_limit_of_zero_ends_a_trial_before_anything_is_announced() -> None:
+def test_time_limit_of_zero_ends_trial_before_announcements() -> None:
     judge = going(FIRST, limit=0.0)
     assert short(judge.update(TICK)) == [END_GAME]
     assert judge.score(TICK).orders == ()
 
 
-def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() -> None:
+def test_trial_without_limit_waits_for_order_without_condition() -> None:
     judge = going(order(0))
     assert judge.next_deadline == NEVER
     assert judge.update(10**6 * SECOND) == ()
@@ -190,7 +192,7 @@ def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() ->
     assert [each.order_id for each in judge._announcements.waiting] == ["order_0"]
 
 
-def test_an_order_is_announced_at_the_first_step_at_its_time() -> None:
+def test_order_is_announced_at_first_step_at_its_time() -> None:
     judge = going(order(0, start_time=3.0))
     assert judge.next_deadline == 3 * SECOND
     assert judge.update(3 * SECOND - 1) == ()
@@ -199,7 +201,7 @@ def test_an_order_is_announced_at_the_first_step_at_its_time() -> None:
     assert not judge._announcements.waiting
 
 
-def test_one_order_is_announced_in_a_step() -> None:
+def test_one_order_is_announced_per_step() -> None:
     judge = going(*(order(number, start_time=0.0) for number in range(3)))
     for number, interrupts in enumerate((None, "order_0", "order_1")):
         now = (number + 1) * TICK
@@ -210,10 +212,10 @@ def test_one_order_is_announced_in_a_step() -> None:
     assert judge.next_deadline == NEVER
 
 
-def test_a_kit_ends_the_trial() -> None:
+def test_last_kit_ends_trial() -> None:
     judge = going(FIRST)
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, filling(FIRST))
+    judge.tray_changed(TRAY_1, full_tray(FIRST))
     assert judge.next_deadline == NEVER
     submitted = judge.submit(TRAY_1, "order_0_kit_0", 5 * SECOND)
     assert (submitted.tray_id, submitted.kit_type, submitted.is_repeated) == (TRAY_1, "order_0_kit_0", False)
@@ -226,12 +228,12 @@ def test_a_kit_ends_the_trial() -> None:
     assert judge.score(0).orders[0].time_taken == 5 * SECOND - TICK
 
 
-def test_wanted_parts_interrupt_and_the_first_order_is_resumed() -> None:
+def test_wanted_parts_interrupt_order_that_is_resumed_later() -> None:
     judge = going(FIRST, URGENT)
     judge.update(TICK)
-    judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part", faulty=True)])
+    judge.tray_changed(TRAY_2, [tray_object("disk_part"), tray_object("pulley_part", faulty=True)])
     assert judge.next_deadline == NEVER
-    judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part")])
+    judge.tray_changed(TRAY_2, [tray_object("disk_part"), tray_object("pulley_part")])
     assert short(judge.update(2 * TICK)) == [("order_1", AnnouncementReason.WANTED_PARTS, "order_0")]
     judge.submit(TRAY_2, "order_1_kit_0", SECOND)
     assert short(judge.update(SECOND)) == [("order_1", "complete", "order_0")]
@@ -239,16 +241,16 @@ def test_wanted_parts_interrupt_and_the_first_order_is_resumed() -> None:
     assert judge.next_deadline == NEVER
 
 
-def test_unwanted_parts_interrupt() -> None:
+def test_unwanted_parts_interrupt_order() -> None:
     judge = going(FIRST, UNWANTING)
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part")])
+    judge.tray_changed(TRAY_1, [tray_object("disk_part"), tray_object("pulley_part")])
     assert judge.next_deadline == NEVER
-    judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part"), thing("gear_part")])
+    judge.tray_changed(TRAY_1, [tray_object("disk_part"), tray_object("pulley_part"), tray_object("gear_part")])
     assert short(judge.update(2 * TICK)) == [("order_2", AnnouncementReason.UNWANTED_PARTS, "order_0")]
 
 
-def test_a_conditional_order_comes_when_no_order_is_in_progress() -> None:
+def test_conditional_order_is_announced_when_idle() -> None:
     judge = going(FIRST, URGENT)
     judge.update(TICK)
     judge.submit(TRAY_1, "order_0_kit_0", SECOND)
@@ -257,7 +259,7 @@ def test_a_conditional_order_comes_when_no_order_is_in_progress() -> None:
     assert short(judge.update(SECOND + TICK)) == [("order_1", AnnouncementReason.IDLE, None)]
 
 
-def test_an_interrupted_order_that_is_complete_is_closed_after_the_one_above_it() -> None:
+def test_complete_interrupted_order_closes_after_interrupting_one() -> None:
     judge = going(FIRST, order(1, start_time=0.0))
     judge.update(TICK)
     judge.update(2 * TICK)
@@ -270,7 +272,7 @@ def test_an_interrupted_order_that_is_complete_is_closed_after_the_one_above_it(
     assert judge.score(9 * SECOND).orders[0].time_taken == SECOND - TICK
 
 
-def test_an_order_of_no_kits_is_announced_and_closed_in_one_step() -> None:
+def test_order_without_kits_is_announced_and_closed_in_one_step() -> None:
     judge = going(order(0, kits=0, start_time=0.0))
     assert short(judge.update(TICK)) == [
         ("order_0", AnnouncementReason.TIME, None),
@@ -279,10 +281,10 @@ def test_an_order_of_no_kits_is_announced_and_closed_in_one_step() -> None:
     ]
 
 
-def test_a_repeated_submission_returns_the_old_score() -> None:
+def test_repeated_submission_returns_first_score() -> None:
     judge = going(order(0, ("gear_part",), kits=2, start_time=0.0))
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, [thing()])
+    judge.tray_changed(TRAY_1, [tray_object()])
     first = judge.submit(TRAY_1, "order_0_kit_0", SECOND)
     again = judge.submit(TRAY_2, "order_0_kit_0", SECOND)
     assert first.score.total == 3.0
@@ -297,7 +299,7 @@ def test_a_repeated_submission_returns_the_old_score() -> None:
         ("gear_kit", RefusalReason.UNKNOWN_KIT_TYPE),
     ],
 )
-def test_a_kit_that_was_not_requested_scores_nothing_with_a_reason(kit_type: str, reason: RefusalReason) -> None:
+def test_unrequested_kit_scores_zero_with_reason(kit_type: str, reason: RefusalReason) -> None:
     judge = going(FIRST, URGENT, UNWANTING)
     judge.update(TICK)
     judge.submit(TRAY_1, "order_0_kit_0", SECOND)
@@ -307,11 +309,11 @@ def test_a_kit_that_was_not_requested_scores_nothing_with_a_reason(kit_type: str
     assert submitted.score.total == 0.0
     assert submitted.score.refusal is not None
     assert submitted.score.refusal.reason is reason
-    assert submitted.score.refusal.wanted == ("order_1_kit_0",)
+    assert submitted.score.refusal.accepted == ("order_1_kit_0",)
     assert not submitted.is_repeated
 
 
-def test_an_unknown_tray_is_refused() -> None:
+def test_unknown_tray_is_refused_with_suggestion() -> None:
     judge = going(FIRST)
     judge.update(TICK)
     with pytest.raises(UnknownNameError, match="did you mean"):
@@ -319,7 +321,7 @@ def test_an_unknown_tray_is_refused() -> None:
     assert not judge.scorer.is_submitted("order_0_kit_0")
 
 
-def test_parts_travel_only_while_the_game_is_on() -> None:
+def test_part_travel_time_counts_only_during_game() -> None:
     judge = referee(FIRST)
     judge.scorer.gripper_changed(0, enabled=True, attached=True)
     judge.start(SECOND)
@@ -330,7 +332,7 @@ def test_parts_travel_only_while_the_game_is_on() -> None:
     assert judge.score(9 * SECOND).part_travel_time == 4 * SECOND
 
 
-def test_reset_makes_it_new() -> None:
+def test_reset_referee_equals_new_one() -> None:
     judge = going(FIRST)
     judge.update(TICK)
     judge.submit(TRAY_1, "order_0_kit_0", SECOND)
@@ -341,10 +343,10 @@ def test_reset_makes_it_new() -> None:
     assert judge.start(0) == (StateChanged(READY),)
 
 
-def test_state_goes_through_json() -> None:
+def test_referee_state_survives_json() -> None:
     judge, copy = going(FIRST, URGENT, limit=60.0), referee(FIRST, URGENT, limit=60.0)
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, [thing("pulley_part", x=0.01)])
+    judge.tray_changed(TRAY_1, [tray_object("pulley_part", x=0.01)])
     judge.update(2 * TICK)
     copy.set_state(json.loads(json.dumps(judge.get_state(), sort_keys=True)))
     assert copy.get_state() == judge.get_state()

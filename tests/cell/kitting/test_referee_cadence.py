@@ -31,7 +31,7 @@ class Input:
     kind: str
     tray: str = TRAY_1
     kit_type: str = ""
-    things: TrayContents = ()
+    tray_objects: TrayContents = ()
     carrying: bool = False
 
 
@@ -116,7 +116,7 @@ class Run:
                 case "end":
                     self.take(self.referee.end(now), now)
                 case "tray":
-                    self.referee.tray_changed(each.tray, each.things)
+                    self.referee.tray_changed(each.tray, each.tray_objects)
                 case "gripper":
                     self.referee.scorer.gripper_changed(now, enabled=True, attached=each.carrying)
                 case _:
@@ -158,7 +158,7 @@ def play_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
             case "start" | "end":
                 naive.command(each.kind, now)
             case "tray":
-                naive.trays[each.tray] = each.things
+                naive.trays[each.tray] = each.tray_objects
             case "gripper":
                 naive.carrying = each.carrying
             case _:
@@ -181,7 +181,7 @@ def play_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
 @pytest.mark.slow
 @settings(max_examples=200)
 @given(trials, stories)
-def test_all_cadences_agree_with_the_naive_rules(trial: Trial, story: list[Input]) -> None:
+def test_all_cadences_agree_with_naive_rules(trial: Trial, story: list[Input]) -> None:
     every_tick = Run(trial, "every tick").play(story)
     at_deadlines = Run(trial, "deadlines").play(story)
     with_snapshots = Run(trial, "snapshots").play(story)
@@ -200,7 +200,7 @@ def test_all_cadences_agree_with_the_naive_rules(trial: Trial, story: list[Input
     assert score.part_travel_time == naive.travel
 
 
-def test_deadlines_are_few() -> None:
+def test_referee_has_few_deadlines() -> None:
     trial = Trial("test", orders=(order(0, start_time=0.02), order(1, start_time=0.06)), time_limit=0.1)
     run = Run(trial, "deadlines").play([Input(1, at_border=True, kind="start")])
     # ready, go and the next step, two announcements, the time limit, done

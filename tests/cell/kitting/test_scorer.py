@@ -5,7 +5,7 @@ import pytest
 from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.scorer import Scorer
 from cellwright.util.errors import UnknownNameError, UsageError
-from tests.cell.kitting.builders import filling, order, thing
+from tests.cell.kitting.builders import full_tray, order, tray_object
 
 ONE = order(0, ("gear_part", "disk_part"), kits=2)
 TWO = order(1, ("gear_part",))
@@ -19,15 +19,15 @@ def scorer() -> Scorer:
     return fresh
 
 
-def test_the_first_submission_of_a_kit_counts(scorer: Scorer) -> None:
+def test_first_submission_of_kit_counts(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     assert not scorer.is_submitted("order_0_kit_0")
-    first = scorer.submit("order_0_kit_0", (thing(),), 200)
+    first = scorer.submit("order_0_kit_0", (tray_object(),), 200)
     assert first.total == 2.0
     assert scorer.is_submitted("order_0_kit_0")
-    assert scorer.submit("order_0_kit_0", filling(ONE), 300) == first
+    assert scorer.submit("order_0_kit_0", full_tray(ONE), 300) == first
     assert scorer.game_score(300).total == 2.0
-    assert scorer.submit("order_0_kit_1", filling(ONE), 300).total == 6.0
+    assert scorer.submit("order_0_kit_1", full_tray(ONE), 300).total == 6.0
     assert scorer.game_score(300).total == 8.0
 
 
@@ -40,7 +40,7 @@ def test_the_first_submission_of_a_kit_counts(scorer: Scorer) -> None:
         ("order_0_kit_0", RefusalReason.NOT_ANNOUNCED, "order_0"),
     ],
 )
-def test_a_kit_of_no_order_in_progress_scores_nothing(
+def test_kit_of_no_order_in_progress_scores_zero_with_reason(
     scorer: Scorer, kit_type: str, reason: RefusalReason, order_id: str | None
 ) -> None:
     scorer.announce("order_1", 100)
@@ -48,23 +48,23 @@ def test_a_kit_of_no_order_in_progress_scores_nothing(
         scorer.submit(kit.kit_type, (), 105)
     scorer.withdraw("order_1", 110)
     before = scorer.get_state()
-    score = scorer.submit(kit_type, filling(ONE), 120)
+    score = scorer.submit(kit_type, full_tray(ONE), 120)
     assert score.total == 0.0
     assert not score.is_submitted
     assert score.refusal is not None
-    assert (score.refusal.reason, score.refusal.order_id, score.refusal.wanted) == (reason, order_id, ())
+    assert (score.refusal.reason, score.refusal.order_id, score.refusal.accepted) == (reason, order_id, ())
     assert scorer.get_state() == before
 
 
-def test_a_refusal_lists_what_is_asked_for(scorer: Scorer) -> None:
+def test_refusal_lists_accepted_kits(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     scorer.announce("order_1", 100)
     refusal = scorer.submit("order_0_kit_7", (), 110).refusal
     assert refusal is not None
-    assert refusal.wanted == ("order_0_kit_0", "order_0_kit_1", "order_1_kit_0")
+    assert refusal.accepted == ("order_0_kit_0", "order_0_kit_1", "order_1_kit_0")
 
 
-def test_an_order_is_complete_with_its_last_kit_whatever_that_scored(scorer: Scorer) -> None:
+def test_order_is_complete_with_last_kit_of_any_score(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     scorer.announce("order_1", 150)
     scorer.submit("order_0_kit_0", (), 200)
@@ -77,25 +77,25 @@ def test_an_order_is_complete_with_its_last_kit_whatever_that_scored(scorer: Sco
     ]
 
 
-def test_an_order_without_kits_is_complete_at_once(scorer: Scorer) -> None:
+def test_order_without_kits_is_complete_at_once(scorer: Scorer) -> None:
     assert not scorer.is_complete("order_2")
     scorer.announce("order_2", 100)
     assert scorer.is_complete("order_2")
     assert scorer.order_score("order_2", 900).time_taken == 0
 
 
-def test_withdrawing_keeps_the_points_and_the_clock_of_an_incomplete_order(scorer: Scorer) -> None:
+def test_withdrawn_order_keeps_points_and_clock(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
-    scorer.submit("order_0_kit_0", filling(ONE), 200)
+    scorer.submit("order_0_kit_0", full_tray(ONE), 200)
     assert scorer.withdraw("order_0", 300).total == 6.0
     assert scorer.game_score(400).orders[0].time_taken == 300
     assert scorer.withdraw("order_1", 400).total == 0.0
 
 
-def test_a_kit_of_an_order_that_was_taken_back_is_scored_when_it_is_submitted_later(scorer: Scorer) -> None:
+def test_kit_of_withdrawn_order_is_scored_when_submitted_later(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     scorer.withdraw("order_0", 200)
-    assert scorer.submit("order_0_kit_0", filling(ONE), 300).total == 6.0
+    assert scorer.submit("order_0_kit_0", full_tray(ONE), 300).total == 6.0
     for kit in ONE.kits[1:]:
         scorer.submit(kit.kit_type, (), 400)
     score = scorer.game_score(900).orders[0]
@@ -103,7 +103,7 @@ def test_a_kit_of_an_order_that_was_taken_back_is_scored_when_it_is_submitted_la
     assert scorer.submit("order_0_kit_0", (), 500).refusal is not None
 
 
-def test_the_end_stops_every_clock(scorer: Scorer) -> None:
+def test_end_stops_all_clocks(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     scorer.gripper_changed(110, enabled=True, attached=True)
     scorer.end(200)
@@ -113,7 +113,7 @@ def test_the_end_stops_every_clock(scorer: Scorer) -> None:
     assert scorer.game_score(999).part_travel_time == 90
 
 
-def test_a_part_travels_while_the_gripper_is_enabled_and_attached_during_the_game() -> None:
+def test_part_travel_time_counts_while_gripper_holds_during_game() -> None:
     scorer = Scorer([])
     scorer.gripper_changed(0, enabled=True, attached=True)
     scorer.begin(100)
@@ -126,18 +126,18 @@ def test_a_part_travels_while_the_gripper_is_enabled_and_attached_during_the_gam
     assert scorer.game_score(999).part_travel_time == 10 + 20
 
 
-def test_names_must_be_unique() -> None:
-    with pytest.raises(UsageError, match="two orders 'order_0'"):
+def test_duplicate_order_or_kit_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"order ids must be unique \(got 'order_0' twice\)"):
         Scorer([ONE, ONE])
-    with pytest.raises(UsageError, match="two kits"):
+    with pytest.raises(UsageError, match="kit types must be unique"):
         Scorer([ONE, type(ONE)("order_9", ONE.kits)])
 
 
-def test_state_goes_through_json_with_the_evidence(scorer: Scorer) -> None:
+def test_scorer_state_survives_json_with_evidence(scorer: Scorer) -> None:
     scorer.announce("order_1", 100)
     scorer.announce("order_0", 110)
     scorer.gripper_changed(115, enabled=True, attached=True)
-    first = scorer.submit("order_0_kit_0", (thing(x=0.02, yaw=0.1), thing("disk_part", faulty=True)), 120)
+    first = scorer.submit("order_0_kit_0", (tray_object(x=0.02, yaw=0.1), tray_object("disk_part", faulty=True)), 120)
     scorer.withdraw("order_1", 130)
     copy = Scorer([ONE, TWO, NO_KITS])
     copy.set_state(json.loads(json.dumps(scorer.get_state())))
@@ -145,7 +145,7 @@ def test_state_goes_through_json_with_the_evidence(scorer: Scorer) -> None:
     for each in (scorer, copy):
         assert each.submit("order_0_kit_0", (), 140) == first
         assert each.submit("order_1_kit_0", (), 140).refusal is None
-        each.submit("order_0_kit_1", filling(ONE), 150)
+        each.submit("order_0_kit_1", full_tray(ONE), 150)
         each.end(160)
     assert copy.game_score(999) == scorer.game_score(999)
     assert copy.game_score(999).part_travel_time == 45
@@ -158,7 +158,7 @@ def test_state_goes_through_json_with_the_evidence(scorer: Scorer) -> None:
         {"order": "order_0", "withdrawn": False, "clock": [0, None], "judged": {"order_0_kit_9": []}},
     ],
 )
-def test_a_state_of_other_orders_is_refused(scorer: Scorer, entry: dict[str, object]) -> None:
+def test_state_of_other_orders_is_refused(scorer: Scorer, entry: dict[str, object]) -> None:
     before = scorer.get_state()
     with pytest.raises(UnknownNameError):
         scorer.set_state({"running": True, "carrying": False, "travel": [0, None], "announced": [entry]})

@@ -95,12 +95,12 @@ class Player:
         return {"trimmed": trimmed_name(operation["name"]), "type": part_type(operation["name"])}
 
 
-def test_the_recorded_cases_are_there() -> None:
+def test_recorded_cases_are_complete() -> None:
     assert len(CASES) >= 111
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
-def test_case(case: dict[str, Any]) -> None:
+def test_scorer_agrees_with_recorded_case(case: dict[str, Any]) -> None:
     player = Player(case)
     for operation in case["ops"]:
         answer = player.play(operation)

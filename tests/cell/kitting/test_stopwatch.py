@@ -7,7 +7,7 @@ from cellwright.cell.kitting.scorer import Stopwatch
 
 
 @given(st.lists(st.tuples(st.integers(0, 10**9), st.booleans()), max_size=20), st.integers(0, 10**9))
-def test_it_adds_up_the_time_while_it_runs(presses: list[tuple[int, bool]], rest: int) -> None:
+def test_stopwatch_adds_up_time_while_running(presses: list[tuple[int, bool]], rest: int) -> None:
     watch, now, expected, running = Stopwatch(), 0, 0, False
     for wait, run in [*presses, (rest, False)]:
         now += wait

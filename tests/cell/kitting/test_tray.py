@@ -9,5 +9,5 @@ from tests.cell.kitting.builders import contents
 
 @pytest.mark.slow
 @given(contents())
-def test_contents_go_through_json(things: TrayContents) -> None:
-    assert contents_from_json(json.loads(json.dumps(contents_to_json(things)))) == things
+def test_tray_contents_survive_json(tray_objects: TrayContents) -> None:
+    assert contents_from_json(json.loads(json.dumps(contents_to_json(tray_objects)))) == tray_objects

@@ -98,7 +98,7 @@ def quaternion(values: Iterable[float]) -> Quaternion:
     return (w, x, y, z)
 
 
-def lying(kind: str, x: float, y: float, surface: float, *, name: str = "", above: float = 1e-4) -> Part:
+def part_on(kind: str, x: float, y: float, surface: float, *, name: str = "", above: float = 1e-4) -> Part:
     """Return an upright part of a type, `above` [m] over a surface at height `surface` [m]."""
     pose = Pose((x, y, surface - part_type(kind).bottom + above))
     return Part(name or f"bench|{kind}_1", kind, pose)

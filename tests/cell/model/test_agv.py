@@ -67,14 +67,14 @@ def drive(bench: Bench, axis: str, way: float, speed: float, acceleration: float
 @pytest.mark.slow
 @pytest.mark.parametrize(("axis", "way"), [("x", -3.0), ("y", 2.0)])
 @pytest.mark.parametrize("acceleration", [0.5, 2.0])
-def test_a_kit_rides_along(bench: Bench, axis: str, way: float, acceleration: float) -> None:
+def test_kit_moves_with_agv_without_sliding(bench: Bench, axis: str, way: float, acceleration: float) -> None:
     before = bench.body_pose(TRAY).position
     assert drive(bench, axis, way, 0.5, acceleration) < 0.1 * MM
     moved = np.subtract(bench.body_pose(TRAY).position, before)
     assert moved == pytest.approx((way, 0, 0) if axis == "x" else (0, way, 0), abs=0.2 * MM)
 
 
-def test_slides_run_along_the_axes_of_the_world_for_both() -> None:
+def test_slides_of_both_agvs_run_along_world_axes() -> None:
     bench = Bench(cell())
     for agv in ("agv1", "agv2"):
         home = bench.body_pose(agv).position
@@ -86,7 +86,7 @@ def test_slides_run_along_the_axes_of_the_world_for_both() -> None:
         assert np.subtract(bench.body_pose(agv).position, home) == pytest.approx((0.1, 0.1, 0.0), abs=0.1 * MM)
 
 
-def test_an_agv_sleeps_with_its_kit(bench: Bench) -> None:
+def test_agv_sleeps_with_its_kit(bench: Bench) -> None:
     """The trap: a tree with actuators would never sleep, nor would anything on it."""
     assert bench.data.tree_asleep[tree_of(bench, "agv1")] >= 0
     assert bench.data.tree_asleep[tree_of(bench, "agv2")] >= 0
@@ -97,7 +97,7 @@ def test_an_agv_sleeps_with_its_kit(bench: Bench) -> None:
     assert all(bench.asleep(part) for part in bench.world.parts)
 
 
-def test_a_sleeping_agv_hears_no_setpoint_until_it_is_woken(bench: Bench) -> None:
+def test_sleeping_agv_ignores_setpoint_until_woken(bench: Bench) -> None:
     before = bench.body_pose("agv1").position
     bench.command("agv1_x", -0.2)
     bench.run(0.3)
@@ -107,7 +107,7 @@ def test_a_sleeping_agv_hears_no_setpoint_until_it_is_woken(bench: Bench) -> Non
     assert bench.body_pose("agv1").position[0] - before[0] == pytest.approx(-0.2, abs=0.1 * MM)
 
 
-def test_a_locked_kit_stays_through_a_jerk(bench: Bench) -> None:
+def test_locked_kit_stays_through_jerk(bench: Bench) -> None:
     """Lock welds hold where friction would not: the AGV departs at 0.4 m/s without warning."""
     for part in bench.world.parts:
         bench.hold(part, part.locks[0], TRAY)
@@ -123,7 +123,7 @@ def test_a_locked_kit_stays_through_a_jerk(bench: Bench) -> None:
     assert slip < 1.0 * MM
 
 
-def test_a_push_of_the_arm_does_not_move_an_agv() -> None:
+def test_push_of_arm_does_not_move_agv() -> None:
     bench = Bench(cell(), sleep=False)
     body = bench.model.body("agv1").id
     bench.data.xfrc_applied[body][0] = 500.0
@@ -132,7 +132,7 @@ def test_a_push_of_the_arm_does_not_move_an_agv() -> None:
     assert abs(bench.body_pose("agv1").position[0] - before) < 0.05 * MM
 
 
-def test_masses_and_plates() -> None:
+def test_agvs_and_trays_have_original_masses_and_plates() -> None:
     model = Bench(cell()).model
     for agv, tray in TRAY_IDS.items():
         assert model.body(agv).mass[0] == pytest.approx(50.0)

@@ -41,7 +41,7 @@ def joint_value(bench: Bench, joint: str) -> float:
 
 
 @pytest.mark.parametrize("case", FK, ids=[case["name"] for case in FK])
-def test_forward_kinematics(original: Bench, case: dict[str, Any]) -> None:
+def test_arm_agrees_with_ur10_forward_kinematics(original: Bench, case: dict[str, Any]) -> None:
     data = mujoco.MjData(original.model)
     for joint, value in case["joints"].items():
         data.qpos[original.model.joint(joint).qposadr[0]] = value
@@ -52,7 +52,7 @@ def test_forward_kinematics(original: Bench, case: dict[str, Any]) -> None:
         assert data.body(link).xmat.reshape(3, 3) == pytest.approx(expected[:3, :3], abs=1e-6)
 
 
-def test_tool_frames_hang_on_the_last_wrist(original: Bench) -> None:
+def test_tool_frames_are_fixed_to_last_wrist(original: Bench) -> None:
     model, data = original.model, mujoco.MjData(original.model)
     mujoco.mj_kinematics(model, data)
     wrist = data.body("wrist_3_link")
@@ -64,7 +64,7 @@ def test_tool_frames_hang_on_the_last_wrist(original: Bench) -> None:
     assert data.site("base").xmat.reshape(3, 3)[0, 0] == pytest.approx(-1.0)
 
 
-def test_link_masses(original: Bench) -> None:
+def test_links_have_masses_and_inertia_of_original(original: Bench) -> None:
     masses = (4.0, 7.778, 12.93, 3.87, 1.96, 1.96, 0.202, 0.01)
     links = (*(joint.link for joint in JOINTS), GRIPPER)
     for link, mass in zip(links, masses, strict=True):
@@ -77,7 +77,7 @@ def test_link_masses(original: Bench) -> None:
     )
 
 
-def test_joints_come_first_and_in_the_order_of_the_controller(original: Bench) -> None:
+def test_arm_joints_come_first_in_order_of_controller(original: Bench) -> None:
     model = original.model
     assert ARM_JOINTS == ARM_JOINTS
     assert tuple(model.joint(i).name for i in range(7)) == ARM_JOINTS
@@ -85,7 +85,7 @@ def test_joints_come_first_and_in_the_order_of_the_controller(original: Bench) -
     assert list(model.actuator_ctrlnum[:7]) == [2] * 7
 
 
-def test_original_servo_has_the_original_figures(original: Bench) -> None:
+def test_original_servo_has_original_parameters(original: Bench) -> None:
     model = original.model
     for joint in JOINTS:
         actuator, dof = model.actuator(joint.name), int(model.joint(joint.name).dofadr[0])
@@ -111,7 +111,7 @@ def test_integral_term_is_clamped_in_units_of_force() -> None:
     assert abs(data.act[elbow]) <= 25.0 + 1e-5
 
 
-def test_gains_of_the_settings_replace_the_originals() -> None:
+def test_configured_gains_replace_original_gains() -> None:
     bench = Bench(arm(gains={"elbow_joint": JointGains(123.0, 4.0), "wrist_3_joint": JointGains(7.0, 1.0, 2.0, 6.0)}))
     model = bench.model
     assert (-model.actuator("elbow_joint").biasprm[1], -model.actuator("elbow_joint").biasprm[2]) == (123.0, 4.0)
@@ -121,14 +121,14 @@ def test_gains_of_the_settings_replace_the_originals() -> None:
     assert model.na == 2  # lift, and wrist 3 instead of the elbow
 
 
-def test_gains_for_a_joint_that_is_not_there() -> None:
+def test_settings_for_unknown_joint_are_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match="unknown arm joint 'elbow'; did you mean elbow_joint"):
         Bench(arm(gains={"elbow": JointGains(1.0, 1.0)}))
     with pytest.raises(UnknownNameError, match="unknown arm joint 'rail'"):
         Bench(arm(dry_friction={"rail": 500.0}))
 
 
-def test_initial_posture(original: Bench) -> None:
+def test_initial_posture_is_default_or_configured(original: Bench) -> None:
     bench = Bench(arm())
     assert {name: joint_value(bench, name) for name in ARM_JOINTS} == INITIAL_POSITIONS
     assert INITIAL_POSITIONS["shoulder_pan_joint"] == 3.14
@@ -139,7 +139,7 @@ def test_initial_posture(original: Bench) -> None:
         Bench(cell(has_arm=True, initial_joint_states={"elbow": 1.0}))
 
 
-def test_initial_posture_is_held_from_the_first_step() -> None:
+def test_initial_posture_is_held_from_first_step() -> None:
     bench = Bench(arm())
     bench.run(1.0)
     for name, value in INITIAL_POSITIONS.items():
@@ -151,7 +151,7 @@ SAG = [(PICK, -1.24), (ON_BELT, -2.06), (PLACE, -2.98), (ZERO, -3.25)]
 
 
 @pytest.mark.parametrize(("joints", "sag"), SAG, ids=["pick", "belt", "place", "zero"])
-def test_static_sag_under_the_original_servo(floating: Bench, joints: dict[str, float], sag: float) -> None:
+def test_original_servo_has_computed_static_sag(floating: Bench, joints: dict[str, float], sag: float) -> None:
     """Height that the gripper loses to gravity [mm], as computed from the original's gains and masses."""
     mujoco.mj_resetData(floating.model, floating.data)
     floating.world.put_in_first_pose(floating.data)
@@ -162,7 +162,7 @@ def test_static_sag_under_the_original_servo(floating: Bench, joints: dict[str, 
 
 
 @pytest.mark.parametrize(("joint", "error"), [("linear_arm_actuator_joint", 0.045), ("shoulder_pan_joint", 0.0018)])
-def test_the_rail_and_the_pan_joint_arrive(floating: Bench, joint: str, error: float) -> None:
+def test_rail_and_pan_joint_reach_setpoint(floating: Bench, joint: str, error: float) -> None:
     """Published dry friction would hold them back; the servos bring them to within a thousandth."""
     mujoco.mj_resetData(floating.model, floating.data)
     floating.world.put_in_first_pose(floating.data)
@@ -172,7 +172,7 @@ def test_the_rail_and_the_pan_joint_arrive(floating: Bench, joint: str, error: f
 
 
 @pytest.mark.parametrize(("joint", "error"), [("linear_arm_actuator_joint", 0.045), ("shoulder_pan_joint", 0.0018)])
-def test_dry_friction_that_a_file_asks_for_holds_and_does_not_creep(joint: str, error: float) -> None:
+def test_configured_dry_friction_holds_without_creep(joint: str, error: float) -> None:
     """The servo pulls with nine tenths of the joint's dry friction for ten seconds."""
     bench = Bench(arm(dry_friction={each.name: each.friction for each in JOINTS}))
     bench.run(1.0)
@@ -182,7 +182,7 @@ def test_dry_friction_that_a_file_asks_for_holds_and_does_not_creep(joint: str, 
     assert abs(joint_value(bench, joint) - start) < 5e-3 * error
 
 
-def test_effort_limits_hold() -> None:
+def test_joint_force_stays_within_effort_limit() -> None:
     bench = Bench(arm())
     bench.command("elbow_joint", 6.0)
     highest = 0.0
@@ -193,7 +193,7 @@ def test_effort_limits_hold() -> None:
 
 
 @pytest.mark.parametrize("step", [(1, 500), (1, 250)])
-def test_precise_servo_follows_within_a_milliradian(step: tuple[int, int]) -> None:
+def test_precise_servo_follows_within_milliradian(step: tuple[int, int]) -> None:
     """All joints swing at once, at up to 2.1 rad/s and 9 rad/s^2.
 
     Setpoints: the position desired when a step begins, the velocity desired when it ends.
@@ -224,13 +224,13 @@ def test_precise_servo_does_not_sag() -> None:
     assert {name: joint_value(bench, name) for name in ARM_JOINTS} == pytest.approx(READY, abs=1e-9)
 
 
-def test_precise_servo_still_takes_gains() -> None:
+def test_precise_servo_uses_configured_gains() -> None:
     bench = Bench(arm(servo="precise", gains={"elbow_joint": JointGains(500.0, 50.0)}))
     assert -bench.model.actuator("elbow_joint").biasprm[1] == 500.0
     assert -bench.model.actuator("shoulder_lift_joint").biasprm[1] == 1.2e5
 
 
-def test_the_arm_passes_through_its_own_rail(original: Bench) -> None:
+def test_arm_does_not_collide_with_its_rail(original: Bench) -> None:
     """As in the original, whose robot has no self-collision."""
     model = original.model
     robot = [g for g in range(model.ngeom) if model.geom_contype[g] == 4]

@@ -73,7 +73,7 @@ def is_near(extents: list[Any], expected: float) -> bool:
 @pytest.mark.parametrize(
     ("outline", "axis", "half", "others"), [("along_z", 2, 0.005, (0, 1)), ("along_y", 1, 0.0025, (0, 2))]
 )
-def test_shapes_of_a_link_lie_within_2_mm_of_its_mesh(
+def test_shapes_of_link_lie_within_2_mm_of_mesh(
     link: str, outline: str, axis: int, half: float, others: tuple[int, int]
 ) -> None:
     shapes = [corners_of(solid) for solid in SOLID[LINKS[link]]]
@@ -88,7 +88,7 @@ def test_shapes_of_a_link_lie_within_2_mm_of_its_mesh(
     ("link", "height", "side"),
     [("forearm", "0.0", -1), ("forearm", "0.5723", 1), ("upperarm", "0.0", -1), ("upperarm", "0.612", 1)],
 )
-def test_housings_are_as_round_as_the_meshes(link: str, height: str, side: int) -> None:
+def test_housings_are_as_round_as_meshes(link: str, height: str, side: int) -> None:
     shapes = [corners_of(solid) for solid in SOLID[LINKS[link]]]
     for middle, radius in OUTLINES[link]["caps"][height]:
         extents = []
@@ -114,7 +114,7 @@ def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
 
 
 @pytest.mark.slow
-def test_the_arm_reaches_the_corners_of_bins_and_touches_nothing() -> None:
+def test_arm_reaches_corners_of_bins_without_contact() -> None:
     bench = Bench(cell(has_arm=True))
     model, data = bench.model, bench.data
     bodies = {model.body(link).id for link in LINKS.values()}

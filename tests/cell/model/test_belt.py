@@ -6,7 +6,7 @@ import pytest
 
 from cellwright.cell.model.frames import BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
-from tests.cell.model.bench import MM, Bench, cell, lying
+from tests.cell.model.bench import MM, Bench, cell, part_on
 
 SPEED = 0.2
 
@@ -14,7 +14,7 @@ SPEED = 0.2
 @pytest.fixture
 def bench() -> Bench:
     """One part of each type at rest and asleep on the belt."""
-    parts = (lying(k, 1.21, 3.0 + 0.6 * n, BELT_SURFACE, name=k) for n, k in enumerate(PART_TYPES))
+    parts = (part_on(k, 1.21, 3.0 + 0.6 * n, BELT_SURFACE, name=k) for n, k in enumerate(PART_TYPES))
     bench = Bench(cell(*parts))
     bench.run(0.5)
     assert all(bench.asleep(part) for part in bench.world.parts)
@@ -43,7 +43,7 @@ def settling_time(bench: Bench, goal: float) -> float:
 
 
 @pytest.mark.slow
-def test_parts_ride_at_the_speed_of_the_belt(bench: Bench) -> None:
+def test_parts_move_at_belt_speed_without_drift(bench: Bench) -> None:
     start(bench)
     bench.run(0.2)
     before = poses(bench)
@@ -55,7 +55,7 @@ def test_parts_ride_at_the_speed_of_the_belt(bench: Bench) -> None:
     assert np.abs(moved[:, 3:]).max() < 1e-4  # nothing turns
 
 
-def test_half_power_is_half_the_speed(bench: Bench) -> None:
+def test_half_belt_speed_moves_parts_at_half_speed(bench: Bench) -> None:
     start(bench, SPEED / 2)
     bench.run(0.2)
     before = poses(bench)
@@ -63,7 +63,7 @@ def test_half_power_is_half_the_speed(bench: Bench) -> None:
     assert (poses(bench) - before)[:, 1] == pytest.approx(-SPEED, rel=1e-4)
 
 
-def test_parts_start_and_stop_with_the_belt(bench: Bench) -> None:
+def test_parts_start_and_stop_with_belt(bench: Bench) -> None:
     start(bench)
     assert settling_time(bench, SPEED) <= 0.05
     before = poses(bench)[:, 1]
@@ -72,7 +72,7 @@ def test_parts_start_and_stop_with_the_belt(bench: Bench) -> None:
     assert np.abs(poses(bench)[:, 1] - before).max() < 2.5 * MM
 
 
-def test_starting_the_belt_wakes_no_part(bench: Bench) -> None:
+def test_starting_belt_wakes_no_part(bench: Bench) -> None:
     """The trap: the engine does not detect a change of the surface velocity."""
     before = poses(bench)
     bench.set_belt(SPEED)
@@ -81,7 +81,7 @@ def test_starting_the_belt_wakes_no_part(bench: Bench) -> None:
     assert (poses(bench) == before).all()
 
 
-def test_a_velocity_of_minus_zero_wakes_and_changes_nothing_else(bench: Bench) -> None:
+def test_velocity_of_minus_zero_wakes_parts_only(bench: Bench) -> None:
     before = poses(bench)
     start(bench)
     assert (poses(bench) == before).all()
@@ -89,6 +89,6 @@ def test_a_velocity_of_minus_zero_wakes_and_changes_nothing_else(bench: Bench) -
     assert not any(bench.asleep(part) for part in bench.world.parts)
 
 
-def test_the_model_knows_that_its_surfaces_may_move() -> None:
+def test_model_has_surface_velocity_flag() -> None:
     """The belt stands still in the specification; without the flag the engine would ignore later changes."""
     assert bool(Bench(cell()).model.flg_surfacevel)

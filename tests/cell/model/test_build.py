@@ -64,7 +64,7 @@ def position(model: Any, body: str) -> Any:
     return data.body(body).xpos
 
 
-def test_parts_in_play_come_first_then_those_that_wait(world: World) -> None:
+def test_parts_in_play_come_before_pooled_parts(world: World) -> None:
     assert [(part.name, part.pooled) for part in world.parts] == [
         ("bin7|piston_rod_part_1", False),
         ("bin8|gear_part_1", False),
@@ -81,7 +81,7 @@ def test_parts_in_play_come_first_then_those_that_wait(world: World) -> None:
     assert {part.type for part in world.parts} == {"piston_rod_part", "gear_part", "part2", "part4", "disk_part"}
 
 
-def test_addresses_lead_to_the_part(world: World) -> None:
+def test_part_addresses_lead_to_its_body_and_joint(world: World) -> None:
     model = world.model
     for part in world.parts:
         assert model.body(part.body).name == part.name
@@ -94,7 +94,7 @@ def test_addresses_lead_to_the_part(world: World) -> None:
         assert all(model.geom_bodyid[g] == part.body and model.geom_contype[g] == 2 for g in part.geoms)
 
 
-def test_welds_are_there_and_let_go(world: World) -> None:
+def test_parts_have_inactive_grip_and_lock_welds(world: World) -> None:
     model = world.model
     assert not model.eq_active0.any()
     for part in world.parts:
@@ -109,19 +109,19 @@ def test_welds_are_there_and_let_go(world: World) -> None:
             assert model.eq_data[weld][10] == 1.0
 
 
-def test_a_part_in_a_frame_starts_in_that_frame(world: World) -> None:
+def test_part_in_frame_starts_in_that_frame(world: World) -> None:
     part = next(each for each in world.parts if each.name == "agv1|kit_tray_1|kit_tray_1|tray|part2_1")
     assert part.start.position == pytest.approx((0.2, 3.35, 0.8), abs=1e-5)  # AGV 1 faces the other way
 
 
-def test_parts_that_wait_have_slots_of_their_own_above_the_floor(world: World) -> None:
+def test_pooled_parts_have_own_slots_above_floor(world: World) -> None:
     slots = [part.shelf.position for part in world.parts]
     assert len(set(slots)) == len(slots)
     assert all(z >= SHELF_SURFACE for *_, z in slots)
     assert all(part.start == part.shelf for part in world.parts if part.pooled)
 
 
-def test_without_arm_and_agvs() -> None:
+def test_world_without_arm_and_agvs_has_no_actuators() -> None:
     small = build_world(dataclasses.replace(FULL, has_arm=False, extra_parts=(), options=Options(insert_agvs=False)))
     assert small.model.nu == 0
     assert small.model.nv == 6 * len(small.parts)
@@ -131,12 +131,12 @@ def test_without_arm_and_agvs() -> None:
         small.model.body("agv1")
 
 
-def test_cycles_of_zero_leave_the_belt_empty() -> None:
+def test_zero_cycles_leave_belt_empty() -> None:
     empty = build_world(dataclasses.replace(FULL, options=Options(belt_population_cycles=0)))
     assert not any(part.pooled for part in empty.parts)
 
 
-def test_an_empty_trial_makes_an_empty_cell() -> None:
+def test_empty_trial_makes_empty_cell() -> None:
     empty = build_world(Trial("empty"))
     assert empty.parts == ()
     assert empty.model.nu == 8
@@ -149,24 +149,24 @@ def test_an_empty_trial_makes_an_empty_cell() -> None:
         (Part("x|gear_part_1", "gear_part", Pose(), "bin7:link"), "unknown frame 'bin7:link'; did you mean bin7::link"),
     ],
 )
-def test_what_does_not_exist_is_refused(part: Part, message: str) -> None:
+def test_unknown_type_or_frame_is_refused_with_suggestion(part: Part, message: str) -> None:
     with pytest.raises(UnknownNameError, match=message):
         build_world(Trial("bad", extra_parts=(part,)))
 
 
-def test_a_tray_frame_without_agvs_is_refused() -> None:
+def test_tray_frame_without_agvs_is_refused() -> None:
     trial = Trial("bad", options=Options(insert_agvs=False), extra_parts=(Part("x|part2_1", "part2", Pose(), TRAY),))
     with pytest.raises(UnknownNameError, match="unknown frame"):
         build_world(trial)
 
 
-def test_the_same_trial_makes_the_same_model() -> None:
+def test_same_trial_makes_same_model() -> None:
     first, second = (build_world(FULL).model for _ in range(2))
     for name in ("body_pos", "geom_size", "geom_rgba", "mesh_vert", "eq_data", "dof_invweight0", "names"):
         assert np.array_equal(np.array(getattr(first, name)), np.array(getattr(second, name))), name
 
 
-def test_first_pose_is_written_whole(world: World) -> None:
+def test_put_in_first_pose_writes_all_positions(world: World) -> None:
     data = mujoco.MjData(world.model)
     data.qpos[:] = 7.0
     world.put_in_first_pose(data)
@@ -175,7 +175,7 @@ def test_first_pose_is_written_whole(world: World) -> None:
     assert list(data.ctrl[pan : pan + 2]) == [3.14, 0.0]
 
 
-def test_fixed_things_are_where_the_competition_had_them(world: World) -> None:
+def test_bins_trays_and_belt_are_at_original_poses(world: World) -> None:
     model = world.model
     for name, (x, y) in BIN_CENTRES.items():
         assert position(model, name)[:2] == pytest.approx((x, y))
@@ -185,7 +185,7 @@ def test_fixed_things_are_where_the_competition_had_them(world: World) -> None:
     assert 2 * belt.size == pytest.approx((14.62206, 0.65461, 0.18862))
 
 
-def test_geom_groups_follow_their_touch(world: World) -> None:
+def test_geom_groups_follow_collision(world: World) -> None:
     """Group 1 collides and is drawn, 2 is only drawn, 3 only collides; 4 is neither."""
     model = world.model
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
@@ -193,14 +193,14 @@ def test_geom_groups_follow_their_touch(world: World) -> None:
     assert set(model.geom_group[~solid]) == {2, 4}
 
 
-def test_timestep_sets_the_stiffness_of_contacts() -> None:
+def test_timestep_sets_stiffness_of_contacts() -> None:
     for numerator, denominator, expected in ((1, 1000, 0.004), (1, 500, 0.004), (1, 250, 0.008)):
         model = build_world(Trial("t", settings=CellSettings(timestep=(numerator, denominator)))).model
         assert model.opt.timestep == pytest.approx(numerator / denominator)
         assert model.geom("conveyor_belt").solref == pytest.approx((expected, 1.0))
 
 
-def test_sensors_have_housings_that_nothing_touches(world: World) -> None:
+def test_sensor_housings_do_not_collide(world: World) -> None:
     model = world.model
     for sensor in FULL.sensors:
         body = model.body(f"{sensor.name} housing")

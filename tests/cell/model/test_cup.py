@@ -11,7 +11,7 @@ from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import BY_BELT, ON_BELT, PICK, READY
-from tests.cell.model.bench import Bench, cell, lying
+from tests.cell.model.bench import Bench, cell, part_on
 
 
 def drive(bench: Bench, start: dict[str, float], goal: dict[str, float], seconds: float) -> None:
@@ -39,7 +39,7 @@ def touching(bench: Bench) -> dict[str, list[tuple[float, float]]]:
     return found
 
 
-def test_shape_of_the_cup() -> None:
+def test_cup_has_bevel_and_flat_face() -> None:
     model = Bench(cell(has_arm=True)).model
     geom = model.geom(CUP_GEOM)
     mesh = int(model.geom_dataid[geom.id])
@@ -60,7 +60,7 @@ def test_shape_of_the_cup() -> None:
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.13])
-def test_pushed_pick_from_the_bin_lays_the_cup_flat(shift: float) -> None:
+def test_pick_pushed_into_part_lays_cup_flat(shift: float) -> None:
     """The waypoint lies 5 mm inside the piston rod and 3.5 deg tilted: the part stops the arm, the wrist turns."""
     rods = [
         Part(f"bin7|piston_rod_part_{n}", "piston_rod_part", Pose.from_rpy((-0.3, y, 0.75), (0, 0, math.pi / 4)))
@@ -78,9 +78,9 @@ def test_pushed_pick_from_the_bin_lays_the_cup_flat(shift: float) -> None:
     assert bench.body_pose(GRIPPER).position[2] == pytest.approx(BIN_SURFACE + 0.0075 + 0.005, abs=3e-3)
 
 
-def test_belt_pick_meets_the_mark_of_a_gear() -> None:
+def test_pick_from_belt_meets_mark_of_gear() -> None:
     """1.5 s after the gear breaks the beam the cup rests on its mark, 3 mm high, while the belt runs."""
-    bench = Bench(cell(lying("gear_part", 1.21, 2.6, BELT_SURFACE), has_arm=True))
+    bench = Bench(cell(part_on("gear_part", 1.21, 2.6, BELT_SURFACE), has_arm=True))
     bench.put_arm(BY_BELT)
     bench.set_belt(0.2)
     part = bench.world.parts[0]
@@ -97,9 +97,9 @@ def test_belt_pick_meets_the_mark_of_a_gear() -> None:
     assert met >= 9
 
 
-def test_contacts_are_reported_before_they_push() -> None:
+def test_contact_within_gap_has_no_force() -> None:
     """Within the gap of 1 mm a contact exists, with a positive distance and no force."""
-    bench = Bench(cell(lying("disk_part", 0.0, 0.0, 0.0), has_arm=True), sleep=False)
+    bench = Bench(cell(part_on("disk_part", 0.0, 0.0, 0.0), has_arm=True), sleep=False)
     part, cup = bench.world.parts[0], bench.model.geom(CUP_GEOM).id
     world_T_gripper = bench.body_pose(GRIPPER)
     seen = {}

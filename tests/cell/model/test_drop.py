@@ -76,19 +76,19 @@ def drop(bench: Bench, seed: int) -> tuple[float, float]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
-def test_nothing_falls_through(bench: Bench, seed: int) -> None:
+def test_dropped_parts_do_not_fall_through(bench: Bench, seed: int) -> None:
     worst, at_the_end = drop(bench, seed)
     assert worst < TRANSIENT
     assert at_the_end == 0.0
 
 
-def test_nothing_falls_through_in_the_fast_mode() -> None:
+def test_dropped_parts_do_not_fall_through_at_long_timestep() -> None:
     worst, at_the_end = drop(Bench(falling(settings=at_step(1, 250))), 1)
     assert worst < 2 * TRANSIENT
     assert at_the_end == 0.0
 
 
-def test_nothing_is_flung_away(bench: Bench) -> None:
+def test_dropped_parts_are_not_flung_away(bench: Bench) -> None:
     """An impact at 4.4 m/s sends a part across the cell at most: no contact pushes harder than it was hit."""
     drop(bench, 3)
     for part in bench.world.parts:

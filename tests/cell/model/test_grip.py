@@ -35,36 +35,36 @@ def holding(kind: str, servo: ServoProfile = "precise") -> tuple[Bench, WorldPar
     return bench, part
 
 
-def swing(bench: Bench, amplitude: float, rate: float, seconds: float, look: Callable[[], None]) -> None:
+def swing(bench: Bench, amplitude: float, rate: float, seconds: float, on_step: Callable[[], None]) -> None:
     """Swing the shoulder back and forth."""
     timestep, start = bench.model.opt.timestep, ABOVE_BIN["shoulder_pan_joint"]
     for k in range(round(seconds / timestep)):
         position = start + amplitude * (1 - math.cos(rate * k * timestep))
         bench.command("shoulder_pan_joint", position, amplitude * rate * math.sin(rate * (k + 1) * timestep))
         mujoco.mj_step(bench.model, bench.data)
-        look()
+        on_step()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("servo", ["original", "precise"])
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_held_part_hardly_moves_in_the_cup(kind: str, servo: ServoProfile) -> None:
+def test_held_part_slips_less_than_0_3_mm_in_swing(kind: str, servo: ServoProfile) -> None:
     bench, part = holding(kind, servo)
     rest = bench.relative(part, GRIPPER)
     slips: list[float] = []
     path: list[tuple[float, float, float]] = []
 
-    def look() -> None:
+    def on_step() -> None:
         slips.append(distance(bench.relative(part, GRIPPER), rest))
         path.append(bench.body_pose(GRIPPER).position)
 
-    swing(bench, 0.35, 7.2, 1.8, look)
+    swing(bench, 0.35, 7.2, 1.8, on_step)
     accelerations = np.linalg.norm(np.diff(np.array(path), 2, axis=0), axis=1) / bench.model.opt.timestep**2
     assert np.percentile(accelerations, 99) > 13.0
     assert max(slips) < 0.3 * MM
 
 
-def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
+def test_load_on_grip_weld_is_weight_of_part() -> None:
     """A suction limit in newtons is compared with the first three rows of the weld's force."""
     bench, part = holding("pulley_part")
     bench.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # the weld alone, no push of the cup
@@ -77,7 +77,7 @@ def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_part_let_go_in_mid_air_falls(kind: str) -> None:
+def test_part_released_in_mid_air_falls(kind: str) -> None:
     """The trap: held by a standing arm it is about to sleep, and would sleep in the air. Its count starts again."""
     bench, part = holding(kind)
     bench.run(1.0)
@@ -88,7 +88,7 @@ def test_a_part_let_go_in_mid_air_falls(kind: str) -> None:
     assert start - bench.position(part)[2] == pytest.approx(9.81 * 0.2**2 / 2, rel=0.05)
 
 
-def test_a_part_held_by_a_standing_arm_stays_awake() -> None:
+def test_part_held_by_standing_arm_stays_awake() -> None:
     bench, part = holding("gear_part")
     bench.run(1.0)
     assert not bench.asleep(part)

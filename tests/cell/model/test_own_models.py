@@ -22,13 +22,13 @@ def cell() -> Cell:
     return Cell(load_trial([EXAMPLE / "own_models.yaml"]).trial)
 
 
-def test_masses(cell: Cell) -> None:
+def test_user_defined_parts_have_their_masses(cell: Cell) -> None:
     masses = {part.type: float(cell.simulation.model.body_mass[part.body]) for part in cell.parts.all}
     expected = {"bracket_part": 0.3, "wedge_part": 0.4, "valve_part": 0.6, "flange_part": 0.5, "knob_part": 0.21}
     assert masses == pytest.approx(expected)
 
 
-def test_parts_lie_where_they_were_put(cell: Cell) -> None:
+def test_user_defined_parts_stay_where_placed(cell: Cell) -> None:
     cell.reset()
     for _ in range(1000):
         cell.step()
@@ -40,7 +40,7 @@ def test_parts_lie_where_they_were_put(cell: Cell) -> None:
             assert pose.position[2] == pytest.approx(surfaces[part.name.partition("|")[0]], abs=1e-3)
 
 
-def test_cameras_and_trays_report_them(cell: Cell) -> None:
+def test_cameras_and_trays_report_user_defined_parts(cell: Cell) -> None:
     cell.reset()
     for _ in range(1000):
         cell.step()
@@ -51,7 +51,7 @@ def test_cameras_and_trays_report_them(cell: Cell) -> None:
     assert [each.name for each in cell.trays[1].contents] == ["agv1|kit_tray_1|kit_tray_1|tray|wedge_part_1"]
 
 
-def test_furniture_stands_and_is_touched(cell: Cell) -> None:
+def test_furniture_collides_at_its_pose(cell: Cell) -> None:
     model = cell.simulation.model
     body = model.body("furniture|shelf").id
     geom = int(model.body_geomadr[body])
@@ -61,7 +61,7 @@ def test_furniture_stands_and_is_touched(cell: Cell) -> None:
     assert model.body_pos[body] == pytest.approx((-0.3, -2.2, 0))
 
 
-def test_what_is_only_drawn_touches_nothing(cell: Cell) -> None:
+def test_visual_shapes_do_not_collide(cell: Cell) -> None:
     model = cell.simulation.model
     body = model.body("bin7|valve_part_1").id
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
@@ -72,7 +72,7 @@ def test_what_is_only_drawn_touches_nothing(cell: Cell) -> None:
     assert not model.geom_contype[first : first + count].any()
 
 
-def test_a_mesh_stands_where_its_file_says() -> None:
+def test_mesh_stands_where_file_places_it() -> None:
     form = form_of("w", load_trial([EXAMPLE / "own_models.yaml"]).trial.part_models["wedge_part"])
     (shape,) = form.touched
     assert shape.pose.position == pytest.approx((0, 0, 0.012))
@@ -84,7 +84,7 @@ def test_mass_is_shared_by_volume() -> None:
     assert [shape.share for shape in form_of("a", UserModel(shapes, 2.0)).touched] == pytest.approx([0.25, 0.75])
 
 
-def test_all_shapes_come_into_the_engine() -> None:
+def test_all_shape_kinds_are_built() -> None:
     shapes = (
         ModelShape("box", (0.1, 0.1, 0.1)),
         ModelShape("sphere", (0.05, 0, 0)),
@@ -99,41 +99,41 @@ def test_all_shapes_come_into_the_engine() -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         ("<mujoco><worldbody><geom type='bx' size='1'/></worldbody></mujoco>", "invalid keyword: 'bx'"),
-        ("<mujoco/>", "no shapes in it"),
+        ("<mujoco/>", "no shapes; add a geom"),
         (
             "<mujoco><worldbody><body><joint/><geom size='.01'/></body></worldbody></mujoco>",
-            "has joints; a model is one rigid body",
+            "a model must be one rigid body",
         ),
         (
             "<mujoco><worldbody><geom type='plane' size='1 1 1'/></worldbody></mujoco>",
-            "a geom of type plane is not read",
+            "geom type plane is not supported",
         ),
         (
             "<mujoco><worldbody><body><geom size='.01' contype='0' conaffinity='0'/></body></worldbody></mujoco>",
-            "nothing in it can be touched",
+            "no collision shapes",
         ),
-        ("<mujoco><worldbody><geom size='.01'/></worldbody></mujoco>", "no mass in it; give one beside the file"),
+        ("<mujoco><worldbody><geom size='.01'/></worldbody></mujoco>", "no mass; give one beside the file"),
         (
             "<mujoco><worldbody><body><geom size='.3'/></body></worldbody></mujoco>",
             "reaches 0.52 m from its origin; a part keeps within 0.22 m",
         ),
     ],
 )
-def test_what_the_engine_refuses(content: str, said: str, tmp_path: Path) -> None:
+def test_file_that_engine_refuses_is_reported_with_path(content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(content)
     (tmp_path / "t.yaml").write_text("cellwright: {parts: {my_part: {file: a.xml}}}")
     trial = load_trial([tmp_path / "t.yaml"]).trial
     (found,) = model_problems(trial)
     assert found.startswith(f"{tmp_path / 'a.xml'}: ")
-    assert said in found
+    assert message in found
     with pytest.raises(ModelFileError, match=r"a\.xml: "):
         build_world(trial)
 
 
-def test_an_mjcf_mesh(tmp_path: Path) -> None:
+def test_mjcf_mesh_keeps_scale_and_given_mass(tmp_path: Path) -> None:
     (tmp_path / "wedge.stl").write_bytes((EXAMPLE / "wedge.stl").read_bytes())
     (tmp_path / "a.xml").write_text(
         "<mujoco><asset><mesh name='w' file='wedge.stl' scale='.001 .001 .001'/></asset><worldbody>"

@@ -41,7 +41,7 @@ def box(x: float, y: float, z: float, pose: Pose | None = None) -> ModelShape:
     st.floats(-0.05, 0.05),
     st.floats(-0.05, 0.05),
 )
-def test_a_box_is_taken_in_the_middle_of_its_top(
+def test_box_has_spot_in_middle_of_its_top(
     x: float, y: float, z: float, yaw: float, aside: float, height: float
 ) -> None:
     found = top(box(x, y, z, Pose.from_rpy((aside, 0.0, height), (0.0, 0.0, yaw))))
@@ -54,28 +54,28 @@ def test_a_box_is_taken_in_the_middle_of_its_top(
     assert found.centre_of_mass == pytest.approx((aside, 0.0, height), abs=1e-6)
 
 
-def test_a_cylinder_has_a_flat_top_upright_and_none_on_its_side() -> None:
+def test_cylinder_has_flat_top_only_upright() -> None:
     upright = ModelShape("cylinder", (0.035, 0.12, 0.0), Pose((0.0, 0.0, 0.06)))
     (spot,) = top(upright).spots
     assert spot.position == pytest.approx((0.0, 0.0, 0.12), abs=0.001)
     assert spot.radius == pytest.approx(0.035, abs=0.001)
-    lying = ModelShape("cylinder", (0.035, 0.12, 0.0), Pose.from_rpy((0.0, 0.0, 0.035), (0.0, math.pi / 2, 0.0)))
-    assert all(spot.radius < 0.005 for spot in top(lying).spots)
+    part_on = ModelShape("cylinder", (0.035, 0.12, 0.0), Pose.from_rpy((0.0, 0.0, 0.035), (0.0, math.pi / 2, 0.0)))
+    assert all(spot.radius < 0.005 for spot in top(part_on).spots)
 
 
 @pytest.mark.parametrize("shape", [ModelShape("sphere", (0.03, 0.0, 0.0)), ModelShape("capsule", (0.03, 0.05, 0.0))])
-def test_round_tops_are_flat_nowhere(shape: ModelShape) -> None:
+def test_round_top_has_no_flat_spot(shape: ModelShape) -> None:
     found = top(shape)
     assert all(spot.radius < 0.005 for spot in found.spots)
     assert found.upper[2] == pytest.approx(0.03 + (0.025 if shape.kind == "capsule" else 0.0))
 
 
-def test_a_roof_has_no_flat_spot() -> None:
+def test_sloped_top_has_no_flat_spot() -> None:
     tilted = Pose.from_rpy((0.0, 0.0, 0.03), (0.15, 0.0, 0.0))
     assert top(box(0.08, 0.08, 0.02, tilted)).spots == ()
 
 
-def test_the_flat_top_of_a_mesh_lies_where_its_hull_has_it(tmp_path: Path) -> None:
+def test_flat_top_of_mesh_is_that_of_its_hull(tmp_path: Path) -> None:
     found, below, *_ = tops(
         ModelShape("mesh", (0.001,) * 3, Pose((0.0, 0.0, 0.01)), mesh=write_step(tmp_path / "step.obj"))
     )
@@ -89,7 +89,7 @@ def test_the_flat_top_of_a_mesh_lies_where_its_hull_has_it(tmp_path: Path) -> No
     assert found.centre_of_mass[0] > 0.005
 
 
-def test_a_spot_keeps_clear_of_what_is_higher() -> None:
+def test_spot_keeps_clear_of_higher_shapes() -> None:
     plate, wall = box(0.3, 0.1, 0.01), box(0.008, 0.1, 0.05, Pose((-0.1, 0.0, 0.035)))
     found = top(plate, wall)
     by_height = {round(spot.position[2], 3): spot for spot in found.spots}
@@ -99,7 +99,7 @@ def test_a_spot_keeps_clear_of_what_is_higher() -> None:
     assert found.spots[0] is by_height[0.01]
 
 
-def test_the_hole_of_a_ring_is_no_spot() -> None:
+def test_hole_of_ring_is_no_spot() -> None:
     sides = [
         box(0.1, 0.03, 0.02, Pose((0.0, 0.035, 0.01))),
         box(0.1, 0.03, 0.02, Pose((0.0, -0.035, 0.01))),
@@ -112,7 +112,7 @@ def test_the_hole_of_a_ring_is_no_spot() -> None:
     assert np.isfinite(spot.position).all()
 
 
-def test_each_side_may_be_up() -> None:
+def test_part_tops_have_each_side_up() -> None:
     found = tops(box(0.1, 0.06, 0.03, Pose((0.0, 0.0, 0.0))))
     assert [round(each.upper[2], 6) for each in found] == [0.015, 0.015, 0.05, 0.05, 0.03, 0.03]
     ups = [Pose((0.0, 0.0, 0.0), each.turn).rotate((0.0, 0.0, 1.0)) for each in found]

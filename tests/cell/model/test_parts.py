@@ -43,20 +43,20 @@ def model() -> mujoco.MjModel:
     return spec.compile()
 
 
-def test_the_catalogue_has_every_type_that_the_description_knows() -> None:
+def test_catalogue_has_all_described_part_types() -> None:
     assert set(PART_TYPES) == set(layout.PART_TYPES) == set(MASSES)
     assert set(PART_TYPES) <= set(KNOWN_TYPES)
 
 
 @pytest.mark.parametrize(("kind", "mass"), MASSES.items())
-def test_mass(model: mujoco.MjModel, kind: str, mass: float) -> None:
+def test_part_type_has_original_mass(model: mujoco.MjModel, kind: str, mass: float) -> None:
     assert part_type(kind).mass == mass
     assert model.body(kind).mass[0] == pytest.approx(mass)
     assert model.body(kind).subtreemass[0] == pytest.approx(mass)
 
 
 @pytest.mark.parametrize(("kind", "top"), TOPS.items())
-def test_height_of_the_highest_point(kind: str, top: float) -> None:
+def test_part_type_has_original_height(kind: str, top: float) -> None:
     assert part_type(kind).top == pytest.approx(top, abs=1e-9)
 
 
@@ -65,7 +65,7 @@ def half_extents(kind: str) -> npt.NDArray[np.float64]:
     return (np.array(upper) - lower) / 2
 
 
-def test_sizes_of_bounding_boxes() -> None:
+def test_part_types_have_original_bounding_boxes() -> None:
     assert half_extents("gear_part")[:2] == pytest.approx((0.0392, 0.0392))
     assert part_type("gear_part").bottom == pytest.approx(-0.0001)
     assert 2 * half_extents("gasket_part")[:2] == pytest.approx((0.188, 0.086), abs=1.5e-3)
@@ -76,12 +76,12 @@ def test_sizes_of_bounding_boxes() -> None:
     assert part_type("part4").bottom == pytest.approx(-0.005, abs=2e-4)
 
 
-def test_piston_rod_is_balanced_where_the_original_is(model: mujoco.MjModel) -> None:
+def test_piston_rod_has_centre_of_mass_of_original(model: mujoco.MjModel) -> None:
     assert model.body("piston_rod_part").ipos == pytest.approx((0.0, 0.054, 0.00375), abs=5e-5)
 
 
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_inertia_is_that_of_a_body_of_this_size(model: mujoco.MjModel, kind: str) -> None:
+def test_inertia_fits_mass_and_size(model: mujoco.MjModel, kind: str) -> None:
     """No moment of inertia exceeds that of the mass at the corner of the bounding box, and A + B >= C."""
     a, b, c = sorted(float(value) for value in model.body(kind).inertia)
     assert a > 0
@@ -90,7 +90,7 @@ def test_inertia_is_that_of_a_body_of_this_size(model: mujoco.MjModel, kind: str
 
 
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_looks_stay_close_to_what_is_touched(model: mujoco.MjModel, kind: str) -> None:
+def test_visual_shapes_stay_close_to_collision_shapes(model: mujoco.MjModel, kind: str) -> None:
     """Visual shapes neither float beside the collision shapes nor hide inside them."""
     lower, upper = part_type(kind).box
     looks = [g for g in range(model.ngeom) if model.geom_group[g] in (1, 2) and belongs(model, g, kind)]
@@ -110,13 +110,13 @@ def belongs(model: mujoco.MjModel, geom: int, kind: str) -> bool:
     return bool(model.body_rootid[model.geom_bodyid[geom]] == model.body(kind).id)
 
 
-def test_marks_are_touched_too() -> None:
+def test_marks_are_collision_shapes_without_mass() -> None:
     for kind in ("gear_part", "disk_part", "gasket_part"):
         solid = part_type(kind).solid
         assert solid[-1].share == 0.0
         assert solid[-1].pose.position[2] + solid[-1].half_extents[2] == pytest.approx(TOPS[kind])
 
 
-def test_an_unknown_type_is_refused_with_a_suggestion() -> None:
+def test_unknown_type_is_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match="did you mean gear_part"):
         part_type("gears_part")

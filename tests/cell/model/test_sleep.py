@@ -10,7 +10,7 @@ from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.trial.trial import BeltPart, Options, Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import PICK, READY
-from tests.cell.model.bench import Bench, cell, lying
+from tests.cell.model.bench import Bench, cell, part_on
 
 POOL = tuple(BeltPart(float(n), kind, Pose()) for n, kind in enumerate(PART_TYPES))
 
@@ -19,9 +19,9 @@ def pooled(cycles: int = 1) -> Bench:
     return Bench(Trial("pool", belt_parts=POOL, options=Options(belt_population_cycles=cycles)))
 
 
-def test_parts_at_rest_are_asleep_within_a_quarter_of_a_second() -> None:
+def test_parts_at_rest_sleep_within_quarter_second() -> None:
     parts = (
-        lying(kind, *BIN_CENTRES[f"bin{n % 8 + 1}"], BIN_SURFACE + 0.2 * (n // 8), name=kind, above=0.002)
+        part_on(kind, *BIN_CENTRES[f"bin{n % 8 + 1}"], BIN_SURFACE + 0.2 * (n // 8), name=kind, above=0.002)
         for n, kind in enumerate(PART_TYPES[:8])
     )
     bench = Bench(cell(*parts))
@@ -29,15 +29,15 @@ def test_parts_at_rest_are_asleep_within_a_quarter_of_a_second() -> None:
     assert all(bench.asleep(part) for part in bench.world.parts)
 
 
-def test_the_arm_does_not_sleep() -> None:
+def test_arm_does_not_sleep() -> None:
     bench = Bench(cell(has_arm=True))
     bench.run(1.0)
     assert bench.data.tree_asleep[bench.model.body_treeid[bench.model.body(GRIPPER).id]] < 0
 
 
-def test_the_arm_wakes_what_it_touches_and_nothing_else() -> None:
+def test_arm_wakes_only_parts_that_it_touches() -> None:
     touched = Part("touched", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, BIN_SURFACE), (0, 0, 0.785)))
-    bench = Bench(cell(touched, lying("gear_part", -0.1, 0.4, BIN_SURFACE, name="far"), has_arm=True))
+    bench = Bench(cell(touched, part_on("gear_part", -0.1, 0.4, BIN_SURFACE, name="far"), has_arm=True))
     bench.put_arm(READY)
     bench.run(0.5)
     part, far = bench.part("touched"), bench.part("far")
@@ -55,9 +55,9 @@ def test_the_arm_wakes_what_it_touches_and_nothing_else() -> None:
     assert bench.asleep(far)
 
 
-def test_a_falling_part_wakes_the_one_it_hits() -> None:
-    lower = lying("disk_part", 1.21, 0.0, BELT_SURFACE, name="lower")
-    upper = lying("gear_part", 1.21, 0.02, BELT_SURFACE + 0.2, name="upper")
+def test_falling_part_wakes_part_that_it_hits() -> None:
+    lower = part_on("disk_part", 1.21, 0.0, BELT_SURFACE, name="lower")
+    upper = part_on("gear_part", 1.21, 0.02, BELT_SURFACE + 0.2, name="upper")
     bench = Bench(cell(lower, upper))
     bench.run(0.15)
     assert bench.asleep(bench.part("lower"))
@@ -68,7 +68,7 @@ def test_a_falling_part_wakes_the_one_it_hits() -> None:
     assert bench.asleep(bench.part("upper"))
 
 
-def test_parts_that_wait_lie_asleep_above_the_floor() -> None:
+def test_pooled_parts_sleep_above_floor() -> None:
     """The trap: a part parked below an infinite floor is thrown out of it."""
     bench = pooled(3)
     before = np.array([bench.position(part) for part in bench.world.parts])
@@ -81,7 +81,7 @@ def test_parts_that_wait_lie_asleep_above_the_floor() -> None:
 
 
 @pytest.mark.slow
-def test_a_part_put_into_play_wakes_by_itself() -> None:
+def test_placed_part_wakes() -> None:
     bench = pooled()
     bench.run(0.5)
     part = bench.world.parts[0]
@@ -95,7 +95,7 @@ def test_a_part_put_into_play_wakes_by_itself() -> None:
     assert bench.position(part)[2] == pytest.approx(BELT_SURFACE, abs=2e-4)
 
 
-def test_a_part_goes_back_to_its_slot() -> None:
+def test_part_placed_on_its_slot_sleeps_there() -> None:
     bench = pooled()
     part = bench.world.parts[4]
     bench.place(part, (1.21, 0.0, BELT_SURFACE + 0.1))
@@ -107,7 +107,7 @@ def test_a_part_goes_back_to_its_slot() -> None:
 
 
 @pytest.mark.slow
-def test_sleep_changes_no_outcome_of_a_fall() -> None:
+def test_sleep_does_not_change_where_part_lands() -> None:
     """With and without sleep a part lands in the same place, apart from the creep under 1 mm/s that sleep stops."""
     ends = []
     for sleep in (True, False):

@@ -132,7 +132,7 @@ def test_the_table_for_people(cellwright: CommandLine, small: str) -> None:
     assert lines[17].split() == ["13", "spin", "continuous", "wheel", "-1", "-", "-", "10", "2", "waist", "0.5"]
     assert "arm R       tip r_hand; poses in the frame of torso" in lines
     assert "mimic       r_thumb = -1 * r_finger" in lines
-    assert "not used    vibration_thresholds (when the operator's controllers shake)" in lines
+    assert "not used    vibration_thresholds (thresholds for the vibration of the operator's controllers)" in lines
     assert max(map(len, lines[:18])) < 100
 
 

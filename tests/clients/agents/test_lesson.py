@@ -41,7 +41,9 @@ def play(agent: LessonAgent, **options: float) -> Record:
 
     cell.gripper.on_change.append(take)
     on_tray: dict[str, Pose] = {}
-    cell.agvs[1].on_submit.append(lambda agv, _: on_tray.update({each.name: each.pose for each in agv.tray.look()}))
+    cell.agvs[1].on_submit.append(
+        lambda agv, _: on_tray.update({each.name: each.pose for each in agv.tray.find_parts()})
+    )
     orders = Ear(cell, "orders")
     result = run_cell(cell, agent, RunOptions(**options))  # type: ignore[arg-type]
     return Record(cell, result, held, on_tray, len(orders), cell.bus.refusals.total)

@@ -203,7 +203,11 @@ def test_no_waypoints_bring_the_arm_to_rest() -> None:
         (lambda c: c.move_arm([]), UsageError, "at least one waypoint"),
         (lambda c: c.send_arm([INITIAL, INITIAL], [2.0, 1.0]), RejectedCommandError, "times must increase"),
         (lambda c: c.send_arm([INITIAL[:6]]), RejectedCommandError, "6 positions for 7 joints"),
-        (lambda c: c.send_arm([(math.nan, *INITIAL[1:])]), RejectedCommandError, "nan as position"),
+        (
+            lambda c: c.send_arm([(math.nan, *INITIAL[1:])]),
+            RejectedCommandError,
+            r"position of elbow_joint must be finite \(got nan\)",
+        ),
         (lambda c: c.send_arm([INITIAL], joints=("rail",) * 7), RejectedCommandError, "unknown joint 'rail'"),
         (lambda c: c.send_arm([INITIAL], [1e30]), RejectedCommandError, "sec must be from"),
     ],

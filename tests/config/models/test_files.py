@@ -42,7 +42,7 @@ def read(path: Path) -> Triangles | str:
 @example(b"f 99999999999999999999999 1 2")
 @example(b"v 1 2\nv 1 2\nv 1 2\nf 1 2 2")
 @example(b"f 0 0 0")
-def test_any_mesh(content: bytes) -> None:
+def test_any_mesh_content_is_read_or_refused(content: bytes) -> None:
     with TemporaryDirectory() as folder:
         for name in ("a.stl", "a.obj"):
             path = Path(folder) / name
@@ -60,7 +60,7 @@ def test_any_mesh(content: bytes) -> None:
 @given(ELEMENTS | st.text(max_size=100))
 @example("<a" * 3000)
 @example("<sdf>" + "<model>" * 2000 + "</model>" * 2000 + "</sdf>")
-def test_any_model(content: str) -> None:
+def test_any_model_content_is_read_or_refused(content: str) -> None:
     with TemporaryDirectory() as folder:
         (Path(folder) / "a.xml").write_bytes(content.encode("utf-8", "surrogatepass"))
         trial = Path(folder) / "t.yaml"
@@ -69,7 +69,7 @@ def test_any_model(content: str) -> None:
 
 
 @given(st.text(min_size=1, max_size=20) | st.just("a" * 5000))
-def test_any_path(path: str) -> None:
+def test_any_model_path_is_refused_with_place(path: str) -> None:
     quoted = '"' + "".join(f"\\U{ord(letter):08x}" for letter in path) + '"'
     with TemporaryDirectory() as folder:
         trial = Path(folder) / "t.yaml"

@@ -22,7 +22,7 @@ def at(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, roll: float = 0.0) -> P
 
 
 @pytest.mark.parametrize("name", PART_TYPES)
-def test_a_footprint_covers_the_part_as_it_is_built(name: str) -> None:
+def test_footprint_covers_part_as_built(name: str) -> None:
     (left, down, _), (right, up, _) = part_type(name).box
     covered = footprint(name, at())
     spans = [(patch.span(1, 0), patch.span(0, 1)) for patch in covered.patches]
@@ -33,7 +33,7 @@ def test_a_footprint_covers_the_part_as_it_is_built(name: str) -> None:
     assert covered.radius == PART_RADII[name]
 
 
-def test_distances_that_can_be_seen() -> None:
+def test_footprint_gap_equals_distance_by_hand() -> None:
     gear = footprint("gear_part", at())
     assert gear.gap(footprint("gear_part", at(0.08)), 1.0) == pytest.approx(0.08 - 2 * 0.0392)
     assert gear.gap(footprint("gear_part", at(0.06, 0.08)), 1.0) == pytest.approx(0.1 - 2 * 0.0392)
@@ -47,25 +47,25 @@ def test_distances_that_can_be_seen() -> None:
     assert bar.gap(gear, 1.0) < 0.0
 
 
-def test_a_part_upside_down_covers_its_mirror_image() -> None:
+def test_footprint_of_upside_down_part_is_mirrored() -> None:
     rod, over = footprint("piston_rod_part", at()), footprint("piston_rod_part", at(roll=math.pi))
     assert max(patch.span(0, 1)[1] for patch in rod.patches) == pytest.approx(0.135)
     assert min(patch.span(0, 1)[0] for patch in over.patches) == pytest.approx(-0.135)
 
 
-def test_unknown_types_count_as_a_disc() -> None:
+def test_footprint_of_tilted_or_unknown_part_is_disc() -> None:
     (tilted,) = footprint("piston_rod_part", at(roll=0.3)).patches
     assert (tilted.corners, tilted.radius) == (((0.0, 0.0),), PART_RADII["piston_rod_part"])
     assert footprint("an unknown type", at()).radius == UNKNOWN_RADIUS
 
 
-def test_the_margin_in_a_square() -> None:
+def test_footprint_margin_in_square_is_signed() -> None:
     assert footprint("gear_part", at(0.1, -0.2)).margin((0.0, 0.0), 0.3) == pytest.approx(0.3 - 0.2392)
     assert footprint("gear_part", at(1.0, 0.0)).margin((0.0, 0.0), 0.3) == pytest.approx(0.3 - 1.0392)
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, TURNS)
-def test_a_gap_is_symmetric_and_independent_of_the_frame(
+def test_footprint_gap_is_symmetric_and_frame_independent(
     first: str, second: str, x: float, y: float, yaw: float, turn: float
 ) -> None:
     a, b = at(0.0, 0.0, yaw), at(x, y, turn)
@@ -77,9 +77,9 @@ def test_a_gap_is_symmetric_and_independent_of_the_frame(
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, st.floats(0.0, 0.2))
-def test_a_gap_above_enough_is_above_enough(
-    first: str, second: str, x: float, y: float, turn: float, enough: float
+def test_footprint_gap_above_enough_stays_above_enough(
+    first: str, second: str, x: float, y: float, turn: float, cutoff: float
 ) -> None:
     a, b = footprint(first, at()), footprint(second, at(x, y, turn))
-    exact, quick = a.gap(b, math.inf), a.gap(b, enough)
-    assert quick == exact or min(quick, exact) > enough
+    exact, quick = a.gap(b, math.inf), a.gap(b, cutoff)
+    assert quick == exact or min(quick, exact) > cutoff

@@ -20,7 +20,7 @@ numbers = st.one_of(
 )
 
 
-def combine(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     binary = st.tuples(inner, st.sampled_from(["+", "-", "*", "/", "**", " + "]), inner).map("".join)
     call = st.tuples(st.sampled_from(["sin", "sqrt", "radians", "degrees", "floor", "fabs", "exp", "log"]), inner)
     return st.one_of(
@@ -33,7 +33,7 @@ def combine(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     )
 
 
-arithmetic = st.recursive(numbers, combine, max_leaves=8)
+arithmetic = st.recursive(numbers, combined, max_leaves=8)
 
 
 def outcome(text: str) -> tuple[float | None, bool]:
@@ -44,7 +44,7 @@ def outcome(text: str) -> tuple[float | None, bool]:
         return None, "too large" in str(error) or "at most" in str(error)
 
 
-def python(text: str) -> float | None:
+def python_value(text: str) -> float | None:
     """Return Python's own value, None if it is not finite."""
     try:
         number = float(eval(text, {}, MATH))
@@ -54,14 +54,14 @@ def python(text: str) -> float | None:
 
 
 @given(arithmetic)
-def test_equals_python(text: str) -> None:
-    mine, is_large = outcome(text)
+def test_expression_equals_python_eval(text: str) -> None:
+    value, is_large = outcome(text)
     # Python's own evaluator would take too long for excessive ones.
-    assert is_large or mine == python(text)
+    assert is_large or value == python_value(text)
 
 
 @given(st.one_of(st.text(max_size=300), st.text("0123456789.+-*/()e pi_[]'\"=:,lambdxsqrt\n\t\\#", max_size=80)))
-def test_nothing_but_its_own_error(text: str) -> None:
+def test_any_text_is_finite_number_or_expression_error(text: str) -> None:
     with contextlib.suppress(ExpressionError):
         assert math.isfinite(evaluate(text))
 
@@ -82,7 +82,7 @@ def test_nothing_but_its_own_error(text: str) -> None:
         ("9**9", 387420489.0),
     ],
 )
-def test_usual_ones(text: str, value: float) -> None:
+def test_common_expression_has_exact_value(text: str, value: float) -> None:
     assert evaluate(text) == value
 
 
@@ -90,7 +90,7 @@ def test_usual_ones(text: str, value: float) -> None:
     ("text", "value"),
     [("1/2", 0.0), ("-7/2", -4.0), ("1.0/2", 0.5), ("pi/2", math.pi / 2), ("floor(7)/2", 3.5), ("3*(5/2)", 6.0)],
 )
-def test_whole_division_as_in_python_2(text: str, value: float) -> None:
+def test_whole_division_rounds_down_as_in_python_2(text: str, value: float) -> None:
     assert evaluate(text, whole_division=True) == value
 
 
@@ -151,19 +151,19 @@ def test_whole_division_as_in_python_2(text: str, value: float) -> None:
         "1 +",
     ],
 )
-def test_refused(text: str) -> None:
+def test_invalid_expression_is_refused(text: str) -> None:
     with pytest.raises(ExpressionError) as caught:
         evaluate(text)
     assert str(caught.value)
 
 
-def test_messages_help() -> None:
+def test_refused_expression_has_remedy() -> None:
     with pytest.raises(ExpressionError, match="did you mean radians"):
         evaluate("radian(30)")
     with pytest.raises(ExpressionError, match="write the minus sign as -"):
         evaluate("−pi")
 
 
-def test_a_whole_number_beyond_all_floats_is_too_large() -> None:
+def test_whole_number_beyond_floats_is_too_large() -> None:
     with pytest.raises(ExpressionError, match=r"^179769.*… is too large$"):
         expression_value(Leaf(2**1024 - 1, Place(0, "a.yaml", 1), "xyz[0]"))

@@ -14,12 +14,12 @@ TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())
 
 
 @pytest.mark.parametrize("name", [name for name, trial in TRIALS.items() if trial["resolved"]["faulty"]])
-def test_names_of_faulty_parts_went_through_two_dictionaries(name: str) -> None:
+def test_faulty_parts_are_in_order_of_two_dictionaries(name: str) -> None:
     written = TRIALS[name]["config"]["faulty_parts"]
     assert dictionary_order(dictionary_order(written)) == TRIALS[name]["resolved"]["faulty"]
 
 
-def test_bins_in_the_order_that_numbered_their_parts() -> None:
+def test_bins_are_in_order_that_numbered_their_parts() -> None:
     models = TRIALS["comp_conf2"]["resolved"]["models"]
     first: dict[str, int] = {}
     for name, *_ in models:
@@ -31,7 +31,7 @@ def test_bins_in_the_order_that_numbered_their_parts() -> None:
     assert walked != list(TRIALS["comp_conf2"]["config"]["models_over_bins"])
 
 
-def test_known_orders() -> None:
+def test_dictionary_order_of_known_keys_is_python_2_order() -> None:
     # Small whole numbers are their own hashes, so they are sorted; 8 wraps around in a table of eight.
     assert dictionary_order([5, 3, 1]) == [1, 3, 5]
     assert dictionary_order([8, 1]) == [8, 1]
@@ -45,7 +45,7 @@ keys = st.lists(st.one_of(st.text(max_size=12), st.integers(), st.floats(), st.n
 
 
 @given(keys)
-def test_every_key_once(some: list[object]) -> None:
+def test_dictionary_order_has_each_key_once(some: list[object]) -> None:
     walked = dictionary_order(some)
     assert len(walked) == len(dict.fromkeys(some))
     assert set(map(id, walked)) <= set(map(id, some))
@@ -61,5 +61,5 @@ def test_quotient_of_whole_numbers_is_whole(a: int, b: int) -> None:
     ("number", "text"),
     [(0.0, "0.0"), (0, "0"), (3.141592653589793, "3.14159265359"), (-0.1, "-0.1"), (1e22, "1e+22"), (1e-7, "1e-07")],
 )
-def test_number_text(number: float, text: str) -> None:
+def test_number_text_equals_python_2_str(number: float, text: str) -> None:
     assert number_text(number) == scalar_text(number) == text

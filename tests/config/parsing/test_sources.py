@@ -18,14 +18,14 @@ LINK = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:macro name="a_link"><link name="base"/></xacro:macro></robot>"""
 
 
-def put_back(files: dict[str, bytes], folder: Path) -> None:
+def unpack(files: dict[str, bytes], folder: Path) -> None:
     """Write files to their paths in a recording."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
 
 
-def test_bundled_files_and_others_have_distinct_names(tmp_path: Path) -> None:
+def test_bundled_and_own_files_have_distinct_names(tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
     own = tmp_path / "deep" / "own.yaml"
     own.write_text("time_limit: 5\n")
@@ -41,30 +41,30 @@ def test_bundled_files_and_others_have_distinct_names(tmp_path: Path) -> None:
         sources.name(tmp_path / "other.yaml")
 
 
-def test_files_keep_their_places_and_are_read_again_from_there(tmp_path: Path) -> None:
+def test_collected_robot_loads_again_from_its_names(tmp_path: Path) -> None:
     (tmp_path / "robot").mkdir()
     path = small_robot.write(tmp_path / "robot")
     warnings: list[str] = []
     with sources_collected() as sources:
         first = load_robot(path, warnings.append)
-    put_back(sources.files(), tmp_path / "back")
+    unpack(sources.files(), tmp_path / "back")
     again = load_robot(tmp_path / "back" / sources.name(path), warnings.append)
     assert again.robot == first.robot
     assert again.home == first.home
 
 
-def test_includes_of_a_xacro_are_collected(tmp_path: Path) -> None:
+def test_xacro_includes_are_collected(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "two.xacro").write_text(XACRO)
     (tmp_path / "parts" / "link.xacro").write_text(LINK)
     with sources_collected() as sources:
         first = load_robot(tmp_path / "two.xacro", print)
     assert sorted(sources.files()) == ["files/parts/link.xacro", "files/two.xacro"]
-    put_back(sources.files(), tmp_path / "back")
+    unpack(sources.files(), tmp_path / "back")
     assert load_robot(tmp_path / "back" / "files" / "two.xacro", print).robot == first.robot
 
 
-def test_packages_of_ros_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_used_ros_package_folders_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     share, own = tmp_path / "share", tmp_path / "own.yaml"
     (share / "pack").mkdir(parents=True)
     (share / "pack" / "mesh.stl").write_bytes(b"mesh")
@@ -77,7 +77,7 @@ def test_packages_of_ros_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert sources.packages() == ["files/share"]
 
 
-def test_only_plain_files_are_read_twice(tmp_path: Path) -> None:
+def test_folders_and_devices_are_not_collected(tmp_path: Path) -> None:
     with sources_collected() as sources:
         sources.add(tmp_path)
         sources.add(tmp_path / "none")

@@ -57,10 +57,10 @@ list: [*base, [], {}]
 """
 
 
-def test_same_as_pyyaml() -> None:
+def test_odd_yaml_equals_pyyaml() -> None:
     assert plain(parsed(ODD)[0]) == yaml.safe_load(ODD)
     assert [str(w) for w in parsed(ODD)[1].warnings] == [
-        "a.yaml:17: 2.0: given again (first on a.yaml:16); this one counts"
+        "a.yaml:17: 2.0: duplicate key (first at a.yaml:16); this one is used"
     ]
 
 
@@ -76,13 +76,13 @@ trees = st.recursive(
 
 @pytest.mark.slow
 @given(trees)
-def test_any_document_reads_as_pyyaml_reads_it(document: object) -> None:
+def test_any_document_equals_pyyaml(document: object) -> None:
     text = yaml.safe_dump(document)
     assert plain(parsed(text)[0]) == yaml.safe_load(text)
 
 
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=6), st.data())
-def test_lines_are_right_in_joined_files(sizes: list[int], data: st.DataObject) -> None:
+def test_joined_files_keep_file_and_line(sizes: list[int], data: st.DataObject) -> None:
     ends = st.sampled_from(["\n", "\r\n", "\r", "\n# remark\n", "\n\n"])
     contents, where, number = [], {}, 0
     for file, size in enumerate(sizes):
@@ -100,23 +100,25 @@ def test_lines_are_right_in_joined_files(sizes: list[int], data: st.DataObject) 
     assert found == where
 
 
-def test_last_of_two_files_wins_with_a_warning() -> None:
+def test_duplicate_key_in_second_file_wins_with_warning() -> None:
     root, problems = parsed("orders: 1\n", "# second\norders: 2\n")
     assert plain(root) == {"orders": 2}
-    assert [str(w) for w in problems.warnings] == ["b.yaml:2: orders: given again (first on a.yaml:1); this one counts"]
+    assert [str(w) for w in problems.warnings] == [
+        "b.yaml:2: orders: duplicate key (first at a.yaml:1); this one is used"
+    ]
 
 
-def test_a_merged_key_may_be_overridden_in_silence() -> None:
+def test_merged_key_is_overridden_without_warning() -> None:
     assert not parsed("a: &a {x: 1}\nb: {<<: *a, x: 2}")[1].warnings
 
 
-def test_glued_lines_are_explained() -> None:
+def test_missing_line_end_before_next_file_is_explained() -> None:
     message = refusal("time_limit: -1", "arm: {type: ur10}\n")
-    assert message.startswith("b.yaml:1: no valid YAML")
-    assert "a.yaml does not end its last line" in message
+    assert message.startswith("b.yaml:1: invalid YAML")
+    assert "the last line of a.yaml has no line end" in message
 
 
-def test_keys_lead_to_values() -> None:
+def test_nodes_have_dotted_keys_and_lines() -> None:
     root, _ = parsed("a:\n  b:\n    - 1\n    - c: 2\n")
     assert isinstance(root, Table)
     a = root.get("a")
@@ -141,32 +143,32 @@ LADDER = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1
         (LADDER, "nested deeper than 50 levels"),
         ("[" * 10_000, "nested deeper than 50 levels"),
         ("- " * 10_000, "nested deeper than 50 levels"),
-        ("a: &a [*a]", "an anchor that contains itself"),
-        ("a: &a {b: *a}", "an anchor that contains itself"),
-        ("a: &a {<<: *a}", "an anchor that contains itself"),
+        ("a: &a [*a]", "an anchor contains itself"),
+        ("a: &a {b: *a}", "an anchor contains itself"),
+        ("a: &a {<<: *a}", "an anchor contains itself"),
         ("a: *b", "undefined alias"),
         ("a: !!python/object/apply:os.system [x]", "the tag"),
         ("a: !thing {}", "the tag"),
         ("a: !thing []", "the tag"),
         ("a: !thing x", "the tag"),
-        ("a: !!int ''", "is not what its form or tag says"),
-        ("a: !!bool maybe", "is not what its form or tag says"),
-        ("a: !!timestamp noon", "is not what its form or tag says"),
-        ("a: 2017-13-45", "is not what its form or tag says"),
-        ("a: 1" + "0" * 5000, "is not what its form or tag says"),
+        ("a: !!int ''", "is not valid for its YAML type"),
+        ("a: !!bool maybe", "is not valid for its YAML type"),
+        ("a: !!timestamp noon", "is not valid for its YAML type"),
+        ("a: 2017-13-45", "is not valid for its YAML type"),
+        ("a: 1" + "0" * 5000, "is not valid for its YAML type"),
         ("a: 0x" + "f" * 5000, "too large"),
         ("a: " + "x" * 20_000, "at most 10000"),
-        ("a:\n\tb: 1", "a tab where YAML takes only spaces"),
+        ("a:\n\tb: 1", "tabs are not allowed here; use spaces"),
         ("a: 1\n---\nb: 2", "a second document starts here"),
-        ("a: \0", "a character that no text has"),
-        ("<<: 3", "<< takes a mapping"),
+        ("a: \0", "invalid character"),
+        ("<<: 3", "<< must be a mapping"),
         ("{[1]: 2}", "cannot be a key"),
-        ("a: 1\n b: 2", "no valid YAML"),
-        ("a: 'x", "no valid YAML"),
-        ("%YAML 9", "no valid YAML"),
+        ("a: 1\n b: 2", "invalid YAML"),
+        ("a: 'x", "invalid YAML"),
+        ("%YAML 9", "invalid YAML"),
     ],
 )
-def test_refused_with_a_place(text: str, message: str) -> None:
+def test_invalid_yaml_is_refused_with_place(text: str, message: str) -> None:
     refused = refusal(text)
     assert refused.startswith("a.yaml:")
     assert message in refused
@@ -187,7 +189,7 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory,
         parse(read_texts([path]), Problems())
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_are_refused_together(tmp_path: Path) -> None:
     latin, large = tmp_path / "latin.yaml", tmp_path / "large.yaml"
     latin.write_bytes(b"# fine\n# caf\xe9\n")
     large.write_bytes(b"#" * (MAX_BYTES + 1))
@@ -197,11 +199,11 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         f"{tmp_path}/none.yaml: cannot be read: No such file or directory",
         f"{tmp_path}: cannot be read: Is a directory",
         f"{latin}:2: not UTF-8 text; save the file as UTF-8",
-        f"{large}: more than 512 KiB of configuration",
+        f"{large}: the configuration exceeds 512 KiB in total",
     ]
 
 
-def test_byte_order_marks(tmp_path: Path) -> None:
+def test_byte_order_marks_are_accepted(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     for encoding in ("utf-8-sig", "utf-16"):
         path.write_text("a: 1\n", encoding=encoding)

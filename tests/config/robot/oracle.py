@@ -64,15 +64,15 @@ class Oracle:
         self._answers.close()
 
 
-def differences(robot: RobotModel, judged: dict[str, Any], postures: Sequence[Sequence[float]]) -> list[str]:
+def differences(robot: RobotModel, reference: dict[str, Any], postures: Sequence[Sequence[float]]) -> list[str]:
     """Return the differences of a robot from PyBullet's reading of its file."""
-    found = [] if robot.root == judged["base"] else [f"root {robot.root} instead of {judged['base']}"]
+    found = [] if robot.root == reference["base"] else [f"root {robot.root} instead of {reference['base']}"]
     ours = [(j.name, _kind(j.type), j.child, robot.link_indices[j.parent]) for j in robot.joints]
-    theirs = [(j["name"], j["type"], j["link"], j["parent"]) for j in judged["joints"]]
+    theirs = [(j["name"], j["type"], j["link"], j["parent"]) for j in reference["joints"]]
     if ours != theirs:
         return [*found, f"joints {ours} instead of {theirs}"]
-    for joint, theirs_ in zip(robot.joints, judged["joints"], strict=True):
-        lower, upper, effort, velocity = theirs_["limits"]
+    for joint, their_joint in zip(robot.joints, reference["joints"], strict=True):
+        lower, upper, effort, velocity = their_joint["limits"]
         unlimited = lower > upper or joint.type is JointType.CONTINUOUS
         expected = (
             -math.inf if unlimited else lower,
@@ -83,21 +83,21 @@ def differences(robot: RobotModel, judged: dict[str, Any], postures: Sequence[Se
         limits = joint.limits
         if joint.is_driven and (limits.lower, limits.upper, limits.effort, limits.velocity) != expected:
             found.append(f"{joint.name}: {limits} instead of {expected}")
-    for posture, frames in zip(postures, judged["frames"], strict=True):
-        poses = link_poses(robot, named(robot, posture))
+    for posture, frames in zip(postures, reference["frames"], strict=True):
+        poses = link_poses(robot, by_joint_name(robot, posture))
         for joint, (position, (x, y, z, w)) in zip(robot.joints, frames, strict=True):
-            error = apart(poses[joint.child], Pose(tuple(position), (w, x, y, z)))
+            error = pose_distance(poses[joint.child], Pose(tuple(position), (w, x, y, z)))
             if error > TOLERANCE:
                 found.append(f"{joint.child}: {error:g} away")
     return found
 
 
-def named(robot: RobotModel, posture: Sequence[float]) -> dict[str, float]:
+def by_joint_name(robot: RobotModel, posture: Sequence[float]) -> dict[str, float]:
     """Return a posture by joint name, of which each driven joint takes the next number."""
     return dict(zip((joint.name for joint in robot.driven), posture, strict=False))
 
 
-def apart(one: Pose, other: Pose) -> float:
+def pose_distance(one: Pose, other: Pose) -> float:
     """Return the largest difference between two poses: positions [m], or quaternions up to their sign."""
     a, b = np.array(one.quaternion), np.array(other.quaternion)
     turned = min(np.abs(a - b).max(), np.abs(a + b).max())

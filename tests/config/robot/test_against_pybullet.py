@@ -19,7 +19,7 @@ from cellwright.config.robot.urdf import read_urdf
 from cellwright.robot.model import body_of, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
-from tests.config.robot.oracle import Oracle, apart, differences, named
+from tests.config.robot.oracle import Oracle, by_joint_name, differences, pose_distance
 
 pytest.importorskip("pybullet", reason="PyBullet is not installed")
 pybullet_data = pytest.importorskip("pybullet_data")
@@ -44,14 +44,14 @@ def engine_differences(robot: RobotModel, posture: list[float]) -> list[str]:
     bare = replace(robot, links={name: replace(link, shapes=()) for name, link in robot.links.items()})
     world = build_robot(RobotConfig(bare, "robot", Path("robot.urdf"), Path("robot.urdf")))
     data = mujoco.MjData(world.model)
-    positions = named(robot, posture)
+    positions = by_joint_name(robot, posture)
     for name, value in positions.items():
         data.qpos[world.model.joint(name).qposadr[0]] = value
     mujoco.mj_kinematics(world.model, data)
     found = []
     for link, pose in link_poses(robot, positions).items():
         body = data.body(body_of(link))
-        error = apart(pose, Pose(tuple(body.xpos), tuple(body.xquat)))
+        error = pose_distance(pose, Pose(tuple(body.xpos), tuple(body.xquat)))
         if error > 1e-9:
             found.append(f"{link}: {error:g} away")
     return found
@@ -59,7 +59,7 @@ def engine_differences(robot: RobotModel, posture: list[float]) -> list[str]:
 
 REFUSED_BY_BOTH = {"torus_deform.urdf"}  # cloth: no links
 REFUSED_BY_PYBULLET = {"kuka_iiwa/model_for_sdf.urdf", "toys/concave_box.urdf"}  # meshes elsewhere; an unknown shape
-OTHERWISE = {
+KNOWN_DIFFERENCES = {
     # xacro substitutions, which PyBullet reads as the number 0
     "husky/husky.urdf": ["imu_link: 0.999997 away", "imu_link: 0.999997 away"]
 }
@@ -72,16 +72,16 @@ def is_chosen(path: Path) -> bool:
 
 
 @pytest.mark.slow
-def test_every_file_of_pybullet(oracle: Oracle) -> None:
-    chance = random.Random(7)
+def test_urdf_files_of_pybullet_read_as_pybullet_reads_them(oracle: Oracle) -> None:
+    rng = random.Random(7)
     found = {}
     paths = [path for path in sorted(DATA.rglob("*.urdf")) if is_chosen(path)]
     assert len(paths) > 100
     for path in paths:
         name = path.relative_to(DATA).as_posix()
-        postures = [ZERO, [chance.uniform(-2.0, 2.0) for _ in ZERO]]
-        judged = oracle.ask(path, postures)
-        if "error" in judged:
+        postures = [ZERO, [rng.uniform(-2.0, 2.0) for _ in ZERO]]
+        reference = oracle.ask(path, postures)
+        if "error" in reference:
             assert name in REFUSED_BY_BOTH | REFUSED_BY_PYBULLET
             if name in REFUSED_BY_BOTH:
                 with pytest.raises(DescriptionError):
@@ -90,10 +90,10 @@ def test_every_file_of_pybullet(oracle: Oracle) -> None:
                 assert read(path).links
             continue
         robot = read(path)
-        found[name] = differences(robot, judged, postures)
+        found[name] = differences(robot, reference, postures)
         if "random_urdfs" not in name:  # those are single bodies
             assert engine_differences(robot, postures[1]) == [], name
-    assert {name: each for name, each in found.items() if each} == OTHERWISE
+    assert {name: each for name, each in found.items() if each} == KNOWN_DIFFERENCES
 
 
 KINDS = ("fixed", "revolute", "continuous", "prismatic", "spherical", "planar")
@@ -147,10 +147,12 @@ def urdfs(draw: st.DrawFn) -> str:
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(urdf=urdfs(), posture=st.lists(st.floats(-3.0, 3.0), min_size=29, max_size=29))
-def test_trees_made_up_at_random(oracle: Oracle, tmp_path: Path, urdf: str, posture: list[float]) -> None:
+def test_random_urdfs_read_as_pybullet_reads_them(
+    oracle: Oracle, tmp_path: Path, urdf: str, posture: list[float]
+) -> None:
     path = tmp_path / f"robot_{hashlib.sha256(urdf.encode()).hexdigest()}.urdf"
     path.write_text(urdf)
     robot = read(path)
-    judged = oracle.ask(path, [ZERO, posture])
-    assert differences(robot, judged, [ZERO, posture]) == []
+    reference = oracle.ask(path, [ZERO, posture])
+    assert differences(robot, reference, [ZERO, posture]) == []
     assert engine_differences(robot, posture) == []

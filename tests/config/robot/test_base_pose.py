@@ -23,7 +23,7 @@ def read(folder: Path, text: str) -> tuple[Pose, list[str]]:
     return pose, [str(problem).removeprefix(f"{path}:1: base_pose") for problem in problems.errors + problems.warnings]
 
 
-def test_rounded_quaternions_give_no_warning(tmp_path: Path) -> None:
+def test_rounded_quaternion_is_accepted_without_warning(tmp_path: Path) -> None:
     pose, warnings = read(tmp_path, "{position: [0, 0, 0.9], orientation: [0, 0, 0.707, 0.707]}")
     assert warnings == []
     assert pose.position == pytest.approx((0, 0, 0.9))
@@ -31,7 +31,7 @@ def test_rounded_quaternions_give_no_warning(tmp_path: Path) -> None:
     assert pose.quaternion == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)))
 
 
-def test_default_is_the_origin(tmp_path: Path) -> None:
+def test_missing_base_pose_is_origin(tmp_path: Path) -> None:
     assert read_base_pose(None, Reader(Problems())) == Pose()
     assert read(tmp_path, "{}") == (Pose(), [])
     assert read(tmp_path, "{position: [1, 2, 3]}") == (Pose((1, 2, 3)), [])
@@ -40,24 +40,24 @@ def test_default_is_the_origin(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[0, 0, 0]", ": must be a mapping, not a list"),
+        ("[0, 0, 0]", ": must be a mapping (got a list)"),
         ("{positon: [0, 0, 0]}", ".positon: unknown entry, ignored; did you mean position"),
-        ("{position: [0, 0, 20000]}", ".position: lies more than 10000 m away"),
+        ("{position: [0, 0, 20000]}", ".position: coordinates must be within ±10000 m"),
         ("{position: [0, 0, .nan]}", ".position[2]: must be a finite number"),
-        ("{position: [0, 0, yes]}", ".position[2]: must be a number, not the truth value true"),
-        ("{orientation: [0, 0, 0, 0]}", ".orientation: must be a quaternion x, y, z, w, and this one turns nowhere"),
-        ("{orientation: [1e200, 0, 0, 0]}", ".orientation: must be a quaternion x, y, z, w"),
-        ("{orientation: [0, 0, 1.57]}", ".orientation: must be a list of 4 numbers, x, y, z, w, not one of 3"),
-        ("{orientation: [0, 0, 1, 1]}", ".orientation: a quaternion has the length 1, and this one 1.41; it is scaled"),
+        ("{position: [0, 0, yes]}", ".position[2]: must be a number (got the boolean true)"),
+        ("{orientation: [0, 0, 0, 0]}", ".orientation: must be a unit quaternion x, y, z, w (got length 0)"),
+        ("{orientation: [1e200, 0, 0, 0]}", ".orientation: must be a unit quaternion x, y, z, w (got length 1e+200)"),
+        ("{orientation: [0, 0, 1.57]}", ".orientation: must be a list of 4 numbers, x, y, z, w (got a list of 3)"),
+        ("{orientation: [0, 0, 1, 1]}", ".orientation: must be a unit quaternion (got length 1.41); it is scaled"),
     ],
 )
-def test_mistakes(text: str, message: str, tmp_path: Path) -> None:
+def test_invalid_base_pose_gives_one_line(text: str, message: str, tmp_path: Path) -> None:
     (line,) = read(tmp_path, text)[1]
     assert line.startswith(message)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=4, max_size=4))
-def test_any_quaternion_is_of_unit_length_or_refused(xyzw: list[float]) -> None:
+def test_any_quaternion_is_normalized_or_refused(xyzw: list[float]) -> None:
     problems = Problems()
     items = Items(tuple(Leaf(value, HERE, "q") for value in xyzw), HERE, "q")
     table = Table(HERE, "base_pose")

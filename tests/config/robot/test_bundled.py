@@ -33,7 +33,7 @@ def read_without_warning(name: str) -> RobotModel:
     return robot
 
 
-def test_the_qinglong_s_urdf_says_what_its_figures_say(qinglong: RobotModel) -> None:
+def test_qinglong_urdf_equals_its_source_figures(qinglong: RobotModel) -> None:
     for found, expected in zip(qinglong.joints, figures().joints, strict=True):
         names = (found.name, found.type, found.parent, found.child)
         assert names == (expected.name, expected.type, expected.parent, expected.child)
@@ -54,7 +54,7 @@ def test_the_qinglong_s_urdf_says_what_its_figures_say(qinglong: RobotModel) -> 
 
 
 @pytest.mark.parametrize("name", ["qinglong", "tandem"])
-def test_nothing_touches_itself_at_0_nor_at_home(name: str) -> None:
+def test_bundled_robot_at_zero_and_home_has_no_contacts(name: str) -> None:
     """Required for --self-collision, which needs a stable start posture, and for motions home."""
     config = load_robot(name, warn=pytest.fail)
     world = build_robot(config, self_collision=True)
@@ -67,13 +67,13 @@ def test_nothing_touches_itself_at_0_nor_at_home(name: str) -> None:
         assert not touching
 
 
-def test_tandem_s_indices_count_from_top_to_bottom(tandem: RobotModel) -> None:
+def test_tandem_joints_are_in_index_order(tandem: RobotModel) -> None:
     assert tandem.written == ()
     assert tandem.joints[0].name == "lift"
     assert len(tandem.driven) == 19
 
 
-def test_tandem_s_arms_mirror_each_other(tandem: RobotModel) -> None:
+def test_tandem_arms_mirror_each_other(tandem: RobotModel) -> None:
     bent = {"shoulder_pitch": 0.3, "shoulder_roll": 0.5, "elbow": 1.0, "wrist_pitch": -0.4, "gripper": 0.02}
     turned = {"shoulder_yaw": 0.7, "forearm_roll": 0.9}
     posture = {f"{side}_{name}": value for side in ("right", "left") for name, value in bent.items()}
@@ -86,7 +86,7 @@ def test_tandem_s_arms_mirror_each_other(tandem: RobotModel) -> None:
     assert math.dist(one, other) == pytest.approx(0.1 - 2 * 0.02)
 
 
-def test_tandem_s_tip_looks_out_of_the_hand_from_between_the_fingers(tandem: RobotModel) -> None:
+def test_tandem_tip_points_out_of_hand_between_fingers(tandem: RobotModel) -> None:
     poses = link_poses(tandem, {})
     assert poses["left_tip"].rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, -1.0), abs=1e-9)
     middle = [
@@ -95,7 +95,7 @@ def test_tandem_s_tip_looks_out_of_the_hand_from_between_the_fingers(tandem: Rob
     assert poses["left_tip"].position[:2] == pytest.approx(middle[:2], abs=1e-9)
 
 
-def test_a_gripper_is_open_at_0(tandem: RobotModel) -> None:
+def test_tandem_gripper_is_prismatic_with_mimic_finger(tandem: RobotModel) -> None:
     for side in ("right", "left"):
         driven, follower = tandem.joint(f"{side}_gripper"), tandem.joint(f"{side}_gripper_follower")
         assert (driven.type, driven.limits.lower) == (JointType.PRISMATIC, 0.0)

@@ -34,23 +34,23 @@ def camera(name: str = "first_person", **values: Any) -> CameraConfig:
         ("anything", "head"),
     ],
 )
-def test_link_of_a_camera(name: str, link: str) -> None:
+def test_camera_link_follows_from_camera_name(name: str, link: str) -> None:
     tips = [replace(arm, tip=f"tip_{side}") for arm, side in zip(ROBOT.arms, ("right", "left"), strict=True)]
     assert picture_camera(replace(ROBOT, arms=tuple(tips)), camera(name)).frame == link
 
 
-def test_without_a_head_and_arms_it_is_the_root() -> None:
+def test_camera_of_robot_without_head_and_arms_is_on_root() -> None:
     bare = replace(ROBOT, arms=(), head=None)
     assert {picture_camera(bare, camera(name)).frame for name in ("first_person", "hand_eye")} == {"base"}
 
 
-def test_default_figures() -> None:
+def test_camera_without_entries_has_defaults() -> None:
     found = picture_camera(ROBOT, camera())
     assert (found.width, found.height, found.near, found.far, found.pose) == (640, 480, 0.1, 10.0, Pose())
     assert 2 * math.atan(math.tan(found.fov / 2) * 480 / 640) == pytest.approx(math.radians(100))
 
 
-def test_all_figures() -> None:
+def test_camera_with_all_entries_has_their_values() -> None:
     found = picture_camera(
         ROBOT,
         camera(
@@ -72,7 +72,7 @@ def test_all_figures() -> None:
 
 
 @pytest.mark.parametrize(("written", "up"), [("Z", 2), (0, 0), ([0, 2, 0], 1)])
-def test_up_axis(written: object, up: int) -> None:
+def test_up_axis_in_each_notation_points_up_in_picture(written: object, up: int) -> None:
     target = [0.0, 1.0, 0.0] if up != 1 else [1.0, 0.0, 0.0]
     found = picture_camera(ROBOT, camera(up_axis=written, target_offset=target))
     assert found.pose.rotate((0.0, 0.0, 1.0))[up] == pytest.approx(1.0)
@@ -82,21 +82,21 @@ def test_up_axis(written: object, up: int) -> None:
     ("values", "reason"),
     [
         ({"name": "a b"}, "its name becomes a topic"),
-        ({"img_width": 4}, "img_width must be a whole number from 8 to 1920, not 4"),
+        ({"img_width": 4}, "img_width must be a whole number from 8 to 1920 (got 4)"),
         ({"img_height": True}, "img_height must be a whole number"),
-        ({"img_width": 1920, "img_height": 1080}, "1920 x 1080 pixels; at most 1000000 in all"),
-        ({"near_val": 3, "far_val": 2}, "near_val, 3 m, must be less than far_val, 2 m"),
+        ({"img_width": 1920, "img_height": 1080}, "pictures must have at most 1000000 pixels (got 1920 x 1080)"),
+        ({"near_val": 3, "far_val": 2}, "near_val must be less than far_val (got 3 and 2 m)"),
         ({"near_val": 0}, "near_val must be above 0 m"),
-        ({"far_val": "much"}, "far_val must be a number, not 'much'"),
-        ({"pos_offset": [1, 2]}, "pos_offset must be a list of 3 numbers, not [1, 2]"),
+        ({"far_val": "much"}, "far_val must be a number (got 'much')"),
+        ({"pos_offset": [1, 2]}, "pos_offset must be a list of 3 numbers (got [1, 2])"),
         ({"quat": [0, 0, 0, None]}, "quat must be a list of 4 numbers"),
-        ({"up_axis": "w"}, "up_axis must be a list of 3 numbers, not 'w'"),
-        ({"up_axis": "x"}, "what is up for it lies along its line of sight"),
-        ({"up_axis": [0, 0, 0]}, "what is up for it lies along its line of sight"),
-        ({"target_offset": [0, 0, 0]}, "it looks at the point where it stands"),
+        ({"up_axis": "w"}, "up_axis must be a list of 3 numbers (got 'w')"),
+        ({"up_axis": "x"}, "the up axis must not be parallel to the line of sight"),
+        ({"up_axis": [0, 0, 0]}, "the up axis must not be parallel to the line of sight"),
+        ({"target_offset": [0, 0, 0]}, "the target must differ from the position"),
     ],
 )
-def test_invalid_cameras_are_refused(values: dict[str, Any], reason: str) -> None:
+def test_invalid_camera_entries_are_refused(values: dict[str, Any], reason: str) -> None:
     name = values.pop("name", "first_person")
     with pytest.raises(UsageError) as error:
         picture_camera(ROBOT, camera(name, **values))
@@ -104,7 +104,7 @@ def test_invalid_cameras_are_refused(values: dict[str, Any], reason: str) -> Non
 
 
 @given(forward=VECTORS, up=VECTORS)
-def test_it_looks_forward_with_up_as_far_up_as_it_can_be(
+def test_look_rotation_points_forward_with_up_closest_to_z(
     forward: tuple[float, float, float], up: tuple[float, float, float]
 ) -> None:
     length, height = math.hypot(*forward), math.hypot(*up)

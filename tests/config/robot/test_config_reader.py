@@ -24,7 +24,7 @@ def read(path: Path) -> tuple[RobotConfig, list[str]]:
     return config, [line.removeprefix(f"{path}:") for line in warnings]
 
 
-def refused(path: Path) -> list[str]:
+def read_errors(path: Path) -> list[str]:
     with pytest.raises(DescriptionError) as caught:
         read_robot_config(path, lambda _line: None)
     return [str(problem).removeprefix(f"{path.parent}/") for problem in caught.value.problems]
@@ -37,13 +37,13 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
     return config
 
 
-def test_indices_are_those_of_the_field(small: RobotConfig) -> None:
+def test_joint_indices_count_parents_first(small: RobotConfig) -> None:
     assert tuple(small.robot.joint_indices) == INDICES
     assert small.robot.written != INDICES
     assert sorted(small.robot.written) == sorted(INDICES)
 
 
-def test_groups(small: RobotConfig) -> None:
+def test_configuration_groups_have_names_and_homes(small: RobotConfig) -> None:
     assert small.name == "Small"
     assert small.arms == (ArmConfig(("r1", "r2"), "r_hand", (0.1, 0.2)), ArmConfig(("l1", "l2"), "l_hand", (-0.1, 0.2)))
     assert small.grippers == (GripperConfig(("r_finger", "r_thumb")), GripperConfig(("l_finger", "l_thumb")))
@@ -55,7 +55,7 @@ def test_groups(small: RobotConfig) -> None:
     assert small.fixed_link is None
 
 
-def test_home_posture(small: RobotConfig) -> None:
+def test_home_includes_groups_and_open_grippers(small: RobotConfig) -> None:
     assert small.start == {"r1": 0.1, "r2": 0.2, "l1": -0.1, "l2": 0.2}
     others = {"spin": 0.5, "head_pitch": 0.3, "head_yaw": 0.0, "lift": 0.25, "r_finger": 0.0, "l_finger": 0.0}
     assert small.home == small.start | others
@@ -65,7 +65,7 @@ def test_known_unused_entries_are_kept(small: RobotConfig) -> None:
     assert small.others == {"vibration_thresholds": {"ee_dist": [0.15, 0.2], "tabletop_height": 0.85}}
 
 
-def test_the_least_that_a_file_can_say(tmp_path: Path) -> None:
+def test_configuration_with_only_urdf_path_is_valid(tmp_path: Path) -> None:
     config, warnings = read(write(tmp_path, "urdf_path: robot.urdf\n"))
     assert warnings == []
     assert config.name == "small"
@@ -74,7 +74,7 @@ def test_the_least_that_a_file_can_say(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
-def test_cases(case: dict[str, Any], tmp_path: Path) -> None:
+def test_configuration_case_gives_expected_values_and_lines(case: dict[str, Any], tmp_path: Path) -> None:
     path = write(tmp_path, case["yaml"])
     (tmp_path / "robot.urdf").write_text(case.get("urdf", urdf()))
     warnings: list[str] = []
@@ -102,9 +102,9 @@ def plain(value: Any) -> Any:
     return value
 
 
-def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
+def test_all_configuration_errors_are_listed_at_once(tmp_path: Path) -> None:
     text = CONFIG.replace("[1, 2]", "[1, 3]").replace("ee_index: 8", "ee_index: 80").replace("[0.5]", "[.nan]")
-    found = refused(write(tmp_path, text))
+    found = read_errors(write(tmp_path, text))
     assert [line.split(": ")[:2] for line in found] == [
         ["vr_configs.yml:6", "arms[0].joint_index[1]"],
         ["vr_configs.yml:7", "arms[1].ee_index"],
@@ -112,34 +112,34 @@ def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
     ]
 
 
-def test_errors_of_the_urdf_are_listed_as_well(tmp_path: Path) -> None:
+def test_urdf_errors_are_listed_for_configuration(tmp_path: Path) -> None:
     path = write(tmp_path, CONFIG + "robot_nam: x\n")
     (tmp_path / "robot.urdf").write_text("<robot name='a'>\n<link name='b'>\n</robot>")
-    (line,) = refused(path)
+    (line,) = read_errors(path)
     assert line.startswith("robot.urdf:")
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("- 1\n", "vr_configs.yml:1: a robot configuration is a mapping of entries, not a list"),
+        ("- 1\n", "vr_configs.yml:1: a robot configuration must be a mapping of entries (got a list)"),
         ("", "vr_configs.yml: the required entry 'urdf_path' is missing"),
-        ("a: [\n", "vr_configs.yml:1: no valid YAML: "),
-        ("a: 1\n---\nb: 2\n", "vr_configs.yml:2: no valid YAML: a second document starts here"),
+        ("a: [\n", "vr_configs.yml:1: invalid YAML: "),
+        ("a: 1\n---\nb: 2\n", "vr_configs.yml:2: invalid YAML: a second document starts here"),
         ("urdf_path: !!python/name:os.system ''\n", "vr_configs.yml:1: the tag "),
     ],
 )
-def test_files_that_are_no_configuration(text: str, message: str, tmp_path: Path) -> None:
-    (line,) = refused(write(tmp_path, text))
+def test_invalid_configuration_files_are_refused(text: str, message: str, tmp_path: Path) -> None:
+    (line,) = read_errors(write(tmp_path, text))
     assert line.startswith(message)
 
 
-def test_a_folder_or_nothing_is_refused(tmp_path: Path) -> None:
-    assert refused(tmp_path) == [f"{tmp_path.name}: cannot be read: Is a directory"]
-    assert refused(tmp_path / "no.yml") == ["no.yml: cannot be read: No such file or directory"]
+def test_folder_or_missing_file_is_refused(tmp_path: Path) -> None:
+    assert read_errors(tmp_path) == [f"{tmp_path.name}: cannot be read: Is a directory"]
+    assert read_errors(tmp_path / "no.yml") == ["no.yml: cannot be read: No such file or directory"]
 
 
-def test_all_keys_are_known_and_none_twice() -> None:
+def test_used_and_unused_entries_are_disjoint() -> None:
     assert not set(ENTRIES.names) & set(UNUSED)
 
 
@@ -155,7 +155,7 @@ ANYTHING = st.recursive(
 
 @given(st.sets(st.sampled_from(sorted(WHOLE))))
 @settings(max_examples=30)
-def test_any_entries_may_be_left_out(
+def test_optional_entries_may_be_missing(
     small: RobotConfig, tmp_path_factory: pytest.TempPathFactory, left: set[str]
 ) -> None:
     rest = {name: value for name, value in WHOLE.items() if name not in left or name == "urdf_path"}
@@ -170,7 +170,9 @@ def test_any_entries_may_be_left_out(
 @pytest.mark.slow
 @given(st.data())
 @settings(max_examples=80)
-def test_damage_is_refused_with_its_place(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+def test_damaged_configuration_is_read_or_refused_with_place(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
     folder = tmp_path_factory.getbasetemp()
     damaged = data.draw(broken(WHOLE))
     path = write(folder, yaml.safe_dump(damaged))
@@ -201,7 +203,7 @@ def broken(tree: Any) -> st.SearchStrategy[Any]:
 
 @given(st.text(max_size=60) | st.binary(max_size=60).map(lambda data: data.decode("latin-1")))
 @settings(max_examples=60)
-def test_any_text_is_refused_and_never_crashes(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+def test_any_text_as_configuration_is_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = write(tmp_path_factory.getbasetemp(), "")
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
-    assert refused(path)
+    assert read_errors(path)

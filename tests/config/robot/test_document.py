@@ -21,7 +21,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
     return load_robot(write(tmp_path_factory.mktemp("small")), lambda _line: None)
 
 
-def test_groups_as_in_the_file_with_names(small: RobotConfig) -> None:
+def test_document_groups_match_file_by_name(small: RobotConfig) -> None:
     groups = robot_document(small)["groups"]
     assert groups["arms"][0] == {
         "joints": ["r1", "r2"],
@@ -42,7 +42,7 @@ def test_groups_as_in_the_file_with_names(small: RobotConfig) -> None:
     )
 
 
-def test_the_whole_is_plain_json(small: RobotConfig) -> None:
+def test_document_is_plain_json(small: RobotConfig) -> None:
     found = json.loads(json.dumps(robot_document(small), allow_nan=False))
     assert found["base_pose"] == [[0, 0, 0.9], [0, 0, math.sqrt(0.5), math.sqrt(0.5)]]
     assert (found["name"], found["root"], found["fixed_link"]) == ("Small", "base", None)
@@ -50,7 +50,7 @@ def test_the_whole_is_plain_json(small: RobotConfig) -> None:
     assert found["not_used"] == ["vibration_thresholds"]
 
 
-def test_a_plain_robot_has_no_groups(small: RobotConfig) -> None:
+def test_document_of_plain_urdf_has_no_groups(small: RobotConfig) -> None:
     found = robot_document(load_robot(small.urdf_path, lambda _line: None))
     assert found["groups"] == {"arms": [], "grippers": [], "head": None, "waist": None, "dorsal": None}
     assert [joint["groups"] for joint in found["joints"]] == [[]] * 14
@@ -58,7 +58,7 @@ def test_a_plain_robot_has_no_groups(small: RobotConfig) -> None:
 
 @given(st.dictionaries(st.sampled_from(["lift", "r1", "l2", "spin", "head_yaw"]), st.floats(-3, 3)))
 @settings(max_examples=25)
-def test_links_are_where_the_posture_puts_them(small: RobotConfig, positions: dict[str, float]) -> None:
+def test_document_links_are_at_posture(small: RobotConfig, positions: dict[str, float]) -> None:
     links: dict[str, Any] = robot_document(small, positions)["links"]
     poses = link_poses(small.robot, positions)
     assert list(links) == list(poses)

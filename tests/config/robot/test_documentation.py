@@ -26,14 +26,14 @@ def example(tmp_path: Path) -> RobotConfig:
     return read_robot_config(path, refuse)
 
 
-def test_the_example_is_the_bundled_robot(example: RobotConfig) -> None:
+def test_page_example_equals_bundled_tandem(example: RobotConfig) -> None:
     tandem = load_robot("tandem", refuse)
     for name in ("arms", "head", "dorsal", "base_pose", "command_links", "reference_links", "start"):
         assert getattr(example, name) == getattr(tandem, name)
     assert [gripper.joints[0] for gripper in example.grippers] == ["right_gripper", "left_gripper"]
 
 
-def test_the_bundled_configurations_use_known_entries_only() -> None:
+def test_bundled_configurations_have_only_known_entries() -> None:
     for name in bundled():
         entries = yaml.safe_load(find_robot(name).read_text())
         assert set(entries) <= {*ENTRIES.names, *UNUSED}

@@ -42,27 +42,27 @@ def ends(folder: Path, text: str, *names: str) -> tuple[RangeEnd, ...] | None:
         ((("0 0 1", 0.0, 0.04), ("0 0 -1", 0.0, 0.0401)), (UPPER, UPPER)),
     ],
 )
-def test_two_fingers_are_open_where_they_are_apart(
+def test_two_fingers_are_open_where_farther_apart(
     tmp_path: Path, fingers: tuple[tuple[str, float, float], ...], expected: tuple[RangeEnd, ...] | None
 ) -> None:
     assert ends(tmp_path, urdf(fingers=fingers), "left_gripper_joint1", "left_gripper_joint2") == expected
 
 
-def test_a_finger_that_follows_opens_with_the_one_it_follows(tmp_path: Path) -> None:
+def test_mimic_finger_has_open_end_of_its_leader(tmp_path: Path) -> None:
     alone, follows = PANDA.replace("MIMIC", ""), PANDA.replace("MIMIC", '<mimic joint="finger1"/>')
     assert ends(tmp_path, alone, "finger1", "finger2") == (UPPER, UPPER)
     assert ends(tmp_path, follows, "finger1", "finger2") == (UPPER, UPPER)
     assert ends(tmp_path, follows, "finger1") == (UPPER,)
 
 
-def test_shapes_count_and_not_frames(tmp_path: Path) -> None:
+def test_open_end_follows_from_shapes_not_frames(tmp_path: Path) -> None:
     """Fingers whose frames meet in the palm's middle, and whose shapes are 5 cm outside and close inwards."""
     inwards = PANDA.replace("MIMIC", "").replace('xyz="0 0.01 0.03"', 'xyz="0 0.05 0.03"')
     inwards = inwards.replace('axis xyz="0 1 0"', 'axis xyz="0 -1 0"')
     assert ends(tmp_path, inwards, "finger1", "finger2") == (LOWER, LOWER)
 
 
-def test_a_single_finger_is_open_away_from_its_palm(tmp_path: Path) -> None:
+def test_single_finger_is_open_away_from_palm(tmp_path: Path) -> None:
     away = (("0 1 0", 0.0, 0.04),)
     onto = (("0 1 0", -0.04, 0.0),)
     assert ends(tmp_path, urdf(fingers=away), "left_gripper_joint1") == (UPPER,)
@@ -71,11 +71,11 @@ def test_a_single_finger_is_open_away_from_its_palm(tmp_path: Path) -> None:
     assert ends(tmp_path, urdf(fingers=across), "left_gripper_joint1") is None
 
 
-def test_a_hand_is_not_guessed() -> None:
+def test_open_end_of_multi_finger_hand_is_unknown() -> None:
     robot = load_robot("qinglong", lambda _line: None)
     assert find_open_ends(robot.robot, robot.grippers[0].joints) is None
 
 
-def test_the_bundled_gripper_closes_at_its_upper_limit() -> None:
+def test_tandem_gripper_is_open_at_lower_limit() -> None:
     robot = load_robot("tandem", lambda _line: None)
     assert find_open_ends(robot.robot, robot.grippers[0].joints) == (LOWER,) * len(robot.grippers[0].joints)

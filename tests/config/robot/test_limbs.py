@@ -21,7 +21,7 @@ def fingers(side: str) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("sides", [("left", "right"), ("right", "left"), ("L", "R")])
-def test_a_torso_that_carries_two_arms_is_the_waist(tmp_path: Path, sides: tuple[str, str]) -> None:
+def test_torso_below_two_arms_is_waist(tmp_path: Path, sides: tuple[str, str]) -> None:
     found = limbs(tmp_path, urdf(sides))
     right, left = sorted(sides, key=str.lower, reverse=True)
     assert [arm.joints for arm in found.arms] == [arm_names(right), arm_names(left)]
@@ -30,7 +30,7 @@ def test_a_torso_that_carries_two_arms_is_the_waist(tmp_path: Path, sides: tuple
     assert found.waist.joints == TORSO
 
 
-def test_sides_follow_from_y_without_names(tmp_path: Path) -> None:
+def test_arms_without_sides_in_names_are_sorted_by_y(tmp_path: Path) -> None:
     found = limbs(tmp_path, urdf(("one", "two")))
     assert [arm.joints for arm in found.arms] == [arm_names("two"), arm_names("one")]  # "two" is at y = -0.2 m
     assert [gripper.joints for gripper in found.grippers] == [fingers("two"), fingers("one")]
@@ -38,7 +38,7 @@ def test_sides_follow_from_y_without_names(tmp_path: Path) -> None:
     assert found.waist.joints == TORSO
 
 
-def test_a_joint_between_trunk_and_fork_is_the_trunks(tmp_path: Path) -> None:
+def test_joint_between_trunk_and_fork_belongs_to_waist(tmp_path: Path) -> None:
     """A camera on the torso's third link makes a fork of its own, behind which the arms hang on one more joint."""
     camera = (
         '<link name="mast"/><joint name="camera" type="revolute"><parent link="torso_link3"/><child link="mast"/>'
@@ -50,14 +50,14 @@ def test_a_joint_between_trunk_and_fork_is_the_trunks(tmp_path: Path) -> None:
     assert found.waist.joints == TORSO
 
 
-def test_a_single_arm_stays_an_arm(tmp_path: Path) -> None:
+def test_torso_with_single_arm_is_part_of_arm(tmp_path: Path) -> None:
     found = limbs(tmp_path, urdf(("main",)))
     assert [arm.joints for arm in found.arms] == [(*TORSO, *arm_names("main"))]
     assert [gripper.joints for gripper in found.grippers] == [fingers("main")]
     assert found.waist is None
 
 
-def test_a_hand_of_long_chains_does_not_make_a_trunk_of_its_arm(tmp_path: Path) -> None:
+def test_arm_with_long_fingers_is_not_trunk(tmp_path: Path) -> None:
     """Two fingers of four joints each are short against the arm that they hang on."""
     text = urdf(("main",), torso=0, fingers=())
     links, joints = [], []
@@ -77,7 +77,7 @@ def test_a_hand_of_long_chains_does_not_make_a_trunk_of_its_arm(tmp_path: Path) 
     assert [len(gripper.joints) for gripper in found.grippers] == [8]
 
 
-def test_an_arm_like_the_panda_is_an_arm_with_a_gripper_that_is_closed_at_0(tmp_path: Path) -> None:
+def test_gripper_with_mimic_finger_is_open_at_upper_limit(tmp_path: Path) -> None:
     text = urdf(("main",), torso=0, fingers=(("0 1 0", 0.0, 0.04), ("0 -1 0", 0.0, 0.04)))
     follower = '<limit lower="0.0" upper="0.04" effort="50" velocity="0.25"/><mimic joint="main_gripper_joint1"/>'
     head, _, tail = text.rpartition('<limit lower="0.0"')
@@ -90,7 +90,7 @@ def test_an_arm_like_the_panda_is_an_arm_with_a_gripper_that_is_closed_at_0(tmp_
 
 
 @pytest.mark.parametrize("sides", [("left", "right"), ("one", "two")])
-def test_fingers_of_two_short_limbs_make_no_gripper(tmp_path: Path, sides: tuple[str, str]) -> None:
+def test_fingers_of_two_short_limbs_form_no_gripper(tmp_path: Path, sides: tuple[str, str]) -> None:
     """With limbs of three joints the draft has no arm behind the torso, and their fingers form no hand."""
     found = limbs(tmp_path, urdf(sides, arm=3))
     assert [arm.joints for arm in found.arms] == [TORSO]

@@ -24,14 +24,14 @@ def urdf(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("reference", ["../meshes/link &amp; tip.stl", "meshes/link &amp; tip.stl"])
-def test_a_mesh_that_is_found_gets_its_address(urdf: Path, reference: str) -> None:
+def test_found_mesh_reference_becomes_absolute_uri(urdf: Path, reference: str) -> None:
     found = with_absolute_meshes(URDF.format(reference), urdf)
     address = (urdf.parents[1] / "meshes" / "link & tip.stl").as_uri()
     assert found == URDF.format(address)
     assert "my%20arm" in found
 
 
-def test_former_packages(urdf: Path) -> None:
+def test_package_mesh_becomes_absolute_only_without_package_xml(urdf: Path) -> None:
     (urdf.parents[1] / "meshes" / "a.stl").touch()
     (urdf.parents[1]).rename(urdf.parents[2] / "arm")
     path = urdf.parents[2] / "arm" / "urdf" / "arm.urdf"
@@ -44,12 +44,12 @@ def test_former_packages(urdf: Path) -> None:
 @pytest.mark.parametrize(
     "reference", ["meshes/none.stl", "package://nowhere/a.stl", "http://x.invalid/a.stl", "\0", ""]
 )
-def test_missing_meshes_stay_as_written(urdf: Path, reference: str) -> None:
+def test_missing_mesh_reference_stays_as_written(urdf: Path, reference: str) -> None:
     text = URDF.format(reference)
     assert with_absolute_meshes(text, urdf) == text
 
 
-def test_a_text_without_meshes_stays(tmp_path: Path) -> None:
+def test_text_without_meshes_is_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_bytes(b'<?xml version="1.0"?>\n<robot name="a">\x1a<link name="b"/></robot>\n')
     text = read_text(path)

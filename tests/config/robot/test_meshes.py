@@ -42,7 +42,7 @@ def package(tmp_path: Path) -> Path:
         "meshes/link 1.stl",
     ],
 )
-def test_meshes_are_found(package: Path, reference: str) -> None:
+def test_mesh_finder_resolves_relative_and_package_references(package: Path, reference: str) -> None:
     finder = MeshFinder(package / "urdf" / "arm.urdf")
     found = finder.find(reference)
     assert found is not None
@@ -50,13 +50,13 @@ def test_meshes_are_found(package: Path, reference: str) -> None:
     assert finder.missing == {}
 
 
-def test_meshes_are_found_by_their_whole_path(package: Path) -> None:
+def test_mesh_finder_resolves_absolute_path_and_file_uri(package: Path) -> None:
     finder = MeshFinder(package / "urdf" / "arm.urdf")
     path = (package / "meshes" / "link 1.stl").as_posix()
     assert finder.find(path) == finder.find(f"file://{path.replace(' ', '%20')}") == Path(path)
 
 
-def test_packages_of_ros_are_looked_through(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_package_folders_end_with_ros_environment_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}/one:{tmp_path}/two/arm")
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path}/three")
     found = list(package_folders("arm", Path("/elsewhere/urdf/arm.urdf")))
@@ -71,13 +71,13 @@ def test_packages_of_ros_are_looked_through(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("a.dae", b"<COLLADA/>", "meshes are read from .stl and .obj files"),
-        ("a.stl", b"solid nothing", "no triangles in it"),
-        ("a.obj", b"v 1 2", "no valid OBJ file"),
+        ("a.dae", b"<COLLADA/>", "must be an .stl or .obj file; convert the mesh"),
+        ("a.stl", b"solid nothing", "the mesh has no triangles"),
+        ("a.obj", b"v 1 2", "invalid OBJ file"),
         ("b.stl", b"", "not found"),
     ],
 )
-def test_meshes_that_cannot_be_used(tmp_path: Path, name: str, content: bytes, why: str) -> None:
+def test_unusable_mesh_is_recorded_with_reason(tmp_path: Path, name: str, content: bytes, why: str) -> None:
     (tmp_path / name.replace("b.stl", "c.stl")).write_bytes(content)
     finder = MeshFinder(tmp_path / "arm.urdf")
     assert finder.find(name) is None
@@ -85,7 +85,7 @@ def test_meshes_that_cannot_be_used(tmp_path: Path, name: str, content: bytes, w
     assert finder.missing == {name: why}
 
 
-def test_all_meshes_together_have_a_bound(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_beyond_total_size_is_missing(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (package / "meshes" / "other.stl").write_bytes(stl())
     monkeypatch.setattr(meshes, "MAX_TOTAL_BYTES", len(stl()) + 1)
     finder = MeshFinder(package / "urdf" / "arm.urdf")
@@ -95,12 +95,12 @@ def test_all_meshes_together_have_a_bound(package: Path, monkeypatch: pytest.Mon
     assert list(finder.missing) == ["../meshes/other.stl"]
 
 
-def test_one_warning_tells_of_all_missing_meshes(tmp_path: Path) -> None:
+def test_missing_meshes_give_one_warning(tmp_path: Path) -> None:
     visuals = "".join(f'<visual><geometry><mesh filename="{n}.dae"/></geometry></visual>' for n in range(7))
     path = tmp_path / "arm.urdf"
     path.write_text(robot(f'<link name="a">{visuals}</link>'))
     warnings: list[str] = []
     found = read_urdf(path, warn=warnings.append)
-    expected = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes stand in"
+    expected = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes are used"
     assert warnings == [f"{path}:1: {expected}"]
     assert [shape.kind for shape in found.links["a"].shapes] == ["sphere"]

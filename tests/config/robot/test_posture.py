@@ -26,13 +26,13 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
         (JointType.PLANAR, 0.5, (0.0, 0.0, 2.0)),
     ],
 )
-def test_a_joint_moves_its_child(kind: JointType, position: float, tip: tuple[float, float, float]) -> None:
+def test_child_frame_moves_by_joint_type(kind: JointType, position: float, tip: tuple[float, float, float]) -> None:
     joint = Joint("j", kind, "a", "b", UP, Y)
     assert parent_T_child(joint, position).transform((0.0, 0.0, 1.0)) == pytest.approx(tip)
     assert parent_T_child(joint, 0.0) == UP
 
 
-def test_joints_add_up_from_the_root() -> None:
+def test_link_poses_accumulate_from_root() -> None:
     robot = of_joints(
         Joint("one", JointType.REVOLUTE, "a", "b", UP, X), Joint("two", JointType.REVOLUTE, "b", "c", UP, X)
     ).robot
@@ -43,7 +43,7 @@ def test_joints_add_up_from_the_root() -> None:
     assert poses["c"].rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, -1.0))
 
 
-def test_a_mimic_joint_follows_unless_it_has_a_position() -> None:
+def test_mimic_joint_follows_unless_position_is_given() -> None:
     leader = Joint("leader", JointType.REVOLUTE, "a", "b")
     follower = Joint("follower", JointType.REVOLUTE, "a", "c", limits=Limits(), mimic=Mimic("leader", -2.0, 0.5))
     robot = of_joints(leader, follower).robot
@@ -53,7 +53,7 @@ def test_a_mimic_joint_follows_unless_it_has_a_position() -> None:
 
 
 @given(st.lists(st.floats(-3.0, 3.0), min_size=14, max_size=14), st.tuples(*[st.floats(-3.0, 3.0)] * 6))
-def test_the_whole_robot_goes_where_its_root_goes(numbers: list[float], place: tuple[float, ...]) -> None:
+def test_link_poses_move_with_root_pose(numbers: list[float], place: tuple[float, ...]) -> None:
     robot = two_arms().robot
     posture = dict(zip((joint.name for joint in robot.driven), numbers, strict=True))
     x, y, z, roll, pitch, yaw = place

@@ -26,24 +26,24 @@ def leaf(value: Scalar) -> Leaf:
 
 
 @pytest.mark.parametrize("order", ["pybullet", "urdf"])
-def test_an_index_and_its_name_are_the_same(order: str, robot: RobotModel) -> None:
+def test_index_and_name_refer_to_same_joint_and_link(order: str, robot: RobotModel) -> None:
     joints = numbered(robot, order)
     problems = Problems()
     references = GroupReader(robot, joints, Reader(problems))
     for index, joint in enumerate(joints):
         if joint.is_driven:
-            assert references.joint(leaf(index), may_follow=True) is joint
-            assert references.joint(leaf(joint.name), may_follow=True) is joint
+            assert references.joint(leaf(index), may_mimic=True) is joint
+            assert references.joint(leaf(joint.name), may_mimic=True) is joint
         assert references.link(leaf(index)) == references.link(leaf(joint.child)) == joint.child
     assert problems.errors == ()
 
 
-def test_the_two_ways_of_counting(robot: RobotModel) -> None:
+def test_numbered_joints_follow_pybullet_or_urdf_order(robot: RobotModel) -> None:
     assert tuple(joint.name for joint in numbered(robot, "pybullet")) == INDICES
     assert tuple(joint.name for joint in numbered(robot, "urdf")) == robot.written != INDICES
 
 
-def test_the_root_only_where_it_may_be(robot: RobotModel) -> None:
+def test_root_link_is_accepted_only_where_allowed(robot: RobotModel) -> None:
     problems = Problems()
     references = GroupReader(robot, robot.joints, Reader(problems))
     assert references.link(leaf(-1), may_be_root=True) == references.link(leaf("base"), may_be_root=True) == "base"
@@ -52,7 +52,7 @@ def test_the_root_only_where_it_may_be(robot: RobotModel) -> None:
 
 
 @given(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=12) | st.dates() | st.binary())
-def test_anything_is_a_joint_or_one_error_with_its_place(robot: RobotModel, value: Scalar) -> None:
+def test_any_value_is_reference_or_one_error_with_place(robot: RobotModel, value: Scalar) -> None:
     for kind in ("joint", "link"):
         problems = Problems()
         found = getattr(GroupReader(robot, robot.joints, Reader(problems)), kind)(leaf(value))
@@ -60,7 +60,7 @@ def test_anything_is_a_joint_or_one_error_with_its_place(robot: RobotModel, valu
 
 
 @given(st.lists(st.integers(-2, 15), max_size=6))
-def test_a_list_has_each_joint_once(robot: RobotModel, indices: list[int]) -> None:
+def test_joint_list_is_refused_if_empty_repeated_or_not_movable(robot: RobotModel, indices: list[int]) -> None:
     problems = Problems()
     found = GroupReader(robot, robot.joints, Reader(problems)).joints(Items(tuple(map(leaf, indices)), HERE, "key"))
     movable = {index for index, joint in enumerate(robot.joints) if joint.is_driven and joint.mimic is None}
@@ -68,7 +68,7 @@ def test_a_list_has_each_joint_once(robot: RobotModel, indices: list[int]) -> No
     assert (found is not None) == is_sound == (problems.errors == ())
 
 
-def test_messages_are_not_flooded() -> None:
+def test_listed_names_are_truncated_with_count() -> None:
     names = [f"joint_{number}" for number in range(100)]
     text = listed(names)
     assert text.startswith("joint_0, joint_1, ")

@@ -10,19 +10,21 @@ from cellwright.util.errors import CellwrightError, DescriptionError, UnknownNam
 from tests.config.robot.small_robot import urdf, write
 
 
-def silent(_line: str) -> None:
+def ignore_warning(_line: str) -> None:
     pass
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
-def test_bundled_robots_give_no_warnings(name: str) -> None:
+def test_bundled_robots_load_without_warnings(name: str) -> None:
     report = check([find_robot(name)])
     assert report.lines() == ["ok"]
-    assert load_robot(name, silent).arms
+    assert load_robot(name, ignore_warning).arms
 
 
-def test_qinglong_is_bundled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bundled_name_wins_over_folder_and_misspelling_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert "qinglong" in bundled()
     monkeypatch.chdir(tmp_path)
     (tmp_path / "qinglong").mkdir()
@@ -31,16 +33,16 @@ def test_qinglong_is_bundled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         find_robot("qinlong")
 
 
-def test_a_file_or_its_folder(tmp_path: Path) -> None:
+def test_robot_is_found_by_file_or_folder(tmp_path: Path) -> None:
     path = write(tmp_path)
     assert find_robot(path) == find_robot(str(tmp_path)) == path
-    assert load_robot(tmp_path, silent) == load_robot(path, silent)
+    assert load_robot(tmp_path, ignore_warning) == load_robot(path, ignore_warning)
 
 
-def test_a_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
+def test_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
     path = tmp_path / "some.robot"
     path.write_text(urdf())
-    config = load_robot(path, silent)
+    config = load_robot(path, ignore_warning)
     assert (config.name, config.path, config.urdf_path) == ("small", path, path)
     assert (config.arms, config.home, config.command_links) == ((), {}, ())
     assert len(config.robot.joints) == 14
@@ -48,21 +50,19 @@ def test_a_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
     assert find_robot(tmp_path) == tmp_path / "robot.urdf"
 
 
-def test_which_urdf_of_a_folder(tmp_path: Path) -> None:
+def test_folder_without_single_robot_file_is_refused(tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
     for name in ("a.urdf", "b.urdf"):
         (tmp_path / name).write_text(urdf())
-    with pytest.raises(
-        DescriptionError, match=r"without vr_configs\.yml and more than one URDF: give one of a.urdf, b"
-    ):
+    with pytest.raises(DescriptionError, match=r"no vr_configs\.yml, and more than one URDF; name one of a.urdf, b"):
         find_robot(tmp_path)
-    with pytest.raises(DescriptionError, match=r"a folder without vr_configs\.yml and no URDF"):
+    with pytest.raises(DescriptionError, match=r"no vr_configs\.yml, and no URDF in this folder"):
         find_robot(empty)
 
 
 @pytest.mark.parametrize("name", ["no.yml", "./qinglong", "folder/robot", "a" * 5000, "a\0b", ""])
-def test_missing_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_robot_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CellwrightError):
         find_robot(name)
@@ -86,7 +86,9 @@ def test_missing_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytes
         ("a.yml", "<robot>", False, False),
     ],
 )
-def test_files_are_recognised_by_content(name: str, text: str, robot: bool, plain: bool, tmp_path: Path) -> None:
+def test_robot_files_are_recognised_by_suffix_and_content(
+    name: str, text: str, robot: bool, plain: bool, tmp_path: Path
+) -> None:
     path = tmp_path / name
     path.write_text(text)
     assert (is_robot_file(path), is_urdf(path)) == (robot, plain)

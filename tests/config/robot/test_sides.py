@@ -25,38 +25,38 @@ from tests.config.robot.torso_robot import urdf, write
         ("wrist_roll_joint", ""),
     ],
 )
-def test_the_side_of_a_name(name: str, side: str) -> None:
+def test_side_of_name_is_first_one_stated(name: str, side: str) -> None:
     assert side_of(name) == side
 
 
-def mixed(robot: RobotModel, *names: str) -> str:
+def mixed_sides_reason(robot: RobotModel, *names: str) -> str:
     return mixed_sides(robot, [robot.joint(name) for name in names])
 
 
-def test_a_group_of_both_sides_is_found_by_names(tmp_path: Path) -> None:
+def test_mixed_sides_are_detected_by_names(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, urdf()), warn=lambda _line: None)
-    assert mixed(robot, "left_gripper_joint1", "right_gripper_joint1") == (
+    assert mixed_sides_reason(robot, "left_gripper_joint1", "right_gripper_joint1") == (
         "right_gripper_joint1 is on the right, left_gripper_joint1 on the left"
     )
-    assert mixed(robot, "left_gripper_joint1", "left_gripper_joint2") == ""
-    assert mixed(robot, "torso_joint1", "left_arm_joint1") == ""
+    assert mixed_sides_reason(robot, "left_gripper_joint1", "left_gripper_joint2") == ""
+    assert mixed_sides_reason(robot, "torso_joint1", "left_arm_joint1") == ""
 
 
-def test_a_group_of_two_limbs_is_found_without_names(tmp_path: Path) -> None:
+def test_mixed_limbs_are_detected_without_names(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, urdf(("one", "two"))), warn=lambda _line: None)
-    assert mixed(robot, "one_gripper_joint1", "two_gripper_joint2") == (
-        "its joints hang on two limbs, behind one_arm_joint1 and behind two_arm_joint1"
+    assert mixed_sides_reason(robot, "one_gripper_joint1", "two_gripper_joint2") == (
+        "its joints belong to two limbs, behind one_arm_joint1 and behind two_arm_joint1"
     )
-    assert mixed(robot, "one_gripper_joint1", "one_gripper_joint2") == ""
+    assert mixed_sides_reason(robot, "one_gripper_joint1", "one_gripper_joint2") == ""
 
 
-def test_two_fingers_of_one_palm_may_be_called_left_and_right(tmp_path: Path) -> None:
+def test_left_and_right_finger_of_one_palm_are_not_mixed(tmp_path: Path) -> None:
     text = urdf(("main",)).replace("main_gripper_joint1", "left_finger").replace("main_gripper_joint2", "right_finger")
     robot = read_urdf(write(tmp_path, text), warn=lambda _line: None)
-    assert mixed(robot, "left_finger", "right_finger") == ""
+    assert mixed_sides_reason(robot, "left_finger", "right_finger") == ""
 
 
-def test_a_joint_that_spreads_a_finger_makes_no_limb_of_it(tmp_path: Path) -> None:
+def test_finger_with_spreading_joint_is_not_mixed(tmp_path: Path) -> None:
     """Return two fingers, called left and right, that each hang on a joint which does not close them."""
     text = urdf(("main",), fingers=())
     for side in ("left", "right"):
@@ -68,4 +68,4 @@ def test_a_joint_that_spreads_a_finger_makes_no_limb_of_it(tmp_path: Path) -> No
             )
             text = text.replace("</robot>", joint)
     robot = read_urdf(write(tmp_path, text), warn=lambda _line: None)
-    assert mixed(robot, "left_finger", "right_finger") == ""
+    assert mixed_sides_reason(robot, "left_finger", "right_finger") == ""

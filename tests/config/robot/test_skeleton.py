@@ -45,7 +45,7 @@ def read_back(folder: Path, model: RobotModel) -> tuple[RobotConfig, list[str]]:
 
 
 @pytest.mark.parametrize("name", bundled())
-def test_bundled_robots_are_found_out(name: str) -> None:
+def test_limbs_of_bundled_robots_match_their_configurations(name: str) -> None:
     config = load_robot(name, lambda _line: None)
     found = find_limbs(config.robot)
     assert [arm.joints for arm in found.arms] == [arm.joints for arm in config.arms]
@@ -57,19 +57,19 @@ def test_bundled_robots_are_found_out(name: str) -> None:
         assert tuple(filter(None, found.head)) == config.head.joints
 
 
-def test_joints_that_spread_fingers_do_not_close_them() -> None:
+def test_finger_spreading_joints_are_not_in_gripper() -> None:
     (right, left) = find_limbs(load_robot("qinglong", lambda _line: None).robot).grippers
     assert {"rh_FFJ4", "rh_THJ5", "rh_LFJ4"}.isdisjoint(right.joints)
     assert {"rh_FFJ3", "rh_THJ1"} <= set(right.joints)
     assert len(left.joints) == len(right.joints)
 
 
-def test_sides_follow_from_names_and_right_comes_first(tmp_path: Path) -> None:
+def test_arms_with_sides_in_names_come_right_first(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("left_arm_", "base", 5), *chain("right_arm_", "base", 5), *chain("leg_", "base", 6))
     assert [arm.joints[0] for arm in find_limbs(model).arms] == ["right_arm_1", "left_arm_1"]
 
 
-def test_joints_that_carry_the_arms(tmp_path: Path) -> None:
+def test_joints_below_arms_are_lift_and_waist(tmp_path: Path) -> None:
     trunk = [("rail", "prismatic", "base", "cart"), ("turn", "revolute", "cart", "torso")]
     model = robot(tmp_path, *trunk, *chain("a", "torso", 4), *chain("b", "torso", 4), *chain("neck", "torso", 2))
     found = find_limbs(model)
@@ -79,29 +79,29 @@ def test_joints_that_carry_the_arms(tmp_path: Path) -> None:
     assert sorted(filter(None, found.head)) == ["neck1", "neck2"]
 
 
-def test_a_gripper_at_the_end_of_a_chain_is_no_part_of_the_arm(tmp_path: Path) -> None:
+def test_sliding_joint_at_chain_end_is_gripper_not_arm(tmp_path: Path) -> None:
     joints = [*chain("j", "base", 6), ("slide", "prismatic", "j_link6", "pad")]
     found = find_limbs(robot(tmp_path, *joints, limits='lower="0" upper="1"'))
     assert found.arms[0].joints == tuple(f"j{number}" for number in range(1, 7))
     assert [gripper.joints for gripper in found.grippers] == [("slide",)]
 
 
-def test_a_tool_is_the_tip(tmp_path: Path) -> None:
+def test_fixed_link_named_tool_is_arm_tip(tmp_path: Path) -> None:
     fixed = [("f1", "fixed", "j_link4", "flange"), ("f2", "fixed", "flange", "tool0"), ("f3", "fixed", "base", "tcp")]
     found = find_limbs(robot(tmp_path, *chain("j", "base", 4), *fixed))
     assert found.arms[0].tip == "tool0"
 
 
-def test_a_draft_without_limbs_says_so(tmp_path: Path) -> None:
+def test_skeleton_without_limbs_has_comment_and_no_groups(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("wheel", "base", 1, "continuous"))
     text = skeleton(model, tmp_path / "robot.urdf", tmp_path)
-    assert "# None was found" in text
+    assert "# No arm was found" in text
     assert list(yaml.safe_load(text)) == ["urdf_path", "robot_name", "base_pose"]
     config, warnings = read_back(tmp_path, model)
     assert (config.arms, config.grippers, config.head, warnings) == ((), (), None, [])
 
 
-def test_home_lies_within_limits_to_the_last_digit(tmp_path: Path) -> None:
+def test_home_in_skeleton_is_within_limits_exactly(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("j", "base", 5), limits='lower="0.12345672" upper="0.12345679"')
     config, warnings = read_back(tmp_path, model)
     assert warnings == []
@@ -119,7 +119,7 @@ def test_home_lies_within_limits_to_the_last_digit(tmp_path: Path) -> None:
         (0.0, 0.4, 0.1),
     ],
 )
-def test_an_arm_is_not_stretched_out_at_home(lower: float, upper: float, home: float, tmp_path: Path) -> None:
+def test_arm_home_is_bent_away_from_limit_at_zero(lower: float, upper: float, home: float, tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("j", "base", 4), limits=f'lower="{lower}" upper="{upper}"')
     config, _ = read_back(tmp_path, model)
     assert config.arms[0].home == (home,) * 4
@@ -130,7 +130,7 @@ NAMES = st.sampled_from(["yes", "1", "a: b", "[x", "it's", "#", "r arm", "größ
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=16), st.lists(NAMES, unique=True, max_size=8), st.randoms())
 @settings(max_examples=60)
-def test_any_tree_can_be_begun(
+def test_skeleton_of_random_tree_loads_without_warnings(
     tmp_path_factory: pytest.TempPathFactory, parents: list[int], names: list[str], random: object
 ) -> None:
     folder = tmp_path_factory.getbasetemp()
@@ -158,10 +158,10 @@ def test_any_tree_can_be_begun(
         (torso_robot.INWARDS, "    open: upper   # guessed", [0.04, 0.04]),
         ((("0 1 0", 0.0, 0.04), ("0 1 0", -0.04, 0.0)), "    open: [upper, lower]   # guessed", [0.04, -0.04]),
         ((("0 1 0", -0.04, 0.0), ("0 -1 0", -0.04, 0.0)), "    open: ", [-0.04, -0.04]),
-        ((("0 1 0", 0.0, 0.04),) * 3, "    # Not known which end is open", [0.0] * 3),
+        ((("0 1 0", 0.0, 0.04),) * 3, "    # The open end is unknown", [0.0] * 3),
     ],
 )
-def test_the_open_end_of_a_gripper_is_written_if_known(
+def test_skeleton_has_open_end_of_gripper_if_known(
     tmp_path: Path, fingers: tuple[tuple[str, float, float], ...], line: str, open_positions: list[float]
 ) -> None:
     path = torso_robot.write(tmp_path, torso_robot.urdf(fingers=fingers))
@@ -174,7 +174,7 @@ def test_the_open_end_of_a_gripper_is_written_if_known(
     assert [left.open_and_closed(model.joint(name))[0] for name in left.joints] == open_positions
 
 
-def test_a_robot_on_another_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_skeleton_on_another_drive_has_absolute_urdf_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """On Windows, drives have no relative path between them; the draft has the absolute path."""
 
     def refuse(_path: object, _start: object) -> str:

@@ -21,7 +21,7 @@ def joint_at(position: Vector3, parent: str = "arm", child: str = "hand") -> Joi
 
 
 @given(end=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda end: math.hypot(*end) > NEAR))
-def test_a_limb_reaches_from_joint_to_joint(end: Vector3) -> None:
+def test_stand_in_limb_spans_joint_to_joint(end: Vector3) -> None:
     (limb,) = with_stand_ins(Link("arm"), [joint_at(end)], BOTH).shapes
     radius, straight, _ = limb.size
     length = math.hypot(*end)
@@ -35,20 +35,20 @@ def test_a_limb_reaches_from_joint_to_joint(end: Vector3) -> None:
     assert 0.005 <= radius <= max(0.005, 0.3 * length)
 
 
-def test_a_limb_is_as_thick_as_its_mass_asks_for() -> None:
+def test_stand_in_limb_thickness_follows_from_mass() -> None:
     link = Link("arm", Inertial(math.pi * 0.05**2 * DENSITY * 0.4))
     (limb,) = with_stand_ins(link, [joint_at((0.0, 0.0, 0.4))], BOTH).shapes
     assert limb.size[0] == pytest.approx(0.05)
 
 
-def test_a_torso_has_a_limb_for_each_joint_that_is_not_at_its_origin() -> None:
+def test_stand_in_torso_has_limb_for_each_joint_away_from_origin() -> None:
     joints = [joint_at((0.0, y, 0.4), child=f"arm {y}") for y in (-0.2, 0.2)]
     joints += [joint_at((0.0, 0.0, 0.0), child="waist"), joint_at((0.0, 0.0, 0.3), "other", "head")]
     shapes = with_stand_ins(Link("arm"), joints, BOTH).shapes
     assert [shape.pose.position for shape in shapes] == [(0.0, -0.1, 0.2), (0.0, 0.1, 0.2)]
 
 
-def test_the_last_link_lies_around_its_centre_of_mass() -> None:
+def test_stand_in_of_last_link_lies_around_centre_of_mass() -> None:
     (limb,) = with_stand_ins(Link("hand", Inertial(0.5, Pose((0.0, 0.0, 0.1)))), [joint_at((1.0, 0, 0))], BOTH).shapes
     assert (limb.kind, limb.pose.position) == ("capsule", (0.0, 0.0, 0.1))
     (ball,) = with_stand_ins(Link("hand", Inertial(0.5)), [joint_at((1.0, 0, 0))], BOTH).shapes
@@ -70,7 +70,7 @@ def test_the_last_link_lies_around_its_centre_of_mass() -> None:
         ((), set(), []),
     ],
 )
-def test_existing_shapes_serve_first(
+def test_existing_shapes_are_used_before_stand_ins(
     shapes: tuple[ModelShape, ...], lacking: set[Use], uses: list[tuple[str, bool, bool]]
 ) -> None:
     link = with_stand_ins(Link("arm", shapes=shapes), [joint_at((0.0, 0.0, 0.4))], lacking)

@@ -29,7 +29,7 @@ def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
     return found, [warning.replace(f"{folder}/", "") for warning in warnings if "no shapes in the file" not in warning]
 
 
-def refused(folder: Path, text: str) -> list[str]:
+def read_errors(folder: Path, text: str) -> list[str]:
     """Return the errors, without the path of the file."""
     path = folder / "robot.urdf"
     path.write_text(text)
@@ -38,7 +38,7 @@ def refused(folder: Path, text: str) -> list[str]:
     return [str(problem).replace(f"{folder}/", "") for problem in raised.value.problems]
 
 
-def test_joints_are_counted_down_the_tree_and_children_in_the_order_of_the_file(tmp_path: Path) -> None:
+def test_joints_are_counted_parents_first_and_siblings_in_file_order(tmp_path: Path) -> None:
     text = robot(
         joint("c_d", "c", "d"), joint("a_b", "a", "b"), joint("a_c", "a", "c"), joint("b_e", "b", "e"), links="edcba"
     )
@@ -50,7 +50,7 @@ def test_joints_are_counted_down_the_tree_and_children_in_the_order_of_the_file(
     assert warnings == []
 
 
-def test_a_robot_without_visuals_is_drawn_by_its_collision_shapes(tmp_path: Path) -> None:
+def test_robot_without_visuals_is_drawn_by_collision_shapes(tmp_path: Path) -> None:
     box = '<geometry><box size="1 1 1"/></geometry>'
     links = f'<link name="a"><collision>{box}</collision></link><link name="b"/>'
     found, warnings = read(tmp_path, robot(links, joint("j", "a", "b")))
@@ -61,7 +61,7 @@ def test_a_robot_without_visuals_is_drawn_by_its_collision_shapes(tmp_path: Path
     assert [(shape.is_touched, shape.is_seen) for shape in found.links["a"].shapes] == [(True, False)]
 
 
-def test_a_robot_may_be_one_link_and_have_no_name(tmp_path: Path) -> None:
+def test_robot_of_one_link_without_name_is_read(tmp_path: Path) -> None:
     found, _ = read(tmp_path, '<robot><link name="box"/></robot>')
     assert (found.name, found.root, found.joints) == ("robot", "box", ())
 
@@ -70,52 +70,54 @@ def test_foreign_elements_are_ignored_and_misspelt_ones_reported(tmp_path: Path)
     others = '<gazebo/><transmission name="t"><joint name="j"/></transmission><jont name="x"/>'
     found, warnings = read(tmp_path, robot(others, joint("j", "a", "b"), links="ab"))
     assert len(found.joints) == 1
-    assert warnings == ["robot.urdf:4: jont[x]: <jont> is not read; did you mean joint"]
+    assert warnings == ["robot.urdf:4: jont[x]: unknown element <jont>, ignored; did you mean joint"]
 
 
-def test_warnings_do_not_flood(tmp_path: Path) -> None:
+def test_warnings_beyond_maximum_are_counted(tmp_path: Path) -> None:
     boxes = '<visual><geometry><box size="0 0 0"/></geometry></visual>\n' * 100
     _, warnings = read(tmp_path, robot("<jont/>\n" * 100, f'<link name="a">{boxes}</link>'))
-    assert warnings[0] == "robot.urdf:2: jont: <jont> is not read; did you mean joint"
+    assert warnings[0] == "robot.urdf:2: jont: unknown element <jont>, ignored; did you mean joint"
     assert len(warnings) == MAX_WARNINGS + 1
-    assert warnings[-1] == "robot.urdf: 81 more warnings like these"
+    assert warnings[-1] == "robot.urdf: 81 more warnings are not listed"
 
 
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        (robot(links=""), "robot.urdf:1: a robot without links"),
-        (robot(links="ab"), "robot.urdf:3: link[b]: 2 links hang on no joint (a, b); all but one, the first, have to"),
-        (robot("<link/>", links="a"), "robot.urdf:3: link: a link without a name"),
-        (robot(links="aa"), ("robot.urdf:3: link[a]: there is a link of this name already (robot.urdf:2); "
-            "names have to be unique")),
+        (robot(links=""), "robot.urdf:1: the robot has no links"),
+        (
+            robot(links="ab"),
+            "robot.urdf:3: link[b]: a robot must have one root link (got 2: a, b); connect the others by joints",
+        ),
+        (robot("<link/>", links="a"), "robot.urdf:3: link: the link has no name"),
+        (robot(links="aa"), "robot.urdf:3: link[a]: duplicate link name (first at robot.urdf:2); choose another"),
         (
             robot(joint("j", "a", "b"), joint("k", "c", "b"), links="abc"),
-            "robot.urdf:7: joint[k]: 'b' hangs on the joint 'j' already; a link has one parent",
+            "robot.urdf:7: joint[k]: 'b' is already the child of joint 'j'; a link can have only one parent",
         ),
         (
             robot(joint("j", "a", "b"), joint("k", "b", "a"), links="ab"),
-            "robot.urdf:1: no first link: every link hangs on another, in a ring",
+            "robot.urdf:1: no root link: every link is the child of another, in a loop",
         ),
         (
             robot(joint("j", "a", "b"), joint("k", "b", "a"), links="abc"),
-            "robot.urdf:5: joint[j]: joints that hang on each other in a ring: j, k",
+            "robot.urdf:5: joint[j]: joints form a loop: j, k",
         ),
         (
             robot('<link name="base_link"/>', joint("j", "base_lnk", "a"), links="a"),
             "robot.urdf:4: joint[j].parent: unknown link 'base_lnk'; did you mean base_link",
         ),
-        ("<sdf/>", "robot.urdf:1: an SDF file; a URDF file begins with <robot>"),
-        ("<mujoco/>", "robot.urdf:1: MuJoCo's own format (MJCF); a URDF file begins with <robot>"),
-        ("<html/>", "robot.urdf:1: no robot: it begins with <html>; a URDF file begins with <robot>"),
+        ("<sdf/>", "robot.urdf:1: the root element of a URDF must be <robot> (got <sdf>, an SDF file)"),
+        ("<mujoco/>", "robot.urdf:1: the root element of a URDF must be <robot> (got <mujoco>, an MJCF file)"),
+        ("<html/>", "robot.urdf:1: the root element of a URDF must be <robot> (got <html>)"),
     ],
 )  # fmt: skip
-def test_links_without_a_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
-    assert problem in refused(tmp_path, text)
+def test_links_that_form_no_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
+    assert problem in read_errors(tmp_path, text)
 
 
-def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
-    problems = refused(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
+def test_all_urdf_errors_are_listed_at_once(tmp_path: Path) -> None:
+    problems = read_errors(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
     assert len(problems) == 3
     assert [problem.split(": ")[0] for problem in problems] == ["robot.urdf:4", "robot.urdf:4", "robot.urdf:5"]
 
@@ -123,16 +125,19 @@ def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("elements", "message"),
     [
-        ("<link/>" * (MAX_LINKS + 1), f"{MAX_LINKS + 1} links; at most {MAX_LINKS} are read"),
-        ("<joint/>" * (MAX_LINKS + 1), f"{MAX_LINKS + 1} joints; at most {MAX_LINKS} are read"),
-        (f"<link>{'<visual/>' * (MAX_SHAPES + 1)}</link>", f"{MAX_SHAPES + 1} shapes; at most {MAX_SHAPES} are read"),
+        ("<link/>" * (MAX_LINKS + 1), f"too many links (got {MAX_LINKS + 1}, at most {MAX_LINKS})"),
+        ("<joint/>" * (MAX_LINKS + 1), f"too many joints (got {MAX_LINKS + 1}, at most {MAX_LINKS})"),
+        (
+            f"<link>{'<visual/>' * (MAX_SHAPES + 1)}</link>",
+            f"too many shapes (got {MAX_SHAPES + 1}, at most {MAX_SHAPES})",
+        ),
     ],
 )
 def test_excessive_counts_are_refused(tmp_path: Path, elements: str, message: str) -> None:
-    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
+    assert read_errors(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
 
 
-def test_a_long_chain_is_read(tmp_path: Path) -> None:
+def test_chain_of_maximum_length_is_read(tmp_path: Path) -> None:
     links = "".join(f'<link name="l{number}"/>' for number in range(MAX_LINKS))
     joints = "".join(joint(f"j{k}", f"l{k}", f"l{k + 1}", kind="fixed") for k in reversed(range(MAX_LINKS - 1)))
     found, _ = read(tmp_path, robot(links, joints))

@@ -65,7 +65,7 @@ def damaged(draw: st.DrawFn) -> str:
 
 @settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(text=damaged(), self_collision=st.booleans())
-def test_damage_is_tolerated_or_refused(tmp_path: Path, text: str, self_collision: bool) -> None:
+def test_damaged_urdf_is_read_or_refused_in_lines(tmp_path: Path, text: str, self_collision: bool) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text(text, "utf-8")
     lines: list[str] = []

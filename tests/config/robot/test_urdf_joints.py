@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.robot.model import Joint, JointType, Limits, Mimic
-from tests.config.robot.test_urdf import LIMIT, joint, read, refused, robot
+from tests.config.robot.test_urdf import LIMIT, joint, read, read_errors, robot
 
 INF = math.inf
 
@@ -31,26 +31,26 @@ def read_one(folder: Path, inside: str, kind: str = "revolute") -> tuple[Joint, 
         ('lower="-1" upper="2" effort="-3" velocity="-4"', "revolute", Limits(-1.0, 2.0, 3.0, 4.0)),
     ],
 )
-def test_limits(tmp_path: Path, written: str, kind: str, limits: Limits) -> None:
+def test_joint_limits_are_as_in_pybullet(tmp_path: Path, written: str, kind: str, limits: Limits) -> None:
     assert read_one(tmp_path, f"<limit {written}/>", kind)[0].limits == limits
 
 
-def test_missing_efforts_and_velocities_give_one_warning(tmp_path: Path) -> None:
+def test_missing_efforts_and_velocities_give_one_warning_each(tmp_path: Path) -> None:
     joints = [joint(f"j{child}", "a", child, '<limit lower="0" upper="1"/>') for child in "bcdef"]
     _, warnings = read(tmp_path, robot(*joints, links="abcdef"))
     assert warnings == [
-        f"robot.urdf:1: 5 joints have no {kind} limit or one of 0 (jb, jc, jd, and 2 more); taken for unlimited"
+        f"robot.urdf:1: 5 joints have no {kind} limit, or 0 (jb, jc, jd, and 2 more); treated as unlimited"
         for kind in ("velocity", "effort")
     ]
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_a_joint_that_needs_limits_and_has_none_is_refused(tmp_path: Path, kind: str) -> None:
-    expected = f'robot.urdf:4: joint[j]: a {kind} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
-    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
+def test_revolute_or_prismatic_joint_without_limit_is_refused(tmp_path: Path, kind: str) -> None:
+    expected = f'robot.urdf:4: joint[j]: a {kind} joint requires <limit lower="…" upper="…" effort="…" velocity="…"/>'
+    assert read_errors(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
 
 
-def test_axes_become_unit_vectors(tmp_path: Path) -> None:
+def test_joint_axis_becomes_unit_vector(tmp_path: Path) -> None:
     read_joint, warnings = read_one(tmp_path, f'<axis xyz="0 3 4"/>{LIMIT}')
     assert (read_joint.axis, warnings) == ((0.0, 0.6, 0.8), [])
     assert read_one(tmp_path, LIMIT)[0].axis == (1.0, 0.0, 0.0)
@@ -59,65 +59,71 @@ def test_axes_become_unit_vectors(tmp_path: Path) -> None:
     assert read_one(tmp_path, '<axis xyz="0 0 2"/>', "planar")[0].axis == (0.0, 0.0, 1.0)
 
 
-def test_a_long_axis_does_not_lengthen_the_way_of_a_slide(tmp_path: Path) -> None:
+def test_prismatic_axis_length_is_ignored_with_warning(tmp_path: Path) -> None:
     slide, warnings = read_one(tmp_path, f'<axis xyz="0 0 2"/>{LIMIT}', "prismatic")
     assert slide.axis == (0.0, 0.0, 1.0)
     assert warnings == [
-        "5: joint[j].axis: the axis has a length of 2; its direction alone is taken (PyBullet stretches the way by it)"
+        (
+            "5: joint[j].axis: the axis must be a unit vector (got length 2); only its direction is used "
+            "(PyBullet scales the motion by the length)"
+        )
     ]
 
 
-def test_a_floating_joint_is_held_as_pybullet_holds_it(tmp_path: Path) -> None:
+def test_floating_joint_becomes_fixed_with_warning(tmp_path: Path) -> None:
     held, warnings = read_one(tmp_path, "", "floating")
     assert held.type is JointType.FIXED
-    assert warnings == ["4: joint[j]: a floating joint inside a robot is held fixed, as PyBullet does with it"]
+    assert warnings == ["4: joint[j]: a floating joint inside a robot is treated as fixed, as in PyBullet"]
 
 
 @pytest.mark.parametrize(
     ("element", "message"),
     [
-        ("<joint/>", "4: joint: a joint without a name"),
+        ("<joint/>", "4: joint: the joint has no name"),
         (joint("j", "a", "b", kind="revolut"), "4: joint[j]: unknown joint type 'revolut'; did you mean revolute"),
         (
             '<joint name="j"><parent link="a"/><child link="b"/></joint>',
             (
-                "4: joint[j]: a joint without a type "
+                "4: joint[j]: the joint has no type "
                 "(known: fixed, revolute, continuous, prismatic, spherical, planar, floating)"
             ),
         ),
-        ('<joint name="j" type="fixed"><child link="b"/></joint>', '4: joint[j]: a joint needs <parent link="…"/>'),
+        (
+            '<joint name="j" type="fixed"><child link="b"/></joint>',
+            '4: joint[j]: the joint requires <parent link="…"/>',
+        ),
         (
             '<joint name="j" type="fixed"><parent link="a"/><child/></joint>',
-            '4: joint[j].child: a joint needs <child link="…"/>',
+            '4: joint[j].child: the joint requires <child link="…"/>',
         ),
-        (
-            joint("j", "a", "b") * 2,
-            "6: joint[j]: there is a joint of this name already (robot.urdf:4); names have to be unique",
-        ),
+        (joint("j", "a", "b") * 2, "6: joint[j]: duplicate joint name (first at robot.urdf:4); choose another"),
         (
             joint("j", "a", "b", f'<axis xyz="0 0 0"/>{LIMIT}'),
-            "5: joint[j].axis: an axis of no direction; give a unit vector such as 0 0 1",
+            "5: joint[j].axis: the axis has no direction; write a unit vector such as 0 0 1",
         ),
         (
             joint("j", "a", "b", '<limit lower="nan" upper="1"/>'),
-            "5: joint[j].limit: lower takes a finite number, not 'nan'",
+            "5: joint[j].limit: lower must be a finite number (got 'nan')",
         ),
         (
             joint("j", "a", "b", f'<origin xyz="0 inf 0"/>{LIMIT}'),
-            "5: joint[j].origin: xyz takes 3 finite numbers with blanks between them, not '0 inf 0'",
+            "5: joint[j].origin: xyz must be 3 finite numbers with blanks between them (got '0 inf 0')",
         ),
-        (joint("j", "a", "b", f'<origin xyz="0 1e7 0"/>{LIMIT}'), "5: joint[j].origin: a coordinate beyond 1e+06"),
+        (
+            joint("j", "a", "b", f'<origin xyz="0 1e7 0"/>{LIMIT}'),
+            "5: joint[j].origin: coordinates must be within ±1e+06 [m; rad]",
+        ),
     ],
 )
-def test_invalid_joints_are_refused(tmp_path: Path, element: str, message: str) -> None:
-    assert f"robot.urdf:{message}" in refused(tmp_path, robot(element, links="ab"))
+def test_invalid_joints_are_refused_with_place(tmp_path: Path, element: str, message: str) -> None:
+    assert f"robot.urdf:{message}" in read_errors(tmp_path, robot(element, links="ab"))
 
 
 def follower(name: str, child: str, leader: str, figures: str = "", kind: str = "revolute") -> str:
     return joint(name, "a", child, f'{LIMIT}<mimic joint="{leader}" {figures}/>', kind)
 
 
-def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
+def test_mimic_chain_is_resolved_to_its_first_joint(tmp_path: Path) -> None:
     text = robot(
         follower("third", "d", "second", 'multiplier="-1" offset="0.5"'),
         joint("first", "a", "b"),
@@ -134,25 +140,25 @@ def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("first", "second", "message"),
     [
-        (follower("one", "b", "on"), "", "follows the unknown joint 'on'; did you mean one"),
-        (follower("one", "b", "one"), "", "joints that follow each other in a ring: one"),
-        (follower("one", "b", "two"), follower("two", "c", "one"), "joints that follow each other in a ring: one, two"),
-        (follower("one", "b", "two"), joint("two", "a", "c", "", "fixed"), "follows 'two', a fixed joint"),
+        (follower("one", "b", "on"), "", "mimics the unknown joint 'on'; did you mean one"),
+        (follower("one", "b", "one"), "", "joints mimic each other in a loop: one"),
+        (follower("one", "b", "two"), follower("two", "c", "one"), "joints mimic each other in a loop: one, two"),
+        (follower("one", "b", "two"), joint("two", "a", "c", "", "fixed"), "mimics 'two', a fixed joint"),
         (
             follower("one", "b", "two", 'multiplier="1e7"'),
             joint("two", "a", "c"),
-            "follows 'two' by a factor or offset beyond 1e+06",
+            "mimics 'two' with a multiplier or offset beyond 1e+06",
         ),
-        (joint("one", "a", "b", f"{LIMIT}<mimic/>"), "", 'mimic needs joint="…", the joint to follow'),
-        (follower("one", "b", "one", 'multiplier="much"'), "", "multiplier takes a finite number, not 'much'"),
+        (joint("one", "a", "b", f"{LIMIT}<mimic/>"), "", '<mimic> requires joint="…", the joint to follow'),
+        (follower("one", "b", "one", 'multiplier="much"'), "", "multiplier must be a finite number (got 'much')"),
     ],
 )
-def test_invalid_mimics_are_refused(tmp_path: Path, first: str, second: str, message: str) -> None:
-    problems = refused(tmp_path, robot(first, second, links="abc" if second else "ab"))
+def test_invalid_mimics_are_refused_with_reason(tmp_path: Path, first: str, second: str, message: str) -> None:
+    problems = read_errors(tmp_path, robot(first, second, links="abc" if second else "ab"))
     assert any(problem.startswith("robot.urdf:") and problem.endswith(message) for problem in problems), problems
 
 
-def test_a_joint_that_cannot_follow_is_left_alone(tmp_path: Path) -> None:
+def test_mimic_of_fixed_joint_is_ignored_with_warning(tmp_path: Path) -> None:
     found, warnings = read(tmp_path, robot(joint("j", "a", "b"), follower("k", "c", "j", kind="fixed"), links="abc"))
     assert found.joint("k").mimic is None
-    assert warnings == ["robot.urdf:8: joint[k].mimic: a fixed joint follows nothing; left out"]
+    assert warnings == ["robot.urdf:8: joint[k].mimic: a fixed joint cannot follow another; <mimic> is ignored"]

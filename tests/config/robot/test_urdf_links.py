@@ -7,7 +7,7 @@ import pytest
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.model import Inertial, Link
 from cellwright.util.pose import Pose
-from tests.config.robot.test_urdf import read, refused, robot
+from tests.config.robot.test_urdf import read, read_errors, robot
 
 
 def read_link(folder: Path, inside: str, before: str = "") -> tuple[Link, list[str]]:
@@ -19,7 +19,7 @@ def inertial(mass: str, inertia: str) -> str:
     return f'<inertial><origin xyz="0 0 0.1"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
 
 
-def test_mass_and_inertia(tmp_path: Path) -> None:
+def test_mass_and_inertia_are_read(tmp_path: Path) -> None:
     link, warnings = read_link(tmp_path, inertial("2", 'ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"'))
     assert link.inertial == Inertial(2.0, Pose((0.0, 0.0, 0.1)), (1.0, 2.0, 2.5, 0.1, 0.2, 0.3))
     assert read_link(tmp_path, "")[0].inertial is None
@@ -27,14 +27,14 @@ def test_mass_and_inertia(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("figures", ["", 'ixx="0" iyy="0" izz="0"', 'ixx="-1" iyy="1" izz="1"', 'ixx="1"'])
-def test_an_inertia_that_no_body_has_becomes_that_of_a_ball(tmp_path: Path, figures: str) -> None:
+def test_impossible_inertia_becomes_that_of_water_sphere(tmp_path: Path, figures: str) -> None:
     link, warnings = read_link(tmp_path, inertial("1", figures))
     assert link.inertial is not None
     assert link.inertial.inertia == pytest.approx((1.539e-3,) * 3 + (0.0,) * 3, rel=1e-3)
-    assert warnings == ["1: a link has an inertia that no body has, or none (a); a ball of water's is taken"]
+    assert warnings == ["1: a link has no valid inertia (a); that of a water sphere of the same mass is used"]
 
 
-def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
+def test_link_of_mass_0_has_no_inertia(tmp_path: Path) -> None:
     link, warnings = read_link(tmp_path, inertial("0", 'ixx="1" iyy="-1" izz="1"'))
     assert (link.inertial, warnings) == (Inertial(0.0, Pose((0.0, 0.0, 0.1))), [])
 
@@ -42,17 +42,17 @@ def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("inside", "message"),
     [
-        (inertial("-1", ""), "3: link[a].inertial.mass: a mass of -1 kg; 0 to 1e+06 kg make sense"),
-        (inertial("heavy", ""), "3: link[a].inertial.mass: value takes a finite number, not 'heavy'"),
-        ("<inertial/>", '3: link[a].inertial: <inertial> needs <mass value="…"/> [kg]'),
-        (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx takes a finite number, not '1 2'"),
+        (inertial("-1", ""), "3: link[a].inertial.mass: mass must be from 0 to 1e+06 kg (got -1)"),
+        (inertial("heavy", ""), "3: link[a].inertial.mass: value must be a finite number (got 'heavy')"),
+        ("<inertial/>", '3: link[a].inertial: <inertial> requires <mass value="…"/> [kg]'),
+        (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx must be a finite number (got '1 2')"),
     ],
 )
-def test_an_invalid_mass_is_refused(tmp_path: Path, inside: str, message: str) -> None:
-    assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{message}"]
+def test_invalid_inertial_is_refused(tmp_path: Path, inside: str, message: str) -> None:
+    assert read_errors(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{message}"]
 
 
-def seen(form: str, rest: str = "") -> str:
+def visual(form: str, rest: str = "") -> str:
     return f"<visual>{rest}<geometry>{form}</geometry></visual>"
 
 
@@ -65,8 +65,8 @@ def seen(form: str, rest: str = "") -> str:
         ('<capsule radius="0.5" length="2"/>', ModelShape("capsule", (0.5, 2.0, 0.0), is_touched=False)),
     ],
 )
-def test_shapes(tmp_path: Path, form: str, shape: ModelShape) -> None:
-    assert read_link(tmp_path, seen(form))[0].shapes == (shape,)
+def test_shape_elements_are_read(tmp_path: Path, form: str, shape: ModelShape) -> None:
+    assert read_link(tmp_path, visual(form))[0].shapes == (shape,)
 
 
 def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
@@ -80,17 +80,26 @@ def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("form", "message"),
     [
-        ("<torus/>", "geometry: a shape <torus> is left out (known: box, cylinder, capsule, sphere, mesh)"),
-        ("<boxx/>", "geometry: a shape <boxx> is left out; did you mean box"),
-        ("", "geometry: <visual> without a shape is left out (known: box, cylinder, capsule, sphere, mesh)"),
-        ('<box size="0 1 1"/>', "geometry.box: a box of 0 1 1 m is left out; lengths are above 0"),
-        ('<sphere radius="-1"/>', "geometry.sphere: a sphere of -1 m is left out; lengths are above 0"),
-        ('<sphere radius="1e9"/>', "geometry.sphere: a sphere of 1e+09 m is left out; lengths are above 0"),
+        ("<torus/>", "geometry: unknown shape <torus>, ignored (known: box, cylinder, capsule, sphere, mesh)"),
+        ("<boxx/>", "geometry: unknown shape <boxx>, ignored; did you mean box"),
+        ("", "geometry: <visual> has no shape, ignored (known: box, cylinder, capsule, sphere, mesh)"),
+        (
+            '<box size="0 1 1"/>',
+            "geometry.box: lengths must be above 0 and at most 10000 m (got 0 1 1); the box is ignored",
+        ),
+        (
+            '<sphere radius="-1"/>',
+            "geometry.sphere: lengths must be above 0 and at most 10000 m (got -1); the sphere is ignored",
+        ),
+        (
+            '<sphere radius="1e9"/>',
+            "geometry.sphere: lengths must be above 0 and at most 10000 m (got 1e+09); the sphere is ignored",
+        ),
     ],
 )
-def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) -> None:
+def test_invalid_shapes_are_ignored_with_warning(tmp_path: Path, form: str, message: str) -> None:
     link, warnings = read_link(
-        tmp_path, seen(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
+        tmp_path, visual(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
     )
     assert len([shape for shape in link.shapes if not shape.is_touched]) == 0
     assert warnings == [f"3: link[a].visual.{message}"]
@@ -99,15 +108,15 @@ def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) ->
 @pytest.mark.parametrize(
     ("form", "message"),
     [
-        ("<box/>", "box: <box> needs size [m]"),
-        ('<cylinder radius="1"/>', "cylinder: <cylinder> needs length [m]"),
-        ('<box size="1 x 3"/>', "box: size takes 3 finite numbers with blanks between them, not '1 x 3'"),
-        ("<mesh/>", 'mesh: <mesh> needs filename="…"'),
-        ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: a scale of 0 or beyond all sense"),
+        ("<box/>", "box: <box> requires size [m]"),
+        ('<cylinder radius="1"/>', "cylinder: <cylinder> requires length [m]"),
+        ('<box size="1 x 3"/>', "box: size must be 3 finite numbers with blanks between them (got '1 x 3')"),
+        ("<mesh/>", 'mesh: <mesh> requires filename="…"'),
+        ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: scale must be above 1e-09 and below 1e+09 in magnitude"),
     ],
 )
-def test_shapes_with_mistakes_are_refused(tmp_path: Path, form: str, message: str) -> None:
-    problems = refused(tmp_path, robot(f'<link name="a">\n{seen(form)}</link>'))
+def test_shapes_without_valid_attributes_are_refused(tmp_path: Path, form: str, message: str) -> None:
+    problems = read_errors(tmp_path, robot(f'<link name="a">\n{visual(form)}</link>'))
     assert f"robot.urdf:3: link[a].visual.geometry.{message}" in problems
 
 
@@ -125,9 +134,9 @@ BOX = '<box size="1 1 1"/>'
         ("", "", None),
     ],
 )
-def test_colours_may_have_names(
+def test_colours_are_read_inline_or_by_name(
     tmp_path: Path, before: str, material: str, colour: tuple[float, float, float, float] | None
 ) -> None:
     joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>' if "link" in before else ""
-    link, _ = read_link(tmp_path, seen(BOX, material), before + joint)
+    link, _ = read_link(tmp_path, visual(BOX, material), before + joint)
     assert link.shapes[0].colour == colour

@@ -16,30 +16,30 @@ def read(text: str, count: int, *, may_be_infinite: bool = False) -> tuple[list[
 
 
 @pytest.mark.parametrize("text", ["1 -2.5 3e-1", " 1\t-2.5\n 0.3 ", "1. -2.50 .3", "+1 -2.5 0.3"])
-def test_numbers_have_blanks_between_them(text: str) -> None:
+def test_numbers_separated_by_whitespace_are_read(text: str) -> None:
     assert read(text, 3) == ([1.0, -2.5, 0.3], [], [])
 
 
 @pytest.mark.parametrize(("text", "taken"), [("1, 2,3", "1 2 3"), ("1 2 3 4", "1 2 3"), ("-1.57. 0 0", "-1.57 0 0")])
-def test_common_mistakes_of_real_files_are_tolerated(text: str, taken: str) -> None:
-    assert read(text, 3) == ([float(word) for word in taken.split()], [], [f"xyz='{text}' is taken for {taken}"])
+def test_tolerated_number_formats_are_read_with_warning(text: str, taken: str) -> None:
+    assert read(text, 3) == ([float(word) for word in taken.split()], [], [f"xyz='{text}' is read as {taken}"])
 
 
 @pytest.mark.parametrize("text", ["1 2", "1 2 nan", "1 2 x", "1 2 1_0", "1 2 inf", "0x1 2 3", "1 2 1e999"])
-def test_anything_else_is_an_error(text: str) -> None:
+def test_invalid_numbers_are_refused(text: str) -> None:
     found, errors, warnings = read(text, 3)
     assert (found, warnings) == (None, [])
-    assert errors == [f"xyz takes 3 finite numbers with blanks between them, not '{text}'"]
+    assert errors == [f"xyz must be 3 finite numbers with blanks between them (got '{text}')"]
 
 
-def test_one_number() -> None:
+def test_single_number_is_read_or_refused() -> None:
     assert read("4", 1)[0] == [4.0]
-    assert read("4 5", 1)[1] == ["xyz takes a finite number, not '4 5'"]
+    assert read("4 5", 1)[1] == ["xyz must be a finite number (got '4 5')"]
     assert read("inf", 1, may_be_infinite=True)[0] == [float("inf")]
     assert read("", 1) == (None, [], [])
 
 
-def test_origins() -> None:
+def test_origin_element_becomes_pose() -> None:
     numbers = Numbers(Problems())
     place = Place(0, "r.urdf", 3)
     origin = Element("origin", {"xyz": "1 2 3", "rpy": "0 0 1.5707963267948966"}, place, "origin")

@@ -29,23 +29,23 @@ def find(folder: Path, text: str) -> tuple[Path | None, list[str]]:
     return found, [str(problem).removeprefix(f"{path}") for problem in problems.errors]
 
 
-def test_beside_the_configuration(folder: Path) -> None:
+def test_urdf_beside_configuration_is_found(folder: Path) -> None:
     assert find(folder, "urdf_path: urdf/robot.urdf") == (folder / "urdf" / "robot.urdf", [])
 
 
-def test_from_the_folder_above_as_old_revisions_have_it(folder: Path) -> None:
+def test_urdf_relative_to_parent_folder_is_found(folder: Path) -> None:
     found, warnings = find(folder, "urdf_path: robot/urdf/robot.urdf")
     assert warnings == []
     assert found is not None
     assert found.samefile(folder / "urdf" / "robot.urdf")
 
 
-def test_anywhere_by_its_whole_path(folder: Path, tmp_path: Path) -> None:
+def test_urdf_by_absolute_path_is_found(folder: Path, tmp_path: Path) -> None:
     assert find(folder, f"urdf_path: {folder}/urdf/robot.urdf")[0] == folder / "urdf" / "robot.urdf"
 
 
-def test_a_similar_name_is_suggested(folder: Path) -> None:
-    missing = f":1: urdf_path: there is no file {{}} in {folder}, nor in the folder above; did you mean urdf/robot.urdf"
+def test_missing_urdf_is_refused_with_suggestion(folder: Path) -> None:
+    missing = f":1: urdf_path: there is no file {{}} in {folder} or in the folder above; did you mean urdf/robot.urdf"
     for written in ("urdf/robt.urdf", "something_else.urdf"):
         assert find(folder, f"urdf_path: {written}") == (None, [missing.format(written)])
     (folder / "other.xacro").touch()
@@ -53,20 +53,22 @@ def test_a_similar_name_is_suggested(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("written", ["''", "1", "[a]", "{}", "", "true", '"a\\0b"', '"a\\nb"'])
-def test_invalid_paths(written: str, folder: Path) -> None:
+def test_invalid_urdf_path_is_refused(written: str, folder: Path) -> None:
     found, (line,) = find(folder, f"urdf_path: {written}")
     assert found is None
-    assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file, not ")
+    assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file (got ")
 
 
-def test_a_folder_or_a_name_without_end_is_no_file(folder: Path) -> None:
+def test_folder_or_overlong_name_as_urdf_path_is_refused(folder: Path) -> None:
     for written in ("urdf", "a" * 5000):
         (line,) = find(folder, f"urdf_path: {written}")[1]
         assert ":1: urdf_path: there is no file " in line
 
 
-def test_nothing_is_named(folder: Path) -> None:
+def test_configuration_without_urdf_path_is_refused_with_hint(folder: Path) -> None:
     path = folder / "vr_configs.yml"
     path.write_text("urdf_pth: a")
-    with pytest.raises(DescriptionError, match="1: the required entry 'urdf_path' is missing; is it spelt urdf_pth"):
+    with pytest.raises(
+        DescriptionError, match="1: the required entry 'urdf_path' is missing; is urdf_pth a misspelling of it"
+    ):
         read_robot_config(path, print)

@@ -32,7 +32,7 @@ def expanded(folder: Path, expression: str) -> str:
         ("$(eval 1 + 1)", "2"),
     ],
 )
-def test_functions_that_robots_use_exist(tmp_path: Path, expression: str, value: str) -> None:
+def test_common_functions_are_evaluated(tmp_path: Path, expression: str, value: str) -> None:
     assert expanded(tmp_path, expression) == value
 
 
@@ -65,7 +65,7 @@ def test_access_to_internals_is_refused(expression: str, name: str) -> None:
         ("$(eval open)", "'open' is not defined"),
     ],
 )
-def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, message: str) -> None:
+def test_file_with_access_to_internals_is_refused(tmp_path: Path, expression: str, message: str) -> None:
     with pytest.raises(DescriptionError, match=message):
         expanded(tmp_path, expression)
 
@@ -80,7 +80,7 @@ def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, message: 
         ("${10**10**8}", "takes longer than 1 s|needs more than 1024 MiB"),
     ],
 )
-def test_unlimited_growth_is_stopped(
+def test_unlimited_expression_is_stopped(
     tmp_path: Path, expression: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(urdf_file, "MAX_EXPANSION_TIME", 1.0 if "1 s" in message else 60.0)
@@ -89,7 +89,7 @@ def test_unlimited_growth_is_stopped(
 
 
 @pytest.mark.slow
-def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doubling_macros_are_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(urdf_file, "MAX_EXPANSION_TIME", 1.5)
     macros = "".join(f'<xacro:macro name="m{k}"><xacro:m{k - 1}/><xacro:m{k - 1}/></xacro:macro>' for k in range(1, 40))
     path = tmp_path / "robot.xacro"
@@ -97,13 +97,13 @@ def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.Monk
         expand_xacro(path, ROBOT.format(f'<xacro:macro name="m0"><link name="a"/></xacro:macro>{macros}<xacro:m39/>'))
 
 
-def test_a_dead_process_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dead_expansion_process_is_refused_with_status(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(urdf_file, "_PROGRAM", "import os; os._exit(7)")
-    with pytest.raises(DescriptionError, match=r"its process ended before it was expanded \(status 7\)"):
+    with pytest.raises(DescriptionError, match=r"the process ended without a result \(status 7\)"):
         expanded(tmp_path, "a")
 
 
-def test_the_bounds_are_those_of_robot_files() -> None:
+def test_expanded_text_limit_equals_robot_file_limit() -> None:
     from cellwright.config.robot.urdf_file import MAX_BYTES
 
     assert xacro_program.MAX_TEXT == MAX_BYTES

@@ -35,7 +35,7 @@ def read(folder: Path, text: str) -> RobotModel:
     return read_urdf(path, warn=lambda _: None)
 
 
-def refused(folder: Path, text: str) -> str:
+def read_errors(folder: Path, text: str) -> str:
     with pytest.raises(DescriptionError) as raised:
         read(folder, text)
     return str(raised.value).replace(f"{folder.resolve()}/", "").removeprefix("urdf/")
@@ -53,38 +53,38 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("find arms", "find legs", ":3: xacro: there is no package 'legs' above this file, nor in ROS_PACKAGE_PATH"),
+        ("find arms", "find legs", ":3: xacro: there is no package 'legs' above this file or in ROS_PACKAGE_PATH"),
         ("<xacro:arm side=\"l", "<xacro:leg side=\"l", ":5: xacro: unknown macro name: xacro:leg"),
         (' y="0.25"', "", ": xacro: Undefined parameters [y] (in the macro arm)"),
         ('name="base"', 'name="${1/0}"', ":4: xacro: division by zero when evaluating expression '1/0'"),
         ('name="base"', 'name="$(arg tool)"', ":4: xacro: Undefined substitution argument tool"),
-        ('name="base"', 'name="base', ":5: no valid XML (column 3)"),
-        ("<robot name", "<!DOCTYPE a><robot name", ":2: declares a document type or entities, which are not read"),
-        ('<xacro:arm side="left" y="0.25"/>', "<link/>", ": link: a link without a name"),
+        ('name="base"', 'name="base', ":5: invalid XML (column 3)"),
+        ("<robot name", "<!DOCTYPE a><robot name", ":2: document types and entities are not supported; remove them"),
+        ('<xacro:arm side="left" y="0.25"/>', "<link/>", ": link: the link has no name"),
     ],
 )  # fmt: skip
-def test_errors_name_their_place(tmp_path: Path, old: str, new: str, message: str) -> None:
-    assert refused(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{message}"
+def test_xacro_errors_name_file_and_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert read_errors(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{message}"
 
 
-def test_an_error_in_an_included_file_names_that_file(tmp_path: Path) -> None:
+def test_error_in_included_file_names_that_file(tmp_path: Path) -> None:
     (tmp_path / "urdf").mkdir()
     (tmp_path / "urdf" / "broken.xacro").write_text("<robot>\n<link>\n</robot>")
-    assert refused(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: no valid XML (column 3)"
+    assert read_errors(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: invalid XML (column 3)"
 
 
-def test_macros_without_end_are_one_sentence(tmp_path: Path) -> None:
+def test_endless_macros_give_one_line_error(tmp_path: Path) -> None:
     text = '<robot xmlns:xacro="x"><xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>'
-    assert "macros that call each other without end" in refused(tmp_path, text)
+    assert "macros call each other without end" in read_errors(tmp_path, text)
 
 
-def test_a_file_of_another_name_is_never_run(tmp_path: Path) -> None:
+def test_macros_in_file_without_xacro_suffix_are_ignored_with_warning(tmp_path: Path) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text('<robot>\n<link name="a"/>\n<xacro:arm/><xacro:include filename="missing"/></robot>')
     warnings: list[str] = []
     assert list(read_urdf(path, warn=warnings.append).links) == ["a"]
-    expected = "<xacro:arm> is passed over; macros of xacro are expanded where the file's name ends in .xacro"
+    expected = "<xacro:arm> is ignored; xacro is expanded only in files whose name ends in .xacro"
     assert warnings[0] == f"{path}:3: xacro:arm: {expected}"
     path.write_text("<robot><xacro:arm/></robot>")
-    with pytest.raises(DescriptionError, match=r"a robot without links; macros of xacro are expanded where"):
+    with pytest.raises(DescriptionError, match=r"the robot has no links; xacro is expanded only in files"):
         read_urdf(path, warn=warnings.append)

@@ -29,13 +29,13 @@ def refusal(section: str, rest: str = "arm: {type: ur10}") -> str:
     return str(error.value)
 
 
-def test_a_type_and_a_pose_are_enough() -> None:
+def test_camera_with_type_and_pose_has_defaults() -> None:
     assert cameras(f"{{eye: {{type: rgb_camera, {POSE}}}}}") == (
         PictureCameraConfig("eye", "rgb_camera", Pose.from_rpy((1.0, 2.0, 3.0), (0.0, math.pi / 2, 0.0))),
     )
 
 
-def test_everything_written() -> None:
+def test_camera_with_all_entries_is_read() -> None:
     written = f"""{{wrist: {{type: rgbd_camera, {POSE}, frame: vacuum_gripper_link, width: 320, height: 200, fov: 1.5,
       rate: 2.5, near: 0.05, far: 4, shadows: true, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
       when_late: drop}}}}"""
@@ -58,7 +58,7 @@ def test_everything_written() -> None:
     )
 
 
-def test_they_come_after_the_sensors_of_2017() -> None:
+def test_cameras_come_after_2017_sensors() -> None:
     sensors = f"sensors: {{beam: {{type: break_beam, {POSE}}}}}"
     found = cameras(f"{{eye: {{type: depth_camera, {POSE}}}}}", sensors)
     assert [(each.name, type(each)) for each in found] == [("beam", SensorConfig), ("eye", PictureCameraConfig)]
@@ -68,7 +68,7 @@ def test_they_come_after_the_sensors_of_2017() -> None:
     ("kind", "colour", "depth"),
     [("rgb_camera", True, False), ("depth_camera", False, True), ("rgbd_camera", True, True)],
 )
-def test_entries_of_each_type(kind: str, colour: bool, depth: bool) -> None:
+def test_camera_type_decides_colour_and_depth(kind: str, colour: bool, depth: bool) -> None:
     (camera,) = cameras(f"{{eye: {{type: {kind}, {POSE}}}}}")
     assert isinstance(camera, PictureCameraConfig)
     assert (camera.has_colour, camera.has_depth) == (colour, depth)
@@ -79,30 +79,33 @@ def test_entries_of_each_type(kind: str, colour: bool, depth: bool) -> None:
     [
         ("type: rgb_camera", "cellwright.sensors.eye: the required entry 'pose' is missing"),
         (POSE, "the required entry 'type' is missing"),
-        (f"type: rgb_camra, {POSE}", "unknown type of camera 'rgb_camra'; did you mean rgb_camera"),
-        (f"type: laser_profiler, {POSE}", "a laser_profiler stands in the section sensors at the top"),
+        (f"type: rgb_camra, {POSE}", "unknown camera type 'rgb_camra'; did you mean rgb_camera"),
+        (f"type: laser_profiler, {POSE}", "a laser_profiler belongs in the top-level section sensors"),
         (f"type: rgb_camera, {POSE}, hight: 3", "cellwright.sensors.eye.hight: unknown entry; did you mean height"),
-        (f"type: rgb_camera, {POSE}, width: 4", "width: must be from 8 to 1920 pixels, not 4"),
+        (f"type: rgb_camera, {POSE}, width: 4", "width: must be from 8 to 1920 pixels (got 4)"),
         (f"type: rgb_camera, {POSE}, width: 1.5", "width: must be a whole number"),
-        (f"type: rgb_camera, {POSE}, height: 1081", "height: must be from 8 to 1080 pixels, not 1081"),
-        (f"type: rgb_camera, {POSE}, fov: 3.2", "fov: must be from 0.01 to 2.8 rad, not 3.2"),
-        (f"type: rgb_camera, {POSE}, rate: 0", "rate: must be from 0.1 to 100 Hz, not 0"),
-        (f"type: rgb_camera, {POSE}, latency: -1", "latency: must be from 0 to 10 s, not -1"),
+        (f"type: rgb_camera, {POSE}, height: 1081", "height: must be from 8 to 1080 pixels (got 1081)"),
+        (f"type: rgb_camera, {POSE}, fov: 3.2", "fov: must be from 0.01 to 2.8 rad (got 3.2)"),
+        (f"type: rgb_camera, {POSE}, rate: 0", "rate: must be from 0.1 to 100 Hz (got 0)"),
+        (f"type: rgb_camera, {POSE}, latency: -1", "latency: must be from 0 to 10 s (got -1)"),
         (f"type: rgb_camera, {POSE}, far: .inf", "far: must be a finite number"),
-        (f"type: rgb_camera, {POSE}, near: 2, far: 1", "near, 2 m, must be less than far, 1 m"),
-        (f"type: rgb_camera, {POSE}, shadows: 1", "shadows: must be true or false, not the number 1"),
+        (f"type: rgb_camera, {POSE}, near: 2, far: 1", "near must be less than far (got 2 and 1 m)"),
+        (f"type: rgb_camera, {POSE}, shadows: 1", "shadows: must be true or false (got the number 1)"),
         (f"type: rgb_camera, {POSE}, noise: 1", "noise: must be a mapping"),
         (f"type: rgb_camera, {POSE}, noise: {{color: 1}}", "noise.color: unknown entry; did you mean colour"),
-        (f"type: rgb_camera, {POSE}, noise: {{depth: -1}}", "noise.depth: must be from 0 to 1, not -1"),
-        (f"type: rgb_camera, {POSE}, when_late: weit", "when_late: cannot be 'weit'; did you mean wait"),
-        (f"type: rgb_camera, {POSE}, frame: wrist3_link", "frame: cannot be 'wrist3_link'; did you mean wrist_3_link"),
+        (f"type: rgb_camera, {POSE}, noise: {{depth: -1}}", "noise.depth: must be from 0 to 1 (got -1)"),
+        (f"type: rgb_camera, {POSE}, when_late: weit", "when_late: unknown value 'weit'; did you mean wait"),
+        (
+            f"type: rgb_camera, {POSE}, frame: wrist3_link",
+            "frame: unknown value 'wrist3_link'; did you mean wrist_3_link",
+        ),
         (
             f"type: depth_camera, {POSE}, width: 1920, height: 1080",
-            "1920 x 1080 pixels are 2073600; a camera that measures depth has at most 1000000",
+            "at most 1000000 pixels (got 1920 x 1080, which are 2073600)",
         ),
     ],
 )
-def test_mistakes(entries: str, reason: str) -> None:
+def test_invalid_camera_is_refused(entries: str, reason: str) -> None:
     assert reason in refusal(f"{{eye: {{{entries}}}}}")
 
 
@@ -111,30 +114,30 @@ def test_mistakes(entries: str, reason: str) -> None:
     [
         ("2nd", "becomes a topic"),
         ("a/b", "becomes a topic"),
-        ("orders", "the cell itself has a topic 'orders'"),
-        ("beam", "there is a sensor of this name"),
-        ("logical_camera_9", "is that of a logical camera"),
+        ("orders", "the cell has a topic 'orders'; choose another name"),
+        ("beam", "another sensor has this name"),
+        ("logical_camera_9", "names that begin with logical_camera are for logical cameras"),
     ],
 )
-def test_names(name: str, reason: str) -> None:
+def test_invalid_camera_name_is_refused(name: str, reason: str) -> None:
     sensors = f"sensors: {{beam: {{type: break_beam, {POSE}}}}}"
     assert reason in refusal(f"{{{name}: {{type: rgb_camera, {POSE}}}}}", sensors)
 
 
-def test_there_must_be_an_arm_to_fix_it_to() -> None:
+def test_camera_on_missing_arm_is_refused() -> None:
     section = f"{{eye: {{type: rgb_camera, {POSE}, frame: wrist_3_link}}}}"
-    assert "frame: there is no arm, and so no wrist_3_link" in refusal(section, "")
+    assert "frame: the frame wrist_3_link requires an arm" in refusal(section, "")
 
 
-def test_too_many() -> None:
+def test_too_many_cameras_are_refused() -> None:
     section = ", ".join(f"eye{n}: {{type: rgb_camera, {POSE}}}" for n in range(17))
-    assert "17 cameras; at most 16 are read" in refusal(f"{{{section}}}")
+    assert "too many cameras (got 17, at most 16)" in refusal(f"{{{section}}}")
 
 
-def test_in_the_section_of_2017_they_are_left_out_with_a_hint() -> None:
+def test_camera_in_2017_section_is_left_out_with_hint() -> None:
     loaded = load_trial(text=f"sensors: {{eye: {{type: depth_camera, {POSE}}}}}")
     (warning,) = loaded.warnings
-    assert "of the 2018 format, the sensor is left out; cameras that take pictures stand under" in str(warning)
+    assert "of the 2018 format, the sensor is left out; move picture cameras to" in str(warning)
 
 
 @given(
@@ -142,7 +145,7 @@ def test_in_the_section_of_2017_they_are_left_out_with_a_hint() -> None:
     height=st.integers(8, MAX_PICTURE_SIZE[1]),
     rate=st.floats(MIN_PICTURE_RATE, MAX_PICTURE_RATE),
 )
-def test_all_within_the_bounds_is_read_as_written(width: int, height: int, rate: float) -> None:
+def test_camera_values_within_bounds_are_read_as_written(width: int, height: int, rate: float) -> None:
     (camera,) = cameras(f"{{eye: {{type: rgb_camera, {POSE}, width: {width}, height: {height}, rate: '{rate!r}'}}}}")
     assert isinstance(camera, PictureCameraConfig)
     assert (camera.width, camera.height, camera.rate) == (width, height, rate)

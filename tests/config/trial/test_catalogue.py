@@ -34,40 +34,40 @@ def test_every_public_trial_is_bundled() -> None:
 
 
 @pytest.mark.parametrize("name", TRIALS)
-def test_equal_to_the_public_figures(name: str) -> None:
+def test_bundled_trial_resolves_to_public_values(name: str) -> None:
     figures = load_trial([find_trial(name)])
     assert json.loads(json.dumps(resolved(figures))) == TRIALS[name]["resolved"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
-def test_the_same_trial_as_the_public_file(name: str) -> None:
-    def alike(trial: Trial) -> Trial:
+def test_bundled_trial_equals_public_file(name: str) -> None:
+    def normalized(trial: Trial) -> Trial:
         """Leave out settings without effect: an unused log, and `insert_models_over_bins` without such parts."""
         inserts = trial.options.insert_models_over_bins and bool(trial.bin_parts)
         options = replace(trial.options, gazebo_state_logging=False, insert_models_over_bins=inserts)
         return replace(trial, name="", options=options)
 
     public = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False)).trial
-    assert alike(load_trial([find_trial(name)]).trial) == alike(public)
+    assert normalized(load_trial([find_trial(name)]).trial) == normalized(public)
 
 
 @pytest.mark.parametrize("name", bundled())
-def test_says_what_it_is(name: str) -> None:
+def test_bundled_trial_starts_with_comment(name: str) -> None:
     first = find_trial(name).read_text(encoding="utf-8").splitlines()[0]
     assert first.startswith("# ")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
-def test_can_be_given_sensors(name: str) -> None:
+def test_bundled_trial_joins_with_sensor_files(name: str) -> None:
     for sensors in bundled_sensors():
         trial = load_trial([find_trial(name), find_trial(sensors)]).trial
         assert trial.has_arm
         assert trial.sensors == load_trial([find_trial(sensors)]).trial.sensors
 
 
-def test_scenarios() -> None:
+def test_scenario_follows_from_trial_name() -> None:
     assert [scenario(name) for name in ("lesson", "sample", "comp_conf1", "qual3b")] == [
         LESSON,
         SAMPLE,
@@ -81,7 +81,7 @@ def test_scenarios() -> None:
     ]
 
 
-def seen(points: list[tuple[float, float, float]]) -> bool:
+def in_view(points: list[tuple[float, float, float]]) -> bool:
     """Return for each point whether at least one of the bundled cameras sees it."""
     cameras = [
         Frustum(
@@ -103,18 +103,18 @@ def corners(x: float, y: float, z: float, half_x: float, half_y: float) -> list[
 
 
 @pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
-def test_a_bin_is_in_view(name: str) -> None:
+def test_bin_is_in_view_of_sensors(name: str) -> None:
     x, y = BIN_CENTRES[name]
-    assert seen(corners(x, y, 0.726, 0.3, 0.3))
-    assert not seen(corners(x, y, 0.726, 0.5, 0.5))
+    assert in_view(corners(x, y, 0.726, 0.3, 0.3))
+    assert not in_view(corners(x, y, 0.726, 0.5, 0.5))
 
 
 @pytest.mark.parametrize("frame", TRAY_FRAMES)
-def test_a_tray_is_in_view(frame: str) -> None:
+def test_tray_is_in_view_of_sensors(frame: str) -> None:
     x, y, _ = TRAY_FRAMES[frame].position
-    assert seen(corners(x, y, 0.756, 0.25, 0.35))
+    assert in_view(corners(x, y, 0.756, 0.25, 0.35))
 
 
-def test_the_belt_is_in_view_before_the_beam() -> None:
-    assert seen([(1.21, y, 0.915) for y in (2.16, 2.6, 3.04)])
-    assert not seen([(1.21, 3.1, 0.915)])
+def test_belt_before_break_beam_is_in_view_of_sensors() -> None:
+    assert in_view([(1.21, y, 0.915) for y in (2.16, 2.6, 3.04)])
+    assert not in_view([(1.21, 3.1, 0.915)])

@@ -39,23 +39,23 @@ def load(path: Path) -> Trial | None:
     return loaded.trial
 
 
-def changed(folder: Path, tree: object, chance: random.Random) -> Path:
+def write_mutated(folder: Path, tree: object, rng: random.Random) -> Path:
     path = folder / "trial.yaml"
-    path.write_bytes(yaml_trees.text(mutated(tree, chance, WORDS)))
+    path.write_bytes(yaml_trees.text(mutated(tree, rng, WORDS)))
     return path
 
 
 @pytest.mark.slow
 @settings(quiet, max_examples=80)
-@given(tree=st.sampled_from(TREES), chance=st.randoms())
-def test_a_changed_trial_is_read_or_refused(tmp_path: Path, tree: object, chance: random.Random) -> None:
-    load(changed(tmp_path, tree, chance))
+@given(tree=st.sampled_from(TREES), rng=st.randoms())
+def test_mutated_trial_is_read_or_refused(tmp_path: Path, tree: object, rng: random.Random) -> None:
+    load(write_mutated(tmp_path, tree, rng))
 
 
 @settings(quiet, max_examples=20)
-@given(tree=st.sampled_from(TREES[:2]), chance=st.randoms())
-def test_valid_trials_can_be_built_and_run(tmp_path: Path, tree: object, chance: random.Random) -> None:
-    trial = load(changed(tmp_path, tree, chance))
+@given(tree=st.sampled_from(TREES[:2]), rng=st.randoms())
+def test_mutated_trial_that_loads_can_run(tmp_path: Path, tree: object, rng: random.Random) -> None:
+    trial = load(write_mutated(tmp_path, tree, rng))
     if trial is not None:
         with contextlib.suppress(ModelFileError, SimulationError):
             cell = Cell(trial)
@@ -69,12 +69,12 @@ def test_valid_trials_can_be_built_and_run(tmp_path: Path, tree: object, chance:
     [case for name in target.names() for case in seeds.cases(name)],
     ids=lambda case: f"{case.parent.name}-{case.name}",
 )
-def test_former_findings_are_fixed(case: Path) -> None:
+def test_former_fuzz_findings_stay_fixed(case: Path) -> None:
     target.find(case.parent.name).attempt(case.read_bytes())
 
 
 @pytest.mark.parametrize("line", ["what is wrong", "a.yaml: ", "a.yaml:3: two\nlines", "a.yaml:3: \x1b[2J"])
-def test_useless_lines_would_be_found(line: str) -> None:
+def test_check_lines_detects_useless_lines(line: str) -> None:
     with pytest.raises(FindingError):
         check_lines([line], ["a.yaml"])
     check_lines(["a.yaml:3: key: what is wrong"], ["a.yaml"])

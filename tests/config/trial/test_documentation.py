@@ -12,9 +12,9 @@ EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_examples_load_without_a_warning(example: str) -> None:
+def test_page_examples_load_without_warnings(example: str) -> None:
     assert load_trial(text=example).warnings == ()
 
 
-def test_there_are_examples() -> None:
+def test_page_has_four_examples() -> None:
     assert len(EXAMPLES) == 4

@@ -18,18 +18,18 @@ from cellwright.config.trial.difficulty import is_on_tray, is_within_reach, plac
         ((0.7, 0.0, 1.0), "the floor"),
     ],
 )
-def test_place(point: tuple[float, float, float], place: str) -> None:
+def test_place_of_point_names_surface_below(point: tuple[float, float, float], place: str) -> None:
     assert place_of(point) == place
 
 
-def test_on_the_tray() -> None:
+def test_point_on_tray_is_within_plate() -> None:
     assert is_on_tray(0.25, -0.35)
     assert not is_on_tray(0.26, 0.0)
     assert not is_on_tray(0.0, 0.36)
 
 
 @pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
-def test_the_near_bins_are_within_reach(name: str) -> None:
+def test_near_bins_are_within_reach(name: str) -> None:
     assert is_within_reach((*BIN_CENTRES[name], BIN_PART_HEIGHT))
 
 
@@ -45,5 +45,5 @@ def test_the_near_bins_are_within_reach(name: str) -> None:
         ((0.8, 0.0, 0.0), True),  # straight down beside the rail
     ],
 )
-def test_attainable(point: tuple[float, float, float], reached: bool) -> None:
+def test_points_within_arm_length_are_within_reach(point: tuple[float, float, float], reached: bool) -> None:
     assert is_within_reach(point) == reached

@@ -12,20 +12,20 @@ from tests.conftest import DATA
 TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]
 
 
-def test_all_trials_are_there() -> None:
+def test_reference_data_has_28_trials() -> None:
     assert len(TRIALS) == 28
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
-def test_equal_to_the_launchers_figures(name: str) -> None:
+def test_resolved_trial_equals_original_launcher(name: str) -> None:
     loaded = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False))
     assert json.loads(json.dumps(resolved(loaded))) == TRIALS[name]["resolved"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
-def test_the_trial_says_the_same(name: str) -> None:
+def test_trial_values_equal_original_launcher(name: str) -> None:
     expected = TRIALS[name]["resolved"]
     trial = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False)).trial
     assert trial.time_limit == expected["time_limit"]
@@ -41,7 +41,7 @@ def test_the_trial_says_the_same(name: str) -> None:
     ]
 
 
-def test_orders_are_listed_as_they_are_announced() -> None:
+def test_resolved_orders_are_sorted_by_announcement() -> None:
     part = "{type: gear_part, pose: {}}"
     text = f"""
 orders:
@@ -53,7 +53,7 @@ orders:
     assert orders[0]["kits"][0]["objects"][0]["pose"] == {"xyz": ["0", "0", "0"], "rpy": ["0", "0", "0"]}
 
 
-def test_extra_models_are_listed_when_there_are_any() -> None:
+def test_resolved_extra_models_are_listed() -> None:
     text = """
 options: {spawn_extra_models: true}
 models_to_spawn: {world: {models: {a: {type: part2, pose: {xyz: [1, 2, 3]}}}}}
@@ -62,7 +62,7 @@ models_to_spawn: {world: {models: {a: {type: part2, pose: {xyz: [1, 2, 3]}}}}}
     assert data["extra_models"] == [["world|part2_1", "part2", "world", [1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]]
 
 
-def test_sensors_and_furniture_are_listed() -> None:
+def test_resolved_cell_lists_sensors_arm_and_settings() -> None:
     text = """
 sensors: {beam: {type: break_beam, pose: {xyz: [1.6, 2.25, 0.91], rpy: [0, 0, pi]}}}
 arm: {type: ur10}

@@ -17,11 +17,11 @@ def settings(section: str) -> CellSettings:
     return loaded.trial.settings
 
 
-def test_nothing_written_is_the_default() -> None:
+def test_empty_settings_are_defaults() -> None:
     assert load_trial(text="").trial.settings == settings("{}") == settings("{arm: {}}") == CellSettings()
 
 
-def test_everything_written() -> None:
+def test_settings_with_all_entries_are_read() -> None:
     section = """
   seed: 7
   timestep: 1/240
@@ -62,12 +62,12 @@ def test_everything_written() -> None:
     ("written", "step"),
     [("0.002", (1, 500)), ("1/500", (1, 500)), ("2/1000", (1, 500)), ("'0.001'", (1, 1000)), ("1e-3", (1, 1000))],
 )
-def test_timesteps(written: str, step: tuple[int, int]) -> None:
+def test_timestep_notations_are_read_as_fraction(written: str, step: tuple[int, int]) -> None:
     assert settings(f"{{timestep: {written}}}").timestep == step
 
 
 @given(st.integers(1, 2000), st.integers(1, 10**6))
-def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> None:
+def test_timestep_fraction_is_exact_or_refused(numerator: int, denominator: int) -> None:
     is_allowed = 50 * numerator <= denominator <= 100_000 * numerator
     try:
         p, q = settings(f"{{timestep: {numerator}/{denominator}}}").timestep
@@ -79,13 +79,13 @@ def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> N
 @pytest.mark.parametrize(
     ("section", "expected"),
     [
-        ("", "1: cellwright: must be a mapping, not empty"),
+        ("", "1: cellwright: must be a mapping (got an empty value)"),
         ("{sed: 1}", "1: cellwright.sed: unknown entry; did you mean seed"),
         ("{seed: -1}", "must be at least 0"),
         ("{seed: 1.5}", "must be a whole number"),
-        ("{seed: 9223372036854775808}", "must be from 0 to 9223372036854775807, not 9223372036854775808"),
-        ("{timestep: 0}", "must be from 1/100000 to 1/50 s, not 0"),
-        ("{timestep: 1}", "must be from 1/100000 to 1/50 s, not 1"),
+        ("{seed: 9223372036854775808}", "must be from 0 to 9223372036854775807 (got 9223372036854775808)"),
+        ("{timestep: 0}", "must be from 1/100000 to 1/50 s (got 0)"),
+        ("{timestep: 1}", "must be from 1/100000 to 1/50 s (got 1)"),
         ("{timestep: -0.002}", "must be seconds as a decimal or a fraction"),
         ("{timestep: 1/0}", "must be seconds as a decimal or a fraction"),
         ("{timestep: .nan}", "must be seconds as a decimal or a fraction"),
@@ -100,25 +100,28 @@ def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> N
             "{arm: {gains: {elbow: {p: 1, d: 1}}}}",
             "cellwright.arm.gains.elbow: unknown joint; did you mean elbow_joint",
         ),
-        ("{arm: {dry_friction: {elbow_joint: -1}}}", "must not be negative, and is -1"),
+        ("{arm: {dry_friction: {elbow_joint: -1}}}", "must not be negative (got -1)"),
         ("{arm: {dry_friction: {rail: 1}}}", "cellwright.arm.dry_friction.rail: unknown joint"),
         ("{arm: {gains: {elbow_joint: {p: 1}}}}", "the required entry 'd' is missing"),
-        ("{arm: {gains: {elbow_joint: {p: 1, d: -1}}}}", "must not be negative, and is -1"),
+        ("{arm: {gains: {elbow_joint: {p: 1, d: -1}}}}", "must not be negative (got -1)"),
         ("{arm: {gains: {elbow_joint: {p: 1, d: 1, k: 1}}}}", "unknown gain (known: p, d, i, i_clamp)"),
         ("{arm: {gains: {elbow_joint: {p: .inf, d: 1}}}}", "must be a finite number"),
         ("{arm: {constraints: {goal_tim: 1}}}", "unknown joint or entry; did you mean goal_time"),
-        ("{arm: {constraints: {elbow_joint: 0.1}}}", "must be a mapping, not the number 0.1"),
+        ("{arm: {constraints: {elbow_joint: 0.1}}}", "must be a mapping (got the number 0.1)"),
         ("{arm: {constraints: {elbow_joint: {path: 1}}}}", "unknown tolerance (known: trajectory, goal)"),
-        ("{arm: {allow_partial_joints_goal: 1}}", "must be true or false, not the number 1"),
-        ("{arm: {stop_trajectory_duration: short}}", "must be a number, not the text 'short'"),
-        ("{arm: {initial_joint_states: {elbow_joint: 7}}}", "7 is beyond the joint's limit of 6.28319"),
-        ("{arm: {initial_joint_states: {linear_arm_actuator_joint: 2.2}}}", "beyond the joint's limit of 2.1"),
-        ("{arm: {initial_joint_states: {elbow_joint: pie}}}", "no name of Python's math module"),
+        ("{arm: {allow_partial_joints_goal: 1}}", "must be true or false (got the number 1)"),
+        ("{arm: {stop_trajectory_duration: short}}", "must be a number (got the text 'short')"),
+        ("{arm: {initial_joint_states: {elbow_joint: 7}}}", "must be within the joint's limits of ±6.28319 (got 7)"),
+        (
+            "{arm: {initial_joint_states: {linear_arm_actuator_joint: 2.2}}}",
+            "must be within the joint's limits of ±2.1",
+        ),
+        ("{arm: {initial_joint_states: {elbow_joint: pie}}}", "not in Python's math module"),
         ("{arm: {initial_joint_states: [1]}}", "must be a mapping of joints to numbers"),
         ("{arm: {initial_joint_states: {elbow: 1}}}", "unknown joint; did you mean elbow_joint"),
     ],
 )
-def test_mistakes_are_errors(section: str, expected: str) -> None:
+def test_invalid_settings_are_refused(section: str, expected: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         settings(section)
     assert len(caught.value.problems) == 1

@@ -18,24 +18,24 @@ FULL = Trial(
 )
 
 
-def test_clones_of_the_belt_come_type_by_type() -> None:
+def test_belt_clones_are_named_type_by_type() -> None:
     gears = [(f"gear_part_clone_{k}", "gear_part") for k in range(4)]
     assert FULL.belt_clones() == (*gears, ("disk_part_clone_0", "disk_part"), ("disk_part_clone_1", "disk_part"))
     assert replace(FULL, options=Options(belt_population_cycles=0)).belt_clones() == ()
 
 
-def test_the_demo_tray_has_the_first_kit_without_unknown_types() -> None:
+def test_demo_clones_are_first_kit_without_unknown_types() -> None:
     assert FULL.demo_clones() == (("gear_part_clone_0", OBJECTS[0]), ("gear_part_clone_1", OBJECTS[2]))
 
 
-def test_no_demo_tray() -> None:
+def test_demo_clones_without_option_or_kit_are_empty() -> None:
     for options in (Options(), Options(fill_demo_tray=True, insert_agvs=False)):
         assert replace(FULL, options=options).demo_clones() == ()
     assert replace(FULL, orders=()).demo_clones() == ()
     assert replace(FULL, orders=(Order("order_0", ()),)).demo_clones() == ()
 
 
-def test_a_faulty_part_that_no_demo_tray_has_is_a_warning() -> None:
+def test_faulty_part_missing_on_demo_tray_is_warning() -> None:
     parts = "parts: {a: {type: gear_part, pose: {}}, b: {type: disk_part, pose: {}}}"
     order = f"order_0: {{announcement_condition: time, announcement_condition_value: 0, {parts}}}"
     text = (
@@ -45,7 +45,7 @@ def test_a_faulty_part_that_no_demo_tray_has_is_a_warning() -> None:
     assert "no part is called 'gear_part_clone_1'; did you mean gear_part_clone_0" in str(warning)
 
 
-def test_comparisons_ignore_written_values() -> None:
+def test_order_comparison_ignores_written_values() -> None:
     written = "orders: {a: {announcement_condition: time, announcement_condition_value: 1, parts: {}}}"
     (order,) = load_trial(text=written).trial.orders
     assert (order.written, "written" in repr(order)) == (("time", 1), False)

@@ -135,7 +135,7 @@ def test_the_broken_do_not_harm_the_rest() -> None:
     [
         ("broken", "trial 'broken' of the package broken cannot be imported: ImportError: no such luck"),
         ("failing", "trial 'failing' of the package odd failed: ValueError: not today"),
-        ("seven", "trial 'seven' of the package odd must be the path of a file, and is of the type int"),
+        ("seven", "trial 'seven' of the package odd must be the path of a file (got int)"),
     ],
 )
 def test_trials_refused(name: str, message: str) -> None:

@@ -72,7 +72,7 @@ class KitTray(Device):
         simulation.refresh()
         return Pose(tuple(simulation.data.xpos[self._body].tolist()), tuple(simulation.data.xquat[self._body].tolist()))
 
-    def look(self) -> tuple[TrayPart, ...]:
+    def find_parts(self) -> tuple[TrayPart, ...]:
         """Return the parts that stand on the plate or are locked to it now, in the order of the parts."""
         world_T_tray = self.world_T_tray
         tray_T_world = world_T_tray.inverse()
@@ -111,12 +111,12 @@ class KitTray(Device):
 
     def remove_all(self) -> None:
         """Take everything that stands on the tray out of the cell."""
-        for each in self.look():
+        for each in self.find_parts():
             self.parts.put_away(self.parts.part(each.name))
         self._notify()
 
     def _notify(self) -> None:
-        self.contents = self.look()
+        self.contents = self.find_parts()
         for listener in self.on_report:
             listener(self)
 

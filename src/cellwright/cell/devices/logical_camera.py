@@ -96,9 +96,9 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
 
 
 class ModelSnapshot:
-    """All models and their boxes at a stored moment: cameras that measure in one tick share the work.
+    """All models and their boxes in a stored state: cameras that measure in one tick share the work.
 
-    A moment is the engine's `qpos`. Reading one leaves the engine's data unchanged. Each model has a unique name and a
+    A state is the engine's `qpos`. Reading one leaves the engine's data unchanged. Each model has a unique name and a
     colliding geom; `own_types` are this cell's part types besides those that every camera knows.
     """
 
@@ -108,8 +108,8 @@ class ModelSnapshot:
         self.models = tuple(models)
         self.own_types = frozenset(own_types)
         self._data = data
-        self._looked_at = b""
-        self._there = mujoco.MjData(model)
+        self._loaded = b""
+        self._stored = mujoco.MjData(model)
         places = {each.name: index for index, each in enumerate(self.models)}
         self.nested_in = np.array(
             [places[each.name if each.nested_in is None else each.nested_in] for each in self.models], dtype=np.intp
@@ -126,35 +126,36 @@ class ModelSnapshot:
         self._model = model
         self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
 
-    def moment(self) -> bytes:
+    def save(self) -> bytes:
         """Return the present positions of all joints as bytes; `poses` and `boxes` accept them then or later."""
         return bytes(self._data.qpos)
 
-    def poses(self, indices: NDArray[np.intp], moment: bytes | None = None) -> list[Pose]:
-        """Return `world_T_model` of some models at a moment; None is now."""
-        self._look_at(moment)
-        return body_poses(self._there, self._bodies[indices])
+    def poses(self, indices: NDArray[np.intp], state: bytes | None = None) -> list[Pose]:
+        """Return `world_T_model` of some models in a stored state; None is now."""
+        self._load(state)
+        return body_poses(self._stored, self._bodies[indices])
 
-    def boxes(self, moment: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def boxes(self, state: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
 
-        They are those of a moment; None is now. They are exact for boxes, cylinders, balls and the own boxes of meshes.
+        They are those of a stored state; None is now. They are exact for boxes, cylinders, balls and the own boxes of
+        meshes.
         """
-        self._look_at(moment)
+        self._load(state)
         return self._boxes
 
-    def _look_at(self, moment: bytes | None) -> None:
-        moment = self.moment() if moment is None else moment
-        if self._looked_at != moment:
-            self._looked_at = moment
-            self._there.qpos[:] = np.frombuffer(moment)
-            mujoco.mj_kinematics(self._model, self._there)
+    def _load(self, state: bytes | None) -> None:
+        state = self.save() if state is None else state
+        if self._loaded != state:
+            self._loaded = state
+            self._stored.qpos[:] = np.frombuffer(state)
+            mujoco.mj_kinematics(self._model, self._stored)
             if self.models:
                 self._boxes = self._compute()
 
     def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        rotations = self._there.geom_xmat[self._geoms].reshape(-1, 3, 3)
-        centres = self._there.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
+        rotations = self._stored.geom_xmat[self._geoms].reshape(-1, 3, 3)
+        centres = self._stored.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
         spans = np.abs(rotations) * self._local_halves[:, None, :]
         x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
         # along a world axis a box extends |x|+|y|+|z|; a disc, where it is round, only the root of the squares
@@ -210,7 +211,7 @@ class Detection:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraReading(Reading):
-    """Logical picture; its detections are computed on demand, as of the moment of the picture."""
+    """Logical picture; its detections are computed on demand, as of the time of the picture."""
 
     world_T_camera: Pose
     camera_frame: TfFrame
@@ -266,7 +267,7 @@ class LogicalCamera(Sensor[CameraReading]):
             sample=index,
             world_T_camera=self.world_T_sensor,
             camera_frame=self._frame,
-            detect=partial(self._look, self.scene.moment(), index),
+            detect=partial(self._detect_all, self.scene.save(), index),
         )
 
     def describe(self) -> dict[str, Any]:
@@ -278,14 +279,14 @@ class LogicalCamera(Sensor[CameraReading]):
         """Return the overlay of a reading now, for viewers."""
         return {"sees": bool(self.read().detections), "ranges": []}
 
-    def _look(self, moment: bytes, index: int) -> tuple[Detection, ...]:
-        in_view = self.frustum.meets(*self.scene.boxes(moment))
+    def _detect_all(self, state: bytes, index: int) -> tuple[Detection, ...]:
+        in_view = self.frustum.meets(*self.scene.boxes(state))
         reported = np.flatnonzero(in_view[self.scene.nested_in] & self._reports)
         if not reported.size:
             return ()
         # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
         noise = self.normal(index, _NOISE_A_MODEL * (int(reported[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
-        return tuple(map(self._detect, reported.tolist(), self.scene.poses(reported, moment), noise[reported]))
+        return tuple(map(self._detect, reported.tolist(), self.scene.poses(reported, state), noise[reported]))
 
     def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]

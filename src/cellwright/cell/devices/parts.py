@@ -111,12 +111,12 @@ class Parts(Device):
         for listener in self.on_placed:
             listener(part.body)
 
-    def put_away(self, part: WorldPart, by: Removal = Removal.CLEARING) -> None:
+    def put_away(self, part: WorldPart, cause: Removal = Removal.CLEARING) -> None:
         """Take a part out of play, onto its shelf slot; `by` is the reason."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
         for listener in self.on_removed:
-            listener(part, by)
+            listener(part, cause)
 
     def take_from_cup(self, part: WorldPart) -> None:
         """Make the cup release a part, if it holds it."""

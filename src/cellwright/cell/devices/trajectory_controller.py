@@ -68,7 +68,7 @@ def check_count(points: Sequence[object]) -> None:
         RejectedTrajectoryError: there are too many.
     """
     if len(points) > MAX_POINTS:
-        raise _invalid_goal(f"{len(points)} points are too many: {MAX_POINTS} are the most")
+        raise _invalid_goal(f"a trajectory may have at most {MAX_POINTS} points (got {len(points)})")
 
 
 def check_names(names: Sequence[str], joint_names: Sequence[str], *, allow_partial: bool) -> tuple[int, ...]:
@@ -110,8 +110,8 @@ def check_trajectory(
     for index, (a, b) in enumerate(pairwise(points)):
         if b.time_from_start_ns <= a.time_from_start_ns:
             raise _invalid_goal(
-                f"times must increase strictly: point {index + 1} is at {seconds(b.time_from_start_ns):g} s, "
-                f"point {index} before it at {seconds(a.time_from_start_ns):g} s"
+                f"times must increase strictly (got {seconds(a.time_from_start_ns):g} s for point {index} "
+                f"and {seconds(b.time_from_start_ns):g} s for point {index + 1})"
             )
     start = now if trajectory.start_ns is None else trajectory.start_ns
     left = tuple(point for point in points if start + point.time_from_start_ns > now)
@@ -121,7 +121,7 @@ def check_trajectory(
             GoalResult.OLD_HEADER_TIMESTAMP,
             f"all {len(points)} points lie in the past: the last one was due {late:g} s ago"
             if late > 0
-            else f"all {len(points)} points lie in the past: the last one is due now, with no time to get there",
+            else f"all {len(points)} points lie in the past: the last one is due now",
         )
     return CheckedTrajectory(start, joints, left)
 
@@ -142,7 +142,9 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
         for joint in range(len(current.joints))
     ]
     if max(map(len, joints)) > MAX_KEPT_SEGMENTS:
-        raise _invalid_goal(f"the joints have more than {MAX_KEPT_SEGMENTS} other segments to follow before it starts")
+        raise _invalid_goal(
+            f"more than {MAX_KEPT_SEGMENTS} segments are queued before the trajectory starts; start it earlier"
+        )
     times = [checked.start + point.time_from_start_ns for point in checked.points]
     for column, joint in enumerate(checked.joints):
         knots = [_knot(point, column) for point in checked.points]
@@ -150,7 +152,7 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
         added = [join_segment(splice_at, first, times[0], knots[0])]
         added += [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(knots), strict=True)]
         if not all(isfinite(value) for segment in added for value in segment.coefficients):
-            raise _invalid_goal("positions, velocities or times are too far apart to compute with")
+            raise _invalid_goal("positions, velocities or times are too large or too close to interpolate")
         joints[joint] = (*joints[joint], *added)
     return Trajectory(joints)
 
@@ -170,7 +172,7 @@ def _check_point(index: int, point: TrajectoryPoint, names: Sequence[str]) -> No
     ):
         for name, value in zip(names, values, strict=False):
             if not isfinite(value):
-                raise _invalid_goal(f"point {index} has {value} as {kind} of {name}")
+                raise _invalid_goal(f"point {index}: {kind} of {name} must be finite (got {value})")
 
 
 def _knot(point: TrajectoryPoint, column: int) -> Knot:
@@ -248,7 +250,7 @@ class JointTrajectoryController:
         joints = check_names(request.trajectory.joint_names, names, allow_partial=self.allow_partial)
         requested = (*request.path_tolerances, *request.goal_tolerances)
         if not all(isfinite(each.position) and isfinite(each.velocity) for each in requested):
-            raise _invalid_goal("a tolerance is not a finite number")
+            raise _invalid_goal("tolerances must be finite")
         if request.trajectory.points:
             checked = check_trajectory(request.trajectory, names, now, allow_partial=self.allow_partial)
             self._follow(splice(self._trajectory, checked, now))
@@ -295,7 +297,9 @@ class JointTrajectoryController:
         """
         start = self._trajectory.start
         if time < start:
-            raise UsageError(f"{seconds(time):.3f} s lies before what is remembered, from {seconds(start):.3f} s on")
+            raise UsageError(
+                f"time must not be before the stored motion, {seconds(start):.3f} s (got {seconds(time):.3f} s)"
+            )
         return self._trajectory.state(time)
 
     def following(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> Following:

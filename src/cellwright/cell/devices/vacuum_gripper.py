@@ -39,9 +39,9 @@ class ContactKind(Enum):
     """Kind of object in contact with the cup."""
 
     PART = "a part"
-    MOVABLE = "something that moves but is no part"
+    MOVABLE = "a movable object that is not a part"
     """A tray, an AGV or the belt: it counts as a contact, but the suction holds parts only."""
-    FIXED = "something fixed"
+    FIXED = "a fixed object"
     """A bin or the workcell: it does not count."""
 
 
@@ -265,7 +265,7 @@ class VacuumGripper(VacuumCheck, Device):
     def _hold(self, part: WorldPart) -> None:
         """Weld the part to the cup in its present pose, without pulling in or centring it."""
         if part.grip is None:
-            raise UsageError(f"the cell has no weld to hold {part.name!r} with")
+            raise UsageError(f"part {part.name!r}: the cell has no weld for it")
         simulation = self.simulation
         simulation.refresh()
         data = simulation.data

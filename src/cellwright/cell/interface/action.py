@@ -63,8 +63,8 @@ class TrajectoryAction(Device):
     def set_state(self, state: State) -> None:
         """Restore the state that `get_state` returned."""
         self._statuses = {
-            name: (GoalStatus(GoalID(stamp(given), name), code, text), ended)
-            for name, given, code, text, ended in state["goals"]
+            name: (GoalStatus(GoalID(stamp(stamp_ns), name), code, text), ended)
+            for name, stamp_ns, code, text, ended in state["goals"]
         }
 
     def take_goal(self, _row: Endpoint, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
@@ -72,14 +72,15 @@ class TrajectoryAction(Device):
         now = self.simulation.now
         if len(message.goal_id.id) > MAX_ID_LENGTH:
             raise RejectedTrajectoryError(
-                GoalResult.INVALID_GOAL, f"a goal's identifier may have {MAX_ID_LENGTH} characters"
+                GoalResult.INVALID_GOAL,
+                f"goal id may have at most {MAX_ID_LENGTH} characters (got {len(message.goal_id.id)})",
             )
         # as in actionlib: an empty identifier or stamp is filled in, so that the goal can still be cancelled
         name = message.goal_id.id or self._generated_id(node)
         goal_id = GoalID(stamp(nanoseconds(message.goal_id.stamp) or now), name)
         current = self._arm.controller.goal
         if current is not None and current.active and current.goal_id == name:
-            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
+            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is already active; send another id")
         try:
             goal = message.goal
             trajectory, goal_time = trajectory_of(goal.trajectory), nanoseconds(goal.goal_time_tolerance)
@@ -97,9 +98,9 @@ class TrajectoryAction(Device):
         if goal is None:
             return
         until = nanoseconds(message.stamp)
-        given = nanoseconds(self._statuses[goal.goal_id][0].goal_id.stamp)
+        stamp_ns = nanoseconds(self._statuses[goal.goal_id][0].goal_id.stamp)
         everything = not message.id and until == 0
-        if everything or message.id == goal.goal_id or (until and given <= until):
+        if everything or message.id == goal.goal_id or (until and stamp_ns <= until):
             self._arm.cancel()
 
     def goal_status(self, output: Output) -> None:
@@ -159,15 +160,15 @@ class TrajectoryAction(Device):
     def _recent(self) -> dict[str, tuple[GoalStatus, int | None]]:
         """Return the active goal and those that ended recently."""
         now = self.simulation.now
-        kept = {
+        recent = {
             name: (status, ended)
             for name, (status, ended) in self._statuses.items()
             if ended is None or now - ended <= REMEMBERED
         }
-        ended_ones = [name for name, (_, ended) in kept.items() if ended is not None]
+        ended_ones = [name for name, (_, ended) in recent.items() if ended is not None]
         for name in ended_ones[:-MAX_REMEMBERED]:
-            del kept[name]
-        return kept
+            del recent[name]
+        return recent
 
     def _generated_id(self, node: str) -> str:
         """Generate an identifier in actionlib's form: node, number, time."""

@@ -73,7 +73,7 @@ class CellCommands:
 
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""
-        self._cell.intention.say(message.data, node, self._cell.simulation.now)
+        self._cell.intention.update(message.data, node, self._cell.simulation.now)
 
     def command_arm(self, _row: Endpoint, message: JointTrajectoryMessage, _node: str) -> None:
         """Make the arm follow a trajectory."""
@@ -123,7 +123,9 @@ class CellCommands:
         """Pause, resume or restart the flow of parts onto the belt."""
         actions = get_args(PopulationAction)
         if request.action not in actions:
-            raise ServiceFailedError(f"population/control: {request.action!r} is none of {', '.join(actions)}")
+            raise ServiceFailedError(
+                f"population/control: unknown action {request.action!r} (known: {', '.join(actions)})"
+            )
         present(self._cell.population).control(cast("PopulationAction", request.action))
         return osrf_gear.PopulationControlResponse(success=True)
 

@@ -31,14 +31,14 @@ class Intention:
         self.time = 0
         """Its simulation time [ns]."""
 
-    def say(self, text: str, node: str, now: int) -> None:
+    def update(self, text: str, node: str, now: int) -> None:
         """Record a statement, reduced to one printable line."""
         line = " ".join(printable(text[: 4 * MAX_INTENTION_LENGTH], 4 * MAX_INTENTION_LENGTH).split())
         self.text = line if len(line) <= MAX_INTENTION_LENGTH else line[: MAX_INTENTION_LENGTH - 1] + "…"
         self.node, self.time = node, now
 
-    def forget(self) -> None:
-        """Forget the statement."""
+    def clear(self) -> None:
+        """Discard the statement."""
         self.text, self.node, self.time = "", "", 0
 
 

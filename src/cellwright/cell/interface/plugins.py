@@ -37,7 +37,7 @@ def make_plugin_device(description: PluginDevice, cell: object) -> Device:
     make = plugins.load("devices", kind)
     if not callable(make):
         raise plugins.plugin_error(
-            "devices", kind, f"must be a function that makes a Device, and is of the type {type(make).__name__}"
+            "devices", kind, f"must be a function that makes a Device (got {type(make).__name__})"
         )
     device: Device = _make("devices", kind, make, Device, description.name, description.settings, cell)
     return guard_plugin(device, "devices", kind, _HOOKS)
@@ -51,6 +51,19 @@ class SensorPlugin:
         make: makes the device from a sensor's description and the scene of models that it sees.
         row: the topic of its readings, with `{sensor}` in place of the sensor's name.
         message: converts a reading to a message of the row's type.
+
+    Example:
+        >>> from cellwright import SensorPlugin
+        >>> from cellwright.cell.devices.range_sensors import BreakBeam
+        >>> from cellwright.middleware.interface.table import Availability, publishes
+        >>> from cellwright.middleware.messages.standard import Float32
+        >>> plugin = SensorPlugin(
+        ...     make=lambda description, scene: BreakBeam(description.name, description.pose),
+        ...     row=publishes("/ariac/{sensor}", "std_msgs/Float32", 20, Availability.ALWAYS, "Range of the beam [m]."),
+        ...     message=lambda reading, sensor: Float32(reading.range),
+        ... )
+        >>> plugin.row.of("beam_1").name
+        '/ariac/beam_1'
     """
 
     make: Callable[[SensorConfig, ModelSnapshot], Sensor[Any]]
@@ -78,7 +91,7 @@ def _make(group: plugins.Kind, kind: str, make: Callable[..., Any], base: type[A
     except Exception as error:
         raise plugins.plugin_error(group, kind, f"cannot be made: {one_line(error)}") from error
     if not isinstance(made, base):
-        problem = f"must make a {base.__name__}, and made something of the type {type(made).__name__}"
+        problem = f"must make a {base.__name__} (got {type(made).__name__})"
         raise plugins.plugin_error(group, kind, problem)
     return made
 

@@ -48,9 +48,9 @@ TIME_AND_FRAMES = (
     publishes("/clock", "rosgraph_msgs/Clock", EACH_STEP, ALWAYS,
          "Simulation time.", handler="clock", source="gazebo_ros"),
     publishes("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
-         "Where the links of the arm are.", node="/robot_state_publisher", handler="arm_frames", source=FRAMES),
+         "Poses of the arm's links.", node="/robot_state_publisher", handler="arm_frames", source=FRAMES),
     publishes("/tf", "tf2_msgs/TFMessage", 10, Availability.CAMERAS,
-         "Where the logical cameras are, and what they see.", handler="camera_frames", source=CAMERA),
+         "Poses of the logical cameras and of the objects in view.", handler="camera_frames", source=CAMERA),
     publishes("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,
          "Frames of bins, belt, load points and sensors, and those fixed to links of the arm.",
          latch=True, node="/robot_state_publisher", handler="static_frames", source=FRAMES),
@@ -60,24 +60,25 @@ TRIAL = (
     publishes("/ariac/competition_state", "std_msgs/String", 10, ALWAYS,
          "`init`, `ready`, `go`, `end_game` or `done`.", handler="competition_state", source=MANAGER),
     publishes("/ariac/current_score", "std_msgs/Float32", 10, ALWAYS,
-         "The score so far.", handler="current_score", source=MANAGER),
+         "Current score.", handler="current_score", source=MANAGER),
     publishes("/ariac/orders", "osrf_gear/Order", ON_EVENT, ALWAYS,
-         "An order, when it is announced. A late listener is given the newest one only.",
+         "Each order as it is announced; a late subscriber gets only the newest.",
          latch=True, handler="orders", source=MANAGER),
     accepts(SERVICE, "/ariac/start_competition", "std_srvs/Trigger", ALWAYS,
-          "Starts the trial; once only.", handler="start_competition", source=MANAGER),
+          "Starts the trial; succeeds once.", handler="start_competition", source=MANAGER),
     accepts(SERVICE, "/ariac/end_competition", "std_srvs/Trigger", ALWAYS,
           "Ends the trial, from any state.", handler="end_competition", source=MANAGER),
     accepts(SERVICE, "/ariac/material_locations", "osrf_gear/GetMaterialLocations", ALWAYS,
-          "Where parts of a type, or trays, are found; an empty list for an unknown type.",
+          "Storage units of a part type or of trays; an empty list for an unknown type.",
           handler="material_locations", source=MANAGER),
     accepts(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
-          "Has a tray scored where it stands. There is no answer unless the state is `go`.",
+          "Scores a tray where it stands; no response unless the state is `go`.",
           competition=REFUSES, handler="submit_tray", source=MANAGER),
     accepts(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
-          "What the agent is about, in a line for people who look on; it changes nothing.", handler="note_intention"),
+          "Current intention of the agent in one line, for viewers; without effect on the run.",
+          handler="note_intention"),
     accepts(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
-          "The part types of the file's own, as a JSON object in `message`: mass, box and flat spots of the top.",
+          "Part types that the trial file defines, as a JSON object in `message`: mass, box and flat spots of the top.",
           handler="part_types"),
 )
 
@@ -86,87 +87,88 @@ ARM = (
          "The seven joints in alphabetical order, then the gripper's, which is always 0.",
          handler="joint_states", source="joint_state_controller"),
     accepts(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", WITH_ARM,
-          "A trajectory to follow, in place of the one under way.", handler="command_arm", source=CONTROLLER),
+          "Trajectory to follow; replaces the current one.", handler="command_arm", source=CONTROLLER),
     publishes("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, WITH_ARM,
-         "Where the controller wants the joints to be, where they are, and the difference.",
+         "Desired and actual state of the joints, and the difference.",
          handler="arm_state", source=CONTROLLER),
     accepts(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", WITH_ARM,
-          "Where the controller wants the joints to be at a moment.", handler="query_arm_state", source=CONTROLLER),
+          "Returns the desired state of the joints at a time.", handler="query_arm_state", source=CONTROLLER),
     accepts(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", WITH_ARM,
-          "A trajectory to follow within tolerances, with a result. In ROS 1 it is the five topics under this name.",
+          "Trajectory to follow within tolerances, with a result; in ROS 1 the five topics under this name.",
           source=CONTROLLER),
     accepts(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
-          "The trajectory and its tolerances.", handler="take_goal", source=ACTIONS),
+          "Trajectory with its tolerances.", handler="take_goal", source=ACTIONS),
     accepts(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
-          "Calls a goal off; the arm stops.", handler="take_cancel", source=ACTIONS),
+          "Cancels a goal; the arm stops.", handler="take_cancel", source=ACTIONS),
     publishes(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
-         "What became of the goals; also at once when something changes.",
+         "Status of the goals; also published at each change.",
          latch=True, handler="goal_status", source=ACTIONS),
     publishes(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, WITH_ARM,
-         "How it goes, while a goal is being followed.", handler="goal_feedback", source=CONTROLLER),
+         "Desired and actual state of the joints, while a goal is active.", handler="goal_feedback", source=CONTROLLER),
     publishes(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
-         "How it ended.", handler="goal_result", source=ACTIONS),
+         "Result of a goal.", handler="goal_result", source=ACTIONS),
     publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
-         "Whether the suction is on, and whether something hangs on the cup.", handler="gripper_state", source=GRIPPER),
+         "Whether the suction is on, and whether a part is attached.", handler="gripper_state", source=GRIPPER),
     accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,
-          "Switches the suction on or off; always a success.", handler="control_gripper", source=GRIPPER),
+          "Switches the suction on or off; always succeeds.", handler="control_gripper", source=GRIPPER),
 )
 
 TRAYS = (
     accepts(SERVICE, "/ariac/agv{n}", "osrf_gear/AGVControl", EACH_AGV,
-          "Sends the AGV off with its tray as a kit; a success if it was ready, whatever the kit.",
+          "Sends the AGV off with its tray as a kit; succeeds if the AGV was ready, whatever the kit.",
           handler="send_agv", source=AGV),
     publishes("/ariac/agv{n}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
          "`ready_to_deliver`, `preparing_to_deliver`, `delivering`, `delivered` or `returning`.",
          handler="agv_state", source=AGV),
     publishes("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_AGV,
-         "The faulty parts on the tray of the AGV.", latch=True, handler="quality_control_image", source=CAMERA),
+         "Faulty parts on the tray of the AGV.", latch=True, handler="quality_control_image", source=CAMERA),
     publishes("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
-         "What lies on each tray, one message per tray.",
+         "Contents of each tray, one message per tray.",
          competition=SILENCED, handler="tray_contents", source=KIT_TRAY),
     accepts(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
-          "Takes away all that lies on the tray.", competition=REFUSES, handler="clear_tray", source=KIT_TRAY),
+          "Removes everything from the tray.", competition=REFUSES, handler="clear_tray", source=KIT_TRAY),
 )
 
 BELT = (
     accepts(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
-          "Sets the power of the belt; one beyond 0 to 100 changes nothing, and is a success as well.",
+          "Sets the power of the belt, 0 to 100; other values change nothing and succeed as well.",
           competition=REFUSES, handler="control_conveyor", source=CONVEYOR),
     publishes("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, Availability.BELT_PARTS,
-         "Whether parts are being put onto the belt.", handler="population_state", source=POPULATION),
+         "Whether parts are being added to the belt.", handler="population_state", source=POPULATION),
     accepts(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", Availability.BELT_PARTS,
-          "`pause`, `resume` or `restart` the flow of parts. There is no answer to another word.",
+          "`pause`, `resume` or `restart` the flow of parts; no response to other actions.",
           competition=ABSENT, handler="control_population", source=POPULATION),
 )
 
 SENSORS = (
     publishes("/ariac/{sensor}", "osrf_gear/Proximity", 20, Availability.BREAK_BEAM,
-         "Whether something stands in the beam.", latch=True, handler="break_beam", source=BEAM),
+         "Whether an object interrupts the beam.", latch=True, handler="break_beam", source=BEAM),
     publishes("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, Availability.BREAK_BEAM,
-         "The same, only when it changes.", latch=True, handler="break_beam_change", source=BEAM),
+         "The same, published only at a change.", latch=True, handler="break_beam_change", source=BEAM),
     publishes("/ariac/{sensor}", "sensor_msgs/Range", 20, Availability.PROXIMITY_SENSOR,
-         "Distance to the nearest thing in the cone, its far end when there is none.",
+         "Distance to the nearest object in the cone; the maximum range if there is none.",
          handler="proximity_sensor", source="gazebo_ros_range"),
     publishes("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, Availability.LASER_PROFILER,
-         "A profile of 400 distances.", handler="laser_profiler", source="gazebo_ros_laser"),
+         "Profile of 400 distances.", handler="laser_profiler", source="gazebo_ros_laser"),
     publishes("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Availability.LOGICAL_CAMERA,
-         "Types and poses of the things in view, hidden or not.", latch=True, handler="logical_camera", source=CAMERA),
+         "Types and poses of all objects in view, occluded or not.",
+         latch=True, handler="logical_camera", source=CAMERA),
 )
 
 PICTURES = (
     publishes("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Availability.COLOUR_CAMERA,
-         "A colour picture, `rgb8`.", handler="colour_picture"),
+         "Colour picture, `rgb8`.", handler="colour_picture"),
     publishes("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Availability.COLOUR_CAMERA,
-         "The matrix of the colour pictures, which have no distortion.", handler="camera_info"),
+         "Camera matrix of the colour pictures, without distortion.", handler="camera_info"),
     publishes("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Availability.DEPTH_CAMERA,
-         "Depth along the line of sight in m, `32FC1`; NaN where nothing was measured.", handler="depth_picture"),
+         "Depth along the line of sight [m], `32FC1`; NaN where nothing was measured.", handler="depth_picture"),
     publishes("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Availability.DEPTH_CAMERA,
-         "The matrix of the depth pictures, which is that of the colour pictures too.", handler="camera_info"),
+         "Camera matrix of the depth pictures, the same as that of the colour pictures.", handler="camera_info"),
     publishes("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Availability.DEPTH_CAMERA,
-         "A point for each pixel in the optical frame, with its colour if the camera has one; NaN where nothing was "
+         "One point per pixel in the optical frame, with its colour if the camera has colour; NaN where nothing was "
          "measured.", handler="depth_points"),
     publishes("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Availability.CLOUD_CAMERA,
-         "The points that were measured, in the camera's frame.", handler="point_cloud"),
+         "Measured points in the camera's frame.", handler="point_cloud"),
 )
 # fmt: on
 """Camera topics, which did not exist in 2017; the rate is that of the camera."""
@@ -191,16 +193,16 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Endpoint, ...]:
     Raises:
         UsageError: a sensor's name leads to a topic that is already published with another type.
     """
-    found = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
+    endpoints = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
     if competition:
-        other = {REFUSES: "refuse", SILENCED: "silence"}
-        found = [replace(row, handler=other.get(row.competition, row.handler)) for row in found]
-        found = [row for row in found if row.competition is not ABSENT]
+        handlers = {REFUSES: "refuse", SILENCED: "silence"}
+        endpoints = [replace(row, handler=handlers.get(row.competition, row.handler)) for row in endpoints]
+        endpoints = [row for row in endpoints if row.competition is not ABSENT]
     for camera in trial.sensors:
         if isinstance(camera, PictureCameraConfig):
-            found += camera_rows(camera)
-    _refuse_clashes(found)
-    return tuple(found)
+            endpoints += camera_rows(camera)
+    _refuse_clashes(endpoints)
+    return tuple(endpoints)
 
 
 def camera_rows(camera: PictureCameraConfig) -> list[Endpoint]:
@@ -216,23 +218,24 @@ def _subjects(where: Availability, trial: Trial) -> Sequence[str | None]:
     agvs = trial.options.insert_agvs
     if where is EACH_AGV:
         return AGVS if agvs else ()
-    there = {
+    is_present = {
         ALWAYS: True,
         WITH_ARM: trial.has_arm,
         WITH_AGVS: agvs,
         Availability.BELT_PARTS: bool(trial.belt_parts),
         Availability.CAMERAS: agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
     }[where]
-    return (None,) if there else ()
+    return (None,) if is_present else ()
 
 
-def _refuse_clashes(found: Iterable[Endpoint]) -> None:
+def _refuse_clashes(endpoints: Iterable[Endpoint]) -> None:
     topics: dict[str, Endpoint] = {}
-    for row in found:
+    for row in endpoints:
         if row.kind is not TOPIC:
             continue
         first = topics.setdefault(row.name, row)
         if (first.type, first.direction) != (row.type, row.direction):
             raise UsageError(
-                f"sensor {row.subject!r}: it would publish {row.type} on {row.name}, which carries {first.type}"
+                f"sensor {row.subject!r}: topic {row.name} already has type {first.type} (got {row.type}); "
+                "rename the sensor"
             )

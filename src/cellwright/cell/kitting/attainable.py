@@ -61,9 +61,9 @@ class AttainablePart:
             return ""
         x, y = self.tray_T_goal.position[:2]
         return (
-            f"its place ({x:g}, {y:g}) lies {self.off_plate:.2f} m off the tray, which is {TRAY_PLATE[0]:g} m by "
-            f"{TRAY_PLATE[1]:g} m: a part on the tray is at least {self.nearest * 1e3:.0f} mm away from it, "
-            f"and {MAX_DISTANCE * 1e3:g} mm are allowed"
+            f"its place ({x:g}, {y:g}) lies {self.off_plate:.2f} m off the tray "
+            f"({TRAY_PLATE[0]:g} x {TRAY_PLATE[1]:g} m), at least {self.nearest * 1e3:.0f} mm from any part on it "
+            f"(at most {MAX_DISTANCE * 1e3:g} mm are allowed)"
         )
 
 
@@ -107,13 +107,13 @@ class AttainableKit:
             return self.obstacle
         off = [part for part in self.parts if part.is_off_tray]
         short = Counter(part.type for part in self.parts if not part.is_supplied)
-        reasons = [f"{count} {kind} more than the cell has good ones" for kind, count in short.items()]
+        reasons = [f"the cell has {count} good {kind} too few" for kind, count in short.items()]
         if off:
             nearest_off, farthest_off = min(part.off_plate for part in off), max(part.off_plate for part in off)
             far = " to ".join(dict.fromkeys((f"{nearest_off:.2f}", f"{farthest_off:.2f}")))
             reasons.append(
                 f"{len(off)} of {len(self.parts)} places {'lie' if len(off) > 1 else 'lies'} {far} m off the tray, "
-                f"where a part on it stays at least {min(part.nearest for part in off) * 1e3:.0f} mm away"
+                f"at least {min(part.nearest for part in off) * 1e3:.0f} mm from any part on it"
             )
         return "; ".join(reasons)
 
@@ -170,7 +170,7 @@ class AttainableScore:
             return ""
         kits = [kit for order in self.orders for kit in order.kits]
         why = "; ".join(dict.fromkeys(f"{kit.kit_type}: {kit.summary()}" for kit in kits if kit.total < kit.maximum))
-        return f"{self.total:g} of {self.maximum:g} points is the most one can get: {why}"
+        return f"at most {self.total:g} of {self.maximum:g} points are attainable: {why}"
 
 
 def attainable_score(trial: Trial) -> AttainableScore:
@@ -180,7 +180,8 @@ def attainable_score(trial: Trial) -> AttainableScore:
     return AttainableScore(
         tuple(
             AttainableOrder(
-                order.order_id, tuple(_kit_reach(kit, supply, obstacles.get(order.order_id, "")) for kit in order.kits)
+                order.order_id,
+                tuple(_attainable_kit(kit, supply, obstacles.get(order.order_id, "")) for kit in order.kits),
             )
             for order in trial.orders
         )
@@ -212,7 +213,7 @@ def nearest(part_type: str, tray_T_goal: Pose) -> float:
     return max(off_plate(tray_T_goal) - PART_RADII.get(part_type, math.inf), 0.0)
 
 
-def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> AttainableKit:
+def _attainable_kit(kit: Kit, supply: Mapping[str, int], obstacle: str) -> AttainableKit:
     ordered: Counter[str] = Counter()
     parts = []
     for each in kit.objects:
@@ -227,13 +228,13 @@ def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> Attainable
 def _obstacles(trial: Trial) -> dict[str, str]:
     """Return, by order id, the reasons why whole orders are unattainable."""
     if not trial.options.insert_agvs:
-        return {order.order_id: "the cell has no AGV, and so no tray" for order in trial.orders}
+        return {order.order_id: "the cell has no AGV and no tray" for order in trial.orders}
     obstacles: dict[str, str] = {}
-    behind = ""
+    obstacle = ""
     for order in Announcements(trial.orders).orders:  # an order waits for those before it
-        behind = behind or _never_announced(order, trial.time_limit)
-        if behind:
-            obstacles[order.order_id] = behind
+        obstacle = obstacle or _never_announced(order, trial.time_limit)
+        if obstacle:
+            obstacles[order.order_id] = obstacle
     return obstacles
 
 
@@ -242,4 +243,4 @@ def _never_announced(order: Order, time_limit: float) -> str:
         is_late = 0 <= time_limit < order.start_time
         return f"{order.order_id} is due at {order.start_time:g} s, after the time limit of {time_limit:g} s" * is_late
     conditions = ((order.wanted_parts or 0) > 0, (order.unwanted_parts or 0) > 0)
-    return "" if any(conditions) else f"nothing ever brings {order.order_id} up"
+    return "" if any(conditions) else f"no condition announces {order.order_id}"

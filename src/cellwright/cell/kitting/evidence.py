@@ -36,17 +36,17 @@ MAX_TILT = 2.0 * math.acos(MIN_QUATERNION_DOT)
 
 REASONS: Mapping[str, str] = MappingProxyType(
     {
-        Verdict.TOO_FAR: f"there, but more than {MAX_DISTANCE * 1e3:g} mm from its place",
+        Verdict.TOO_FAR: f"present, but more than {MAX_DISTANCE * 1e3:g} mm from its place",
         OFF_TRAY: f"its place lies off the tray ({TRAY_PLATE[0]:g} x {TRAY_PLATE[1]:g} m), out of reach of any part",
         Verdict.TILTED: "in its place, but not the ordered side up "
         f"(more than {MAX_TILT * 1e3:.0f} mrad, {math.degrees(MAX_TILT):.0f} deg)",
         Verdict.TURNED: "in its place, but turned by more than "
         f"{MAX_YAW_DIFFERENCE * 1e3:g} mrad ({math.degrees(MAX_YAW_DIFFERENCE):.1f} deg)",
-        Verdict.FAULTY: "none but a faulty one, which does not count",
-        Verdict.MISSING: "none on the tray when it was submitted",
+        Verdict.FAULTY: "only a faulty one, which does not count",
+        Verdict.MISSING: "not on the tray at submission",
         NOT_SUBMITTED: "its kit was never submitted",
         NOT_ANNOUNCED: "its order was never announced",
-        BonusVerdict.PARTS_SHORT: "an ordered part is not there, so there is no bonus",
+        BonusVerdict.PARTS_SHORT: "an ordered part is missing, so there is no bonus",
         BonusVerdict.EXTRA_OBJECTS: "the tray holds more than was ordered, so there is no bonus",
     }
 )
@@ -156,13 +156,13 @@ class Evidence:
 
 
 def kit_evidence(
-    score: KitScore, could: AttainableKit, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
+    score: KitScore, attainable: AttainableKit, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
 ) -> KitEvidence:
     """Return the evidence of one kit, from the referee's score and the attainable points.
 
     Args:
         score: the referee's score of the kit.
-        could: the attainable points of the kit.
+        attainable: the attainable points of the kit.
         is_announced: True if its order was announced; used only for a kit that was not submitted.
         fates: one for each ordered part; empty if unknown.
     """
@@ -174,12 +174,14 @@ def kit_evidence(
                 finding,
                 fate,
             )
-            for part, finding, fate in zip(could.parts, score.parts, fates or [None] * len(score.parts), strict=True)
+            for part, finding, fate in zip(
+                attainable.parts, score.parts, fates or [None] * len(score.parts), strict=True
+            )
         )
     else:
         cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
-        parts = tuple(PartEvidence(part, cause) for part in could.parts)
-    return KitEvidence(could, score, parts)
+        parts = tuple(PartEvidence(part, cause) for part in attainable.parts)
+    return KitEvidence(attainable, score, parts)
 
 
 def evidence(
@@ -241,19 +243,19 @@ def evidence_to_json(found: Evidence) -> dict[str, Any]:
 
 def kit_to_json(found: KitEvidence) -> dict[str, Any]:
     """Return a kit's score with its evidence as JSON values."""
-    score, could = found.score, found.attainable
+    score, attainable = found.score, found.attainable
     return {
         "kit_type": score.kit_type,
         "submitted": score.is_submitted,
         "total": score.total,
-        "reachable": could.total,
-        "best": could.maximum,
+        "reachable": attainable.total,
+        "best": attainable.maximum,
         "part_presence": score.part_presence,
         "all_parts_bonus": score.all_parts_bonus,
         "part_pose": score.part_pose,
         "bonus": None if score.bonus is None else str(score.bonus),
         "bonus_reason": found.bonus_sentence,
-        "out_of_reach": list(could.reasons()),
+        "out_of_reach": list(attainable.reasons()),
         "parts": [_part_to_json(part) for part in found.parts],
         "extras": [{"name": each.name, "type": each.type, "reason": str(each.reason)} for each in score.extras],
     }
@@ -286,23 +288,23 @@ def _order_to_json(found: OrderEvidence) -> dict[str, Any]:
 
 
 def _part_to_json(found: PartEvidence) -> dict[str, Any]:
-    finding, could = found.finding, found.attainable
+    finding, attainable = found.finding, found.attainable
     fit = None if finding is None else finding.fit
     return {
-        "type": could.type,
+        "type": attainable.type,
         "cause": found.cause,
         "sentence": found.sentence(),
         "fate": None if found.fate is None else _fate_to_json(found.fate),
         "verdict": None if finding is None else str(finding.verdict),
         "presence": found.presence,
         "pose": found.pose,
-        "reachable_presence": could.presence,
-        "reachable_pose": could.pose,
+        "reachable_presence": attainable.presence,
+        "reachable_pose": attainable.pose,
         "place": {
-            "position": list(could.tray_T_goal.position),
-            "quaternion": list(could.tray_T_goal.quaternion),
-            "off_plate": could.off_plate,
-            "nearest": could.nearest,
+            "position": list(attainable.tray_T_goal.position),
+            "quaternion": list(attainable.tray_T_goal.quaternion),
+            "off_plate": attainable.off_plate,
+            "nearest": attainable.nearest,
         },
         "object": None if fit is None else fit.object_name,
         "distance": None if fit is None else fit.distance,

@@ -51,7 +51,7 @@ class FateKind(StrEnum):
 
 
 _WORDS = {
-    FateKind.HELD: "was in the gripper, for {held}",
+    FateKind.HELD: "was in the gripper for {held}",
     FateKind.FORCED_DROP: "was lost to a forced drop at {place} after {held} in the gripper{now}",
     FateKind.DROPPED: "was dropped at {place} after {held} in the gripper{now}",
     FateKind.PUT_DOWN: "was put down at {place}{now}",
@@ -59,7 +59,7 @@ _WORDS = {
     FateKind.STACKED: "lay above {tray}'s tray without touching its plate, at {lies}",
     FateKind.OTHER_TRAY: "was on {tray}'s tray",
     FateKind.FELL_OFF: "fell off {tray}'s tray{now}",
-    FateKind.DELETION_WALL: "was taken by the deletion wall of the belt",
+    FateKind.DELETION_WALL: "was removed by the deletion wall of the belt",
     FateKind.CLEARED: "was cleared from {tray}'s tray",
 }
 
@@ -98,8 +98,8 @@ class Fate:
             'bin7|gear_part_1 was dropped at (0.31, 2.95) m after 3.1 s in the gripper'
         """
         if self.kind is FateKind.NEVER_HELD:
-            belt = f"; the deletion wall of the belt took {self.past} of its type" if self.past else ""
-            return f"never taken hold of{belt}"
+            belt = f"; the deletion wall of the belt removed {self.past} of its type" if self.past else ""
+            return f"never gripped{belt}"
         name = f"{self.part} (faulty)" if self.is_faulty else self.part
         words = _WORDS[self.kind].format(
             tray=self.tray,
@@ -189,9 +189,9 @@ class HandlingRecord:
             if (history := self._history_of(name)).taken is None:
                 history.tray = tray_id
 
-    def remove(self, name: str, by: Removal) -> None:
+    def remove(self, name: str, cause: Removal) -> None:
         """Record that a part left the cell."""
-        self._history_of(name).removed = by
+        self._history_of(name).removed = cause
 
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartSnapshot], now: int

@@ -127,25 +127,25 @@ class Refusal:
 
     Attributes:
         order_id: the order that the kit belongs to; None if there is none.
-        wanted: the kit types that would have been scored.
+        accepted: the kit types that would have been scored.
     """
 
     reason: RefusalReason
     kit_type: str
     order_id: str | None = None
-    wanted: tuple[str, ...] = ()
+    accepted: tuple[str, ...] = ()
 
     def sentence(self) -> str:
         """The refusal in one sentence, as a readable text."""
-        known = ", ".join(self.wanted) or "none"
+        accepted = ", ".join(self.accepted) or "none"
         match self.reason:
             case RefusalReason.UNKNOWN_KIT_TYPE:
-                why = f"belongs to no order{did_you_mean(self.kit_type, self.wanted)}"
+                why = f"belongs to no order{did_you_mean(self.kit_type, self.accepted)}"
             case RefusalReason.NOT_ANNOUNCED:
-                why = f"belongs to {self.order_id}, which has not been announced yet"
+                why = f"belongs to {self.order_id}, which is not announced yet"
             case RefusalReason.ORDER_CLOSED:
-                why = f"belongs to {self.order_id}, which is closed already"
-        return f"scored 0: kit type {self.kit_type!r} {why} (asked for now: {known})"
+                why = f"belongs to {self.order_id}, which is already closed"
+        return f"scored 0: kit type {self.kit_type!r} {why} (ordered now: {accepted})"
 
 
 @dataclass(frozen=True, slots=True)

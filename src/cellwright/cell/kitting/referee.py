@@ -148,7 +148,7 @@ class Referee:
             RejectedCommandError: it was started or ended before.
         """
         if self.state is not CompetitionState.INIT:
-            raise RejectedCommandError(f"a competition can be started in state 'init' only; this one is {self.state!s}")
+            raise RejectedCommandError(f"a competition starts in state 'init' only (got '{self.state!s}')")
         return self._enter(CompetitionState.READY, now)
 
     def end(self, now: int) -> tuple[Effect, ...]:
@@ -173,7 +173,7 @@ class Referee:
             UnknownNameError: there is no such tray.
         """
         if self.state is not CompetitionState.GO:
-            raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self.state!s}")
+            raise RejectedCommandError(f"kits are judged in state 'go' only (got '{self.state!s}')")
         if tray_id not in self.trays:
             raise UnknownNameError("tray", tray_id, self.trays)
         is_repeated = self.scorer.is_submitted(kit_type)

@@ -129,11 +129,11 @@ class Scorer:
         self._kits: dict[str, tuple[Order, Kit]] = {}
         for order in orders:
             if order.order_id in self._orders:
-                raise UsageError(f"there are two orders {order.order_id!r}")
+                raise UsageError(f"order ids must be unique (got {order.order_id!r} twice)")
             self._orders[order.order_id] = order
             for kit in order.kits:
                 if kit.kit_type in self._kits:
-                    raise UsageError(f"there are two kits {kit.kit_type!r}")
+                    raise UsageError(f"kit types must be unique (got {kit.kit_type!r} twice)")
                 self._kits[kit.kit_type] = (order, kit)
         self._announced: dict[str, _Announced] = {}
         self._is_running = False
@@ -343,12 +343,14 @@ def trial_score(sensors: Iterable[SensorConfig], orders: Sequence[OrderScore], a
     if cost == 0.0:
         raise UsageError("a trial without sensors has no score: the cost factor divides by their cost")
     if len(orders) > MAX_ORDERS:
-        raise UsageError(f"a trial is scored with at most {MAX_ORDERS} orders, not {len(orders)}")
+        raise UsageError(f"a trial score covers at most {MAX_ORDERS} orders (got {len(orders)})")
     if len(averages.order_times) < len(orders):
-        raise UsageError(f"{len(orders)} orders need as many average times, not {len(averages.order_times)}")
+        raise UsageError(
+            f"each order needs an average time (got {len(orders)} orders and {len(averages.order_times)} times)"
+        )
     for value in (averages.system_cost, *averages.order_times):
         if not 0.0 < value < math.inf:
-            raise UsageError(f"an average must be a number above 0, not {value}")
+            raise UsageError(f"an average must be finite and above 0 (got {value})")
     shares = tuple(
         _share(order, average, weight)
         for order, average, weight in zip(orders, averages.order_times, (1.0, SECOND_ORDER_WEIGHT), strict=False)

@@ -156,7 +156,7 @@ def build_world(trial: Trial) -> World:
     planned = list(_plan(trial, kinds))
     if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MAX_SHAPES:
         raise DescriptionError(
-            [f"{trial.name}: its parts have {shapes} shapes together; at most {MAX_SHAPES} are built"]
+            [f"{trial.name}: the parts may have at most {MAX_SHAPES} shapes in total (got {shapes})"]
         )
     furniture.add_floor(spec)
     furniture.add_bins(spec)

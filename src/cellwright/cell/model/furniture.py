@@ -160,20 +160,20 @@ def add_frames(spec: Any) -> None:
     """
     thick = 0.05
 
-    def stand(name: str, x: float, z: float = 0.0) -> Any:
+    def add_body(name: str, x: float, z: float = 0.0) -> Any:
         frame = frames.WORKCELL @ at(x=x, z=z)
         return spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
 
     for number, x in enumerate((-1.08, -0.3143), 1):
-        portal = stand(f"camera_frame_{number}", x)
+        portal = add_body(f"camera_frame_{number}", x)
         add_shape(portal, box(thick, 3.5, thick, at(y=-0.25, z=2.0), colours.FRAME), Role.BOTH)
         for y in (-2.0, 1.5):
             add_shape(portal, box(thick, thick, 1.975, at(y=y, z=0.9875), colours.FRAME), Role.BOTH)
-    fence = stand("conveyor_frame", 1.7)
+    fence = add_body("conveyor_frame", 1.7)
     add_shape(fence, box(thick, 10.0, thick, at(z=0.95), colours.FRAME), Role.BOTH)
     for y in range(-5, 6):
         add_shape(fence, box(thick, thick, 3.0, at(y=float(y), z=1.5), colours.FRAME), Role.BOTH)
-    beam = stand("conveyor_beam", 1.21, 3.0)
+    beam = add_body("conveyor_beam", 1.21, 3.0)
     add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
         add_shape(

@@ -50,12 +50,14 @@ def read_mjcf(path: Path) -> Mjcf:
     except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
         raise ModelFileError(f"{path}: {' '.join(str(error).split())}") from None
     if any(kind != mujoco.mjtJoint.mjJNT_FREE for kind in model.jnt_type) or model.njnt > 1:
-        raise ModelFileError(f"{path}: has joints; a model is one rigid body, with a free joint at most")
+        raise ModelFileError(
+            f"{path}: a model must be one rigid body with at most a free joint (got {model.njnt} joints)"
+        )
     if not model.ngeom:
-        raise ModelFileError(f"{path}: no shapes in it")
+        raise ModelFileError(f"{path}: no shapes; add a geom")
     mass = float(model.body_mass[1:].sum())
     if not math.isfinite(mass) or not all(np.isfinite(each).all() for each in (model.geom_size, model.body_pos)):
-        raise ModelFileError(f"{path}: a number in it is not finite")
+        raise ModelFileError(f"{path}: masses, sizes and positions must be finite")
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     outermost = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
@@ -73,7 +75,7 @@ def _mjcf_shape(path: Path, model: Any, data: Any, geom: int, frame_T_world: Pos
     kind = _MJCF_KINDS.get(int(model.geom_type[geom]))
     if kind is None:
         name = mujoco.mjtGeom(int(model.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
-        raise ModelFileError(f"{path}: a geom of type {name} is not read (known: {', '.join(_MJCF_KINDS.values())})")
+        raise ModelFileError(f"{path}: geom type {name} is not supported (known: {', '.join(_MJCF_KINDS.values())})")
     x, y, z = (float(length) for length in model.geom_size[geom])
     size = {"box": (2 * x, 2 * y, 2 * z), "sphere": (x, 0.0, 0.0), "mesh": (1.0, 1.0, 1.0)}.get(kind, (x, 2 * y, 0.0))
     quaternion = np.zeros(4)
@@ -138,9 +140,11 @@ def own_part_type(name: str, model: UserModel) -> OwnPartType:
     """
     form = form_of(name, model)
     if not form.touched:
-        raise ModelFileError(f"{model.mjcf}: nothing in it can be touched, so it would fall through the floor")
+        raise ModelFileError(
+            f"{model.mjcf}: no collision shapes, so the part would fall through the floor; let a geom collide"
+        )
     if form.mass <= 0:
-        raise ModelFileError(f"{model.mjcf}: no mass in it; give one beside the file [kg]")
+        raise ModelFileError(f"{model.mjcf}: no mass; give one beside the file [kg]")
     reach = max(hypot(*corner) for corner in bounds(form.touched))
     if model.mjcf is not None and reach > MAX_PART_EXTENT:
         limit = f"a part keeps within {MAX_PART_EXTENT:g} m"

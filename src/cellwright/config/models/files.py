@@ -48,7 +48,7 @@ def open_model(path: Path) -> ModelFile:
         path = _in_folder(path)
     root = _parse(path)
     if root.tag not in _FORMATS:
-        raise ModelFileError(f"{path}: no SDF, URDF or MJCF file: it begins with <{root.tag}>")
+        raise ModelFileError(f"{path}: not an SDF, URDF or MJCF file (root element <{root.tag}>)")
     return ModelFile(path, _FORMATS[root.tag], root)
 
 
@@ -67,7 +67,7 @@ def referenced_file(path: Path, reference: str, folder: Path) -> Path:
     else:
         found = path.parent / name
     if not found.resolve().is_relative_to(folder.resolve()):
-        raise ModelFileError(f"{path}: {reference} lies outside of the model's folder {folder}")
+        raise ModelFileError(f"{path}: {reference} is outside the model folder {folder}")
     if not found.is_file():
         raise ModelFileError(f"{path}: there is no file {reference}")
     note_source(found)  # the engine reads the file directly
@@ -78,17 +78,17 @@ def _in_folder(folder: Path) -> Path:
     """Return the newest SDF file that a folder's `model.config` names."""
     config = folder / _CONFIG
     if not config.is_file():
-        raise ModelFileError(f"{folder}: a folder without {_CONFIG}; name the model's file itself")
+        raise ModelFileError(f"{folder}: no {_CONFIG} in this folder; name the model file itself")
     named = [(element.get("version", ""), (element.text or "").strip()) for element in _parse(config).iter("sdf")]
     if not named:
-        raise ModelFileError(f"{config}: names no <sdf> file")
+        raise ModelFileError(f"{config}: no <sdf> element; add one with the name of the model file")
     return referenced_file(config, max(named)[1], folder)
 
 
 def _parse(path: Path) -> ET.Element:
     try:
         if path.exists() and not path.is_file():
-            raise ModelFileError(f"{path}: no plain file")
+            raise ModelFileError(f"{path}: not a regular file")
         content = read_at_most(path, MAX_MODEL_BYTES)
         if content is None:
             raise ModelFileError(f"{path}: larger than {MAX_MODEL_BYTES >> 20} MiB")
@@ -96,18 +96,18 @@ def _parse(path: Path) -> ET.Element:
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
     except UnicodeDecodeError:
-        raise ModelFileError(f"{path}: not UTF-8 text") from None
+        raise ModelFileError(f"{path}: not UTF-8 text; save the file as UTF-8") from None
     except (OSError, ValueError) as error:
         raise ModelFileError(f"{path}: cannot be read: {reason(error)}") from None
     if _DECLARATION.search(text):
-        raise ModelFileError(f"{path}: declares a document type or entities, which are not read")
+        raise ModelFileError(f"{path}: document types and entities are not supported; remove them")
     try:
         root = ET.fromstring(text)  # noqa: S314 - without declarations, nothing can expand or reach other files
     except ET.ParseError as error:
         line, column = error.position
-        raise ModelFileError(f"{path}:{line}: no valid XML (column {column + 1})") from None
+        raise ModelFileError(f"{path}:{line}: invalid XML (column {column + 1})") from None
     except (ValueError, RecursionError):
-        raise ModelFileError(f"{path}: no valid XML") from None
+        raise ModelFileError(f"{path}: invalid XML") from None
     _check_extent(path, root)
     return root
 
@@ -132,11 +132,11 @@ MAX_TOTAL_BYTES = 50 << 20
 MAX_NUMBER = 4096
 """Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
 
-_NOT_READ = (
+_UNSUPPORTED = (
     *("include", "model", "attach", "plugin", "extension"),
     *("flexcomp", "composite", "flex", "skin", "hfield", "replicate", "keyframe"),
 )
-_MEASURED = ("size", "texture")
+_SIZED_ELEMENTS = ("size", "texture")
 
 
 def check_mjcf(file: ModelFile) -> None:
@@ -146,14 +146,16 @@ def check_mjcf(file: ModelFile) -> None:
         ModelFileError: it is refused.
     """
     if (shapes := sum(1 for _ in file.root.iter("geom"))) > MAX_GEOMS:
-        raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MAX_GEOMS} are read")
+        raise ModelFileError(f"{file.path}: too many shapes (got {shapes}, at most {MAX_GEOMS})")
     total = 0
     for element in file.root.iter():
-        if element.tag in _NOT_READ:
-            raise ModelFileError(f"{file.path}: <{element.tag}> is not read; a model is one file with its meshes")
+        if element.tag in _UNSUPPORTED:
+            raise ModelFileError(
+                f"{file.path}: <{element.tag}> is not supported; put the model into one file with its meshes"
+            )
         if element.tag == "mesh" and "builtin" in element.attrib:
-            raise ModelFileError(f"{file.path}: <mesh builtin> is not read; use a shape, or a mesh in a file")
-        if element.tag in _MEASURED:
+            raise ModelFileError(f"{file.path}: <mesh builtin> is not supported; use a shape, or a mesh in a file")
+        if element.tag in _SIZED_ELEMENTS:
             _check_numbers(file.path, element)
         for name, reference in element.items():
             if name.startswith("file"):
@@ -183,7 +185,9 @@ def _check_picture(path: Path) -> None:
     if head.startswith(b"\x89PNG"):
         width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
         if max(width, height) > MAX_NUMBER:
-            raise ModelFileError(f"{path}: a picture of {width} x {height}; at most {MAX_NUMBER} each are read")
+            raise ModelFileError(
+                f"{path}: width and height must be at most {MAX_NUMBER} pixels (got {width} x {height})"
+            )
 
 
 def _check_numbers(path: Path, element: ET.Element) -> None:
@@ -192,10 +196,12 @@ def _check_numbers(path: Path, element: ET.Element) -> None:
         if name in ("name", "class"):
             continue
         if name == "memory":
-            raise ModelFileError(f"{path}: <size memory> is not read; the engine takes what it needs")
+            raise ModelFileError(
+                f"{path}: <size memory> is not supported; remove it, the engine sizes its memory itself"
+            )
         try:
             numbers = [float(word) for word in text.split()]
         except ValueError:
             continue  # a name
         if any(not abs(number) <= MAX_NUMBER for number in numbers):
-            raise ModelFileError(f"{path}: <{element.tag} {name}={text!r:.40}>: at most {MAX_NUMBER}")
+            raise ModelFileError(f"{path}: {name} of <{element.tag}> must be at most {MAX_NUMBER} (got {text!r:.40})")

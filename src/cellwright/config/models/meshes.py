@@ -33,11 +33,11 @@ def read_mesh(path: Path) -> Triangles:
     readers = {".stl": _stl, ".obj": _obj}
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise ModelFileError(f"{path}: meshes are read from .stl and .obj files")
+        raise ModelFileError(f"{path}: must be an .stl or .obj file; convert the mesh")
     try:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
-            raise ModelFileError(f"{path}: no plain file")
+            raise ModelFileError(f"{path}: not a regular file")
         note_source(path)  # the cache may hold the mesh already
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
@@ -58,7 +58,7 @@ def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Trian
     try:
         vertices, triangles = reader(content)
     except (ValueError, IndexError, OverflowError):
-        raise ModelFileError(f"{path}: no valid {path.suffix[1:].upper()} file") from None
+        raise ModelFileError(f"{path}: invalid {path.suffix[1:].upper()} file") from None
     _check(path, vertices, triangles)
     for array in (vertices, triangles):
         array.flags.writeable = False  # the cache returns them again
@@ -73,15 +73,15 @@ def is_flat(vertices: NDArray[np.float64]) -> bool:
 
 def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
     if not len(triangles):
-        raise ModelFileError(f"{path}: no triangles in it")
+        raise ModelFileError(f"{path}: the mesh has no triangles")
     if len(triangles) > MAX_TRIANGLES:
-        raise ModelFileError(f"{path}: {len(triangles)} triangles; at most {MAX_TRIANGLES} are read")
+        raise ModelFileError(f"{path}: too many triangles (got {len(triangles)}, at most {MAX_TRIANGLES})")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise ModelFileError(f"{path}: a triangle with a corner that does not exist")
+        raise ModelFileError(f"{path}: a triangle refers to a missing vertex")
     if not np.isfinite(vertices).all():
-        raise ModelFileError(f"{path}: a coordinate that is no finite number")
+        raise ModelFileError(f"{path}: a coordinate is not a finite number")
     if np.abs(vertices).max() > MAX_COORDINATE:
-        raise ModelFileError(f"{path}: a coordinate beyond {MAX_COORDINATE:g}")
+        raise ModelFileError(f"{path}: coordinates must be within ±{MAX_COORDINATE:g}")
 
 
 def _stl(content: bytes) -> Triangles:
@@ -132,5 +132,5 @@ def _vertex(words: list[str]) -> list[float]:
     """Return the three numbers behind the first word of a line; further ones are colours and weights."""
     numbers = [float(word) for word in words[1:4]]
     if len(numbers) != 3:
-        raise ValueError(f"a vertex of {len(numbers)} numbers")
+        raise ValueError(f"a vertex must have 3 numbers (got {len(numbers)})")
     return numbers

@@ -16,7 +16,7 @@ from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelS
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, described
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe
 from cellwright.util.pose import Pose, Vector3
 
 MIN_SIZE, MAX_SIZE = 1e-4, 20.0
@@ -32,7 +32,7 @@ def _colour(reader: Reader, node: YamlNode) -> Colour | None:
     items = node.items if isinstance(node, Items) else ()
     numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
     if len(numbers) not in (3, 4) or len(numbers) != len(items) or not all(0 <= number <= 1 for number in numbers):
-        reader.problems.error(node, "must be a list of red, green, blue and, if wanted, opacity, each from 0 to 1")
+        reader.problems.error(node, "must be [red, green, blue] or [red, green, blue, opacity], each from 0 to 1")
         return None
     red, green, blue, *opacity = (float(number) for number in numbers)
     return (red, green, blue, opacity[0] if opacity else 1.0)
@@ -41,7 +41,7 @@ def _colour(reader: Reader, node: YamlNode) -> Colour | None:
 def _path(reader: Reader, node: YamlNode) -> Path | None:
     """Return a path; relative ones start from the folder of the YAML file."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
-        reader.problems.error(node, f"must be the path of a file, not {described(node)}")
+        reader.problems.error(node, f"must be the path of a file (got {describe(node)})")
         return None
     return Path(node.place.path).parent / node.value
 
@@ -131,8 +131,8 @@ def _from_file(node: YamlNode, reader: Reader) -> UserModel | None:
 
 def _shapes(node: YamlNode, reader: Reader) -> tuple[ModelShape, ...]:
     if not isinstance(node, Items) or not 0 < len(node.items) <= MAX_SHAPES:
-        found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        reader.problems.error(node, f"must be a list of 1 to {MAX_SHAPES} shapes, not {found}")
+        found = f"a list of {len(node.items)}" if isinstance(node, Items) else describe(node)
+        reader.problems.error(node, f"must be a list of 1 to {MAX_SHAPES} shapes (got {found})")
         return ()
     shapes = []
     for item in node.items:
@@ -148,11 +148,11 @@ def _shape(table: Table, reader: Reader) -> ModelShape | None:
     values = _SHAPE.read(table, reader)
     forms = [name for name in _FORMS if name in table]
     if len(forms) != 1:
-        reader.problems.error(table, f"a shape is one of {', '.join(_FORMS)}; this has {len(forms) or 'none'}")
+        reader.problems.error(table, f"must have exactly one of {', '.join(_FORMS)} (got {', '.join(forms) or 'none'})")
         return None
     (form,) = forms
     if form != "mesh" and "scale" in table:
-        reader.problems.error(table.entries["scale"], "only a mesh has a scale")
+        reader.problems.error(table.entries["scale"], "only a mesh can have a scale; remove it")
     size, mesh = values.get(form), None
     if form == "mesh":
         size, mesh = values.get("scale", None if "scale" in table else (1.0, 1.0, 1.0)), size
@@ -168,22 +168,23 @@ def _check_size(shape: ModelShape, where: Entry | YamlNode, reader: Reader) -> N
     """Report a shape that is flat, inverted or larger than a cell."""
     if shape.mesh is not None:
         if not reader.admit_mesh(shape.mesh):
-            reader.problems.error(where, f"the meshes of a trial have at most {MAX_MESH_BYTES >> 20} MiB together")
+            reader.problems.error(where, f"the meshes of the trial exceed {MAX_MESH_BYTES >> 20} MiB in total")
             return
         if not all(0 < factor <= MAX_SCALE for factor in shape.size):
-            reader.problems.error(where, f"a scale must be above 0 and at most {MAX_SCALE:g}")
+            factors = ", ".join(f"{factor:g}" for factor in shape.size)
+            reader.problems.error(where, f"scale must be above 0 and at most {MAX_SCALE:g} (got {factors})")
             return
         vertices = read_mesh(shape.mesh)[0] * shape.size
         lengths = (vertices.max(axis=0) - vertices.min(axis=0)).tolist()
         if is_flat(vertices):
-            reader.problems.error(where, f"{shape.mesh}: a flat mesh, which has no body")
+            reader.problems.error(where, f"{shape.mesh}: the mesh is flat and has no volume")
             return
     else:
         count = {"box": 3, "sphere": 1}.get(shape.kind, 2)
         lengths = list(shape.size[:count])
     if not all(MIN_SIZE <= length <= MAX_SIZE for length in lengths):
         shown = " x ".join(f"{length:g}" for length in lengths)
-        message = f"a {shape.kind} of {shown} m; lengths are {MIN_SIZE:g} to {MAX_SIZE:g} m"
+        message = f"lengths of a {shape.kind} must be from {MIN_SIZE:g} to {MAX_SIZE:g} m (got {shown})"
         reader.problems.error(where, message)
 
 
@@ -220,7 +221,7 @@ def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
     table = reader.table(node)
     found: dict[str, UserModel] = {}
     if table and len(table.entries) > MAX_TYPES:
-        reader.problems.error(node, f"{len(table.entries)} part types; at most {MAX_TYPES} are read")
+        reader.problems.error(node, f"too many part types (got {len(table.entries)}, at most {MAX_TYPES})")
         return {}
     for entry in table.entries.values() if table else ():
         name = reader.text_key(entry)
@@ -232,14 +233,14 @@ def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
         if model is None:
             continue
         if model.mjcf is None and not any(shape.is_touched for shape in model.shapes):
-            reader.problems.error(entry, "nothing of it can be touched: it would fall through the floor")
+            reader.problems.error(entry, "no collision shape, so the part would fall through the floor; add one")
         elif model.mjcf is None and model.mass is None:
-            reader.problems.error(entry, "the required entry 'mass' is missing, and its file has none [kg]")
+            reader.problems.error(entry, "the required entry 'mass' [kg] is missing, and no model file has it")
         elif model.mass is not None and not MIN_MASS <= model.mass <= MAX_MASS:
-            message = f"a mass of {model.mass:g} kg; a part has {MIN_MASS:g} to {MAX_MASS:g} kg"
+            message = f"mass must be from {MIN_MASS:g} to {MAX_MASS:g} kg (got {model.mass:g})"
             reader.problems.error(body.entries.get("mass", entry), message)
         elif (farthest := max(map(extent, model.shapes), default=0.0)) > MAX_PART_EXTENT:
-            message = f"reaches {farthest:.2f} m from its origin; a part keeps within {MAX_PART_EXTENT:g} m"
+            message = f"must stay within {MAX_PART_EXTENT:g} m of its origin (got {farthest:.2f} m)"
             reader.problems.error(entry, message)
         else:
             found[name] = model
@@ -248,19 +249,19 @@ def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
 
 def _check_name(name: str, entry: Entry, reader: Reader) -> None:
     if not _NAME.fullmatch(name) or _NUMBERED.fullmatch(name):
-        message = "a part type is named with letters, digits and _, and ends neither in _ and a number nor in _clone"
+        message = "a part type must be letters, digits and _, with a letter first and no _NUMBER or _clone at the end"
         reader.problems.error(entry, message)
     elif name in PART_TYPES or name in _RESERVED:
-        reader.problems.error(entry, f"there is a model {name!r} already; give yours another name")
+        reader.problems.error(entry, f"the model name {name!r} is in use; choose another")
 
 
 def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     """Return the user-defined furniture."""
     if not isinstance(node, Items):
-        reader.problems.error(node, f"must be a list, not {described(node)}")
+        reader.problems.error(node, f"must be a list (got {describe(node)})")
         return ()
     if len(node.items) > MAX_FURNITURE:
-        reader.problems.error(node, f"more than {MAX_FURNITURE} pieces")
+        reader.problems.error(node, f"too many pieces (got {len(node.items)}, at most {MAX_FURNITURE})")
         return ()
     found: dict[str, Furniture] = {}
     for item in node.items:
@@ -273,7 +274,7 @@ def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
         if name is None or model is None:
             continue
         if name in found or "|" in name:
-            message = "there is another piece of this name" if name in found else "a name has no |"
+            message = "another piece has this name; choose another" if name in found else "a name must not contain |"
             reader.problems.error(table.entries["name"].value, message)
         found[name] = Furniture(name, model, values.get("pose", Pose()))
     return tuple(found.values())

@@ -29,11 +29,11 @@ def read_xml(file: ModelFile, folder: Path) -> UserModel:
     """
     count = sum(1 for tag in ("collision", "visual") for _ in file.root.iter(tag))
     if count > MAX_SHAPES:
-        raise ModelFileError(f"{file.path}: {count} shapes; at most {MAX_SHAPES} are read")
+        raise ModelFileError(f"{file.path}: too many shapes (got {count}, at most {MAX_SHAPES})")
     reader = _Sdf(file.path, folder) if file.format == "sdf" else _Urdf(file.path, folder)
     mass, shapes = reader.read(file.root)
     if not shapes:
-        raise ModelFileError(f"{file.path}: no collision and no visual that could be read")
+        raise ModelFileError(f"{file.path}: no collision or visual shape")
     if not any(shape.is_seen for shape in shapes):  # without visual shapes, the collision shapes are drawn
         shapes = [ModelShape(each.kind, each.size, each.pose, each.colour, mesh=each.mesh) for each in shapes]
     return UserModel(tuple(shapes), mass or None)
@@ -59,7 +59,7 @@ class _XmlModelReader:
         except ValueError:
             found = []
         if len(found) != count or not all(map(math.isfinite, found)):
-            raise self.refuse(f"{kind} takes {count} finite number{'s' if count > 1 else ''}, not {text!r}")
+            raise self.refuse(f"{kind} must be {count} finite number{'s' if count > 1 else ''} (got {text!r})")
         return found
 
     def vector(self, text: str | None, kind: str) -> Vector3:
@@ -70,7 +70,7 @@ class _XmlModelReader:
         """Refuse a model with a movable joint."""
         for joint in joints:
             if joint.get("type") != "fixed":
-                raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
+                raise self.refuse(f"joint {joint.get('name')!r} is not fixed; a model must be one rigid body")
 
     def shape(self, element: ET.Element, pose: Pose, colour: Colour | None) -> ModelShape:
         """Return the shape of a `<collision>` or `<visual>`."""
@@ -78,9 +78,9 @@ class _XmlModelReader:
         form = next(iter(geometry), None) if geometry is not None else None
         if form is None:
             name = f" name={element.get('name')!r}" if element.get("name") else ""
-            raise self.refuse(f"<{element.tag}{name}> without a geometry")
+            raise self.refuse(f"<{element.tag}{name}> has no <geometry>")
         if form.tag not in get_args(ModelShapeKind):
-            raise self.refuse(f"a shape <{form.tag}> is not read (known: {', '.join(get_args(ModelShapeKind))})")
+            raise self.refuse(f"shape <{form.tag}> is not supported (known: {', '.join(get_args(ModelShapeKind))})")
         size, file = self._size(form)
         touched = element.tag == "collision"
         return ModelShape(cast("ModelShapeKind", form.tag), size, pose, colour, touched, not touched, file)
@@ -95,7 +95,7 @@ class _XmlModelReader:
             return (radius, length, 0.0), None
         reference, scale = self.figure(form, self.reference), self.figure(form, "scale")
         if not reference:
-            raise self.refuse("a mesh without a file")
+            raise self.refuse(f"a mesh has no {self.reference}")
         file = referenced_file(self.path, reference, self.folder)
         read_mesh(file)
         return self.vector(scale, "scale") if scale else (1.0, 1.0, 1.0), file
@@ -109,11 +109,11 @@ class _Sdf(_XmlModelReader):
         """Return the mass [kg] and the shapes, in the frame of the model."""
         models = [*root.findall("model"), *root.findall("world/model")]
         if len(models) != 1:
-            raise self.refuse(f"has {len(models)} models; one is read")
+            raise self.refuse(f"must have exactly one model (got {len(models)})")
         (model,) = models
         for element in model.iter():
             if element.tag in ("include", "plugin", "sensor"):
-                raise self.refuse(f"<{element.tag}> is not read; a model is shapes alone")
+                raise self.refuse(f"<{element.tag}> is not supported; a model can have only shapes")
         self.refuse_moving(model.iter("joint"))
         mass, shapes = 0.0, list[ModelShape]()
         for link in model.findall("link"):
@@ -164,11 +164,11 @@ class _Urdf(_XmlModelReader):
         for joint in root.findall("joint"):
             parent, child = joint.find("parent"), joint.find("child")
             if parent is None or child is None:
-                raise self.refuse(f"the joint {joint.get('name')!r} lacks its parent or child")
+                raise self.refuse(f"joint {joint.get('name')!r} has no parent or no child")
             parents[child.get("link", "")] = (parent.get("link", ""), self._origin(joint))
         names = {link.get("name", ""): None for link in root.findall("link")}
         if len(names) > MAX_LINKS:
-            raise self.refuse(f"{len(names)} links; at most {MAX_LINKS} are read")
+            raise self.refuse(f"too many links (got {len(names)}, at most {MAX_LINKS})")
         return {name: self._place(name, parents, names) for name in names}
 
     def _place(self, name: str, parents: dict[str, tuple[str, Pose]], names: Mapping[str, None]) -> Pose:
@@ -176,7 +176,9 @@ class _Urdf(_XmlModelReader):
         while name in parents:
             name, origin = parents[name]
             if name in path or name not in names:
-                raise self.refuse(f"the joints below {path[-1]!r} lead to {name!r}, which is no way to a first link")
+                raise self.refuse(
+                    f"link {path[0]!r} has no path to a root link (the joint of {path[-1]!r} leads to {name!r})"
+                )
             path.append(name)
             place = origin @ place
         return place

@@ -14,17 +14,7 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from cellwright.config.parsing.python2 import quotient
-from cellwright.config.parsing.tree import (
-    Items,
-    Leaf,
-    Problems,
-    Scalar,
-    Table,
-    YamlNode,
-    children,
-    described,
-    shortened,
-)
+from cellwright.config.parsing.tree import Items, Leaf, Problems, Scalar, Table, YamlNode, children, describe, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean
 
 MAX_LENGTH = 200
@@ -50,9 +40,13 @@ def evaluate(text: str, *, whole_division: bool = False) -> float:
 
     Raises:
         ExpressionError: the text is not arithmetic, uses a name that is not in the math module, or has no finite value.
+
+    Example:
+        >>> evaluate("-pi/2"), evaluate("3/2"), evaluate("3/2", whole_division=True)
+        (-1.5707963267948966, 1.5, 1.0)
     """
     if len(text) > MAX_LENGTH:
-        raise ExpressionError(f"an expression of {len(text)} characters; at most {MAX_LENGTH} are read")
+        raise ExpressionError(f"an expression must have at most {MAX_LENGTH} characters (got {len(text)})")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # users need no warnings of the parser and the math module
         value = _Evaluator(text.strip(), whole_division=whole_division).value()
@@ -95,8 +89,8 @@ class _Evaluator:
         except RecursionError:
             raise self._refuse("is nested too deeply") from None
 
-    def _refuse(self, why: str) -> ExpressionError:
-        return ExpressionError(f"{self._text!r} {why}")
+    def _refuse(self, reason: str) -> ExpressionError:
+        return ExpressionError(f"{self._text!r} {reason}")
 
     def _node(self, node: ast.expr) -> Number:
         match node:
@@ -111,19 +105,19 @@ class _Evaluator:
             case ast.Name(id=name):
                 constant = self._look_up(name)
                 if not isinstance(constant, float):
-                    raise self._refuse(f"names the function {name} without calling it")
+                    raise self._refuse(f"uses the function {name} without calling it")
                 value = constant
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 value = self._call(name, [self._node(argument) for argument in arguments])
             case _:
-                raise self._refuse("is not made of numbers, + - * / **, parentheses and names of the math module alone")
+                raise self._refuse("must consist of numbers, + - * / **, parentheses and names of the math module")
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
             raise self._refuse("is too large")
         return value
 
     def _look_up(self, name: str) -> object:
         if name not in _NAMES:
-            raise self._refuse(f"has {name!r}, no name of Python's math module{did_you_mean(name, _NAMES)}")
+            raise self._refuse(f"uses {name!r}, which is not in Python's math module{did_you_mean(name, _NAMES)}")
         return getattr(math, name)
 
     def _operation(self, op: ast.operator, a: Number, b: Number) -> Number:
@@ -141,10 +135,10 @@ class _Evaluator:
                     raise self._refuse("is too large")
                 power: Number | complex = a**b
                 if isinstance(power, complex):
-                    raise self._refuse("takes a root of a negative number")
+                    raise self._refuse("takes the root of a negative number")
                 return power
             case _:
-                raise self._refuse("has an operator other than + - * / **")
+                raise self._refuse("uses an operator other than + - * / **")
 
     def _call(self, name: str, arguments: list[Number]) -> Number:
         function = self._look_up(name)
@@ -154,7 +148,7 @@ class _Evaluator:
             raise self._refuse("is too large")
         result = function(*arguments)
         if not isinstance(result, int | float):
-            raise self._refuse(f"has {name}, which gives no number")
+            raise self._refuse(f"uses {name}, which does not return a number")
         return float(result) if self._whole_division and name in _FLOAT_IN_PYTHON_2 else result
 
 
@@ -171,7 +165,7 @@ def expression_value(node: YamlNode) -> float:
             return evaluate(text, whole_division=True)
         case Leaf(value=int() | float() as number):
             return _finite(number, shortened(str(number)))
-    raise ExpressionError(f"must be a number or an expression, not {described(node)}")
+    raise ExpressionError(f"must be a number or an expression (got {describe(node)})")
 
 
 _CONVERTED: Mapping[Scalar, tuple[type, str]] = {
@@ -188,7 +182,7 @@ def check_expressions(node: YamlNode, problems: Problems) -> None:
         if kind is None:
             check_expressions(entry.value, problems)
         elif not isinstance(entry.value, kind):
-            problems.error(entry.value, f"must be {expected}, not {described(entry.value)}")
+            problems.error(entry.value, f"must be {expected} (got {describe(entry.value)})")
         else:
             for item in children(entry.value):
                 _check_item(item, problems)
@@ -203,6 +197,6 @@ def _check_item(node: YamlNode, problems: Problems) -> None:
     if isinstance(node, Leaf) and isinstance(node.value, str) and (meant := evaluate(node.value)) != result:
         problems.warn(
             node,
-            f"{node.value!r} is {result:g}, for the original divided whole numbers without remainder; "
+            f"{node.value!r} is {result:g}, the integer division of Python 2; "
             f"write a decimal point (1.0/2) for {meant:g}",
         )

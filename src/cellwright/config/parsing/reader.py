@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.python2 import dictionary_order, scalar_text
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Problems, Table, YamlNode, described, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Problems, Table, YamlNode, describe, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean, suggestion
 from cellwright.util.pose import Pose, Vector3
 
@@ -109,7 +109,7 @@ class Reader:
             return node
         empty = isinstance(node, Leaf) and node.value is None
         hint = "; write {} for none, or leave the entry out" if empty else ""
-        self.problems.error(node, f"must be a mapping, not {described(node)}{hint}")
+        self.problems.error(node, f"must be a mapping (got {describe(node)}){hint}")
         return None
 
     def entries(self, node: YamlNode) -> list[Entry]:
@@ -128,8 +128,9 @@ class Reader:
         """Return the value of a mandatory entry."""
         node = table.get(name)
         if node is None:
-            close = did_you_mean(name, [other for other in table.entries if isinstance(other, str)])
-            hint = hint or close.replace("; did you mean ", "; is it spelt ")
+            similar = did_you_mean(name, [other for other in table.entries if isinstance(other, str)])
+            if similar and not hint:
+                hint = f"; is {similar.removeprefix('; did you mean ')} a misspelling of it"
             self.problems.error(table, f"the required entry {name!r} is missing{hint}")
         return node
 
@@ -148,11 +149,11 @@ class Reader:
     def name(self, node: YamlNode) -> str | None:
         """Return a name: a text, or a number, which becomes one."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
-            self.problems.error(node, f"must be a name, not {described(node)}; put it in quotes if it is one")
+            self.problems.error(node, f"must be a name (got {describe(node)}); put it in quotes to use it as one")
         elif isinstance(node, Leaf) and isinstance(node.value, str | int | float):
             return self._readable(node, scalar_text(node.value))
         else:
-            self.problems.error(node, f"must be a name, not {described(node)}")
+            self.problems.error(node, f"must be a name (got {describe(node)})")
         return None
 
     def key(self, entry: Entry) -> str | None:
@@ -163,15 +164,15 @@ class Reader:
         """Return the key of an entry where the original accepted only a text."""
         if isinstance(entry.name, str):
             return self._readable(entry, entry.name)
-        found = described(Leaf(entry.name, entry.place, entry.key))
-        self.problems.error(entry, f"must be a name, not {found}; put it in quotes if it is one")
+        found = describe(Leaf(entry.name, entry.place, entry.key))
+        self.problems.error(entry, f"must be a name (got {found}); put it in quotes to use it as one")
         return None
 
     def _readable(self, where: Located, name: str) -> str | None:
         """Return the name, or None if it cannot be printed or sent."""
         if name.isprintable() and len(name) <= MAX_NAME_LENGTH:
             return name
-        self.problems.error(where, f"must be a name of at most {MAX_NAME_LENGTH} characters that can be printed")
+        self.problems.error(where, f"must be a name of at most {MAX_NAME_LENGTH} printable characters")
         return None
 
     def number(self, node: YamlNode) -> float | None:
@@ -183,7 +184,7 @@ class Reader:
                 return self.finite(node, number)
             case Leaf(value=str(text)) if _NUMBER.fullmatch(text):
                 return self.finite(node, float(text))
-        self.problems.error(node, f"must be a number, not {described(node)}")
+        self.problems.error(node, f"must be a number (got {describe(node)})")
         return None
 
     def finite(self, where: Located, number: float) -> float | None:
@@ -200,30 +201,30 @@ class Reader:
         """Return a number that is 0 or more."""
         number = self.number(node)
         if number is not None and number < 0:
-            self.problems.error(node, f"must not be negative, and is {number:g}")
+            self.problems.error(node, f"must not be negative (got {number:g})")
             return None
         return None if number is None else float(number)
 
-    def truth(self, node: YamlNode) -> bool | None:
+    def boolean(self, node: YamlNode) -> bool | None:
         """Return true or false."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
             return node.value
-        self.problems.error(node, f"must be true or false, not {described(node)}")
+        self.problems.error(node, f"must be true or false (got {describe(node)})")
         return None
 
     def whole(self, node: YamlNode, *, minimum: int = 0) -> int | None:
         """Return a whole number of at least `minimum`."""
         if isinstance(node, Leaf) and isinstance(node.value, int):
             if isinstance(node.value, bool):
-                self.problems.warn(node, f"{described(node)} counts as {int(node.value)}")
+                self.problems.warn(node, f"{describe(node)} counts as {int(node.value)}")
             if node.value >= minimum:
                 return int(node.value)
-            self.problems.error(node, f"must be at least {minimum}, not {node.value}")
+            self.problems.error(node, f"must be at least {minimum} (got {node.value})")
             return None
         hint = ""
         if isinstance(node, Leaf) and isinstance(node.value, str | float) and _NUMBER.fullmatch(str(node.value)):
             hint = f"; did you mean {float(node.value):.0f}"
-        self.problems.error(node, f"must be a whole number, not {described(node)}{hint}")
+        self.problems.error(node, f"must be a whole number (got {describe(node)}){hint}")
         return None
 
     def vector(self, node: YamlNode) -> Vector3 | None:
@@ -235,42 +236,46 @@ class Reader:
         except ExpressionError:
             return None
         if len(numbers) != 3:
-            self.problems.error(node, f"must be a list of three numbers, not of {len(numbers)}")
+            self.problems.error(node, f"must be a list of three numbers (got a list of {len(numbers)})")
             return None
         return (numbers[0], numbers[1], numbers[2])
 
     def position(self, node: YamlNode) -> Vector3 | None:
         """Return three coordinates [m], which may be expressions."""
         vector = self.vector(node)
-        return vector if vector is None or self.near(node, vector) else None
+        return vector if vector is None or self.check_coordinates(node, vector) else None
 
     def coordinates(self, node: YamlNode, minimum: int) -> tuple[float, ...] | None:
         """Return at least `minimum` plain numbers [m]; whole numbers stay whole, since their division rounds down."""
         if not isinstance(node, Items):
-            self.problems.error(node, f"must be a list of three numbers, not {described(node)}")
+            self.problems.error(node, f"must be a list of three numbers (got {describe(node)})")
             return None
         if len(node.items) < minimum:
-            self.problems.error(node, f"must be a list of three numbers, not of {len(node.items)}")
+            self.problems.error(node, f"must be a list of three numbers (got a list of {len(node.items)})")
             return None
         if len(node.items) > 3:
-            self.problems.warn(node, "more than three numbers; the others are ignored")
+            message = f"must be a list of three numbers (got a list of {len(node.items)}); the others are ignored"
+            self.problems.warn(node, message)
         numbers: list[float] = []
         for item in node.items[:3]:
             if isinstance(item, Leaf) and isinstance(item.value, int | float):
                 number = self.finite(item, item.value)
             else:
                 number = None
-                self.problems.error(item, f"must be a plain number, not {described(item)}; this list is not computed")
+                self.problems.error(
+                    item, f"must be a plain number (got {describe(item)}); this list has no expressions"
+                )
             if number is not None:
                 numbers.append(number)
         complete = len(numbers) == len(node.items[:3])
-        return tuple(numbers) if complete and self.near(node, numbers) else None
+        return tuple(numbers) if complete and self.check_coordinates(node, numbers) else None
 
-    def near(self, where: Located, numbers: Iterable[float]) -> bool:
+    def check_coordinates(self, where: Located, numbers: Iterable[float]) -> bool:
         """Return whether coordinates [m] are plausible for a cell; report them if not."""
-        if all(abs(number) <= MAX_COORDINATE for number in numbers):
+        far = [number for number in numbers if not abs(number) <= MAX_COORDINATE]
+        if not far:
             return True
-        self.problems.error(where, f"lies more than {MAX_COORDINATE:g} m away")
+        self.problems.error(where, f"coordinates must be within ±{MAX_COORDINATE:g} m (got {far[0]:g})")
         return False
 
     def placement(self, node: YamlNode) -> Placement | None:
@@ -289,15 +294,14 @@ class Reader:
 _PLACEMENT = Keys(optional={"xyz": Reader.position, "rpy": Reader.vector})
 
 
-def one_of(known: Collection[str], kind: str = "") -> Read:
+def one_of(known: Collection[str], kind: str = "value") -> Read:
     """Return a reader of one of several words; the error calls any other an unknown `kind`."""
 
     def read(reader: Reader, node: YamlNode) -> str | None:
         name = reader.name(node)
         if name is None or name in known:
             return name
-        refusal = f"unknown {kind} {shortened(name)!r}" if kind else f"cannot be {shortened(name)!r}"
-        reader.problems.error(node, f"{refusal}{suggestion(name, known)}")
+        reader.problems.error(node, f"unknown {kind} {shortened(name)!r}{suggestion(name, known)}")
         return None
 
     return read
@@ -310,7 +314,7 @@ def choice(known: Sequence[str]) -> Read:
         if isinstance(node, Leaf) and node.value in known:
             return str(node.value)
         hint = did_you_mean(node.value, known) if isinstance(node, Leaf) and isinstance(node.value, str) else ""
-        reader.problems.error(node, f"must be {' or '.join(known)}, not {described(node)}{hint}")
+        reader.problems.error(node, f"must be {' or '.join(known)} (got {describe(node)}){hint}")
         return None
 
     return read
@@ -321,8 +325,8 @@ def numbers(count: int, names: str) -> Read:
 
     def read(reader: Reader, node: YamlNode) -> tuple[float, ...] | None:
         if not isinstance(node, Items) or len(node.items) != count:
-            found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-            reader.problems.error(node, f"must be a list of {count} numbers, {names}, not {found}")
+            found = f"a list of {len(node.items)}" if isinstance(node, Items) else describe(node)
+            reader.problems.error(node, f"must be a list of {count} numbers, {names} (got {found})")
             return None
         found_numbers = [reader.number(item) for item in node.items]
         return None if None in found_numbers else tuple(float(each) for each in found_numbers if each is not None)
@@ -346,7 +350,7 @@ def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, 
         if found is None or minimum <= found <= maximum:
             return None if found is None else kind(found)
         bounds = f"{minimum:{form}} to {maximum:{form}} {unit}".rstrip()
-        reader.problems.error(node, f"must be from {bounds}, not {found:{form}}")
+        reader.problems.error(node, f"must be from {bounds} (got {found:{form}})")
         return None
 
     return bounded

@@ -167,7 +167,7 @@ class JoinedText:
         before = self._texts[place.file - 1]
         if not before.content or before.content.endswith(("\n", "\r")):
             return ""
-        return f"; {before.path} does not end its last line, so this line goes on there"
+        return f"; the last line of {before.path} has no line end, so this line continues it"
 
 
 def read_texts(paths: Sequence[Path]) -> JoinedText:
@@ -178,19 +178,19 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
     """
     problems: list[Problem] = []
     texts: list[Text] = []
-    left = MAX_BYTES
+    remaining = MAX_BYTES
     for file, path in enumerate(paths):
         try:
             with open_to_read(path) as stream:
-                data = stream.read(left + 1)
+                data = stream.read(remaining + 1)
         except (OSError, ValueError) as error:
             problems.append(Problem(Place(file, str(path), 0), "", f"cannot be read: {reason(error)}"))
             continue
-        if len(data) > left:
-            message = f"more than {MAX_BYTES // 1024} KiB of configuration"
+        if len(data) > remaining:
+            message = f"the configuration exceeds {MAX_BYTES // 1024} KiB in total"
             problems.append(Problem(Place(file, str(path), 0), "", message))
             break
-        left -= len(data)
+        remaining -= len(data)
         note_source(path, data)
         decoded = _decoded(data, Place(file, str(path), 1), alone=len(paths) == 1)
         if isinstance(decoded, Problem):

@@ -106,7 +106,7 @@ class Problems:
         found = dict.fromkeys(problem for problem in self._found if problem.severity == severity)
         ordered = sorted(found, key=lambda problem: problem.place)
         if len(ordered) > MAX_PROBLEMS:
-            message = f"{len(ordered) - MAX_PROBLEMS} more {severity}s besides these"
+            message = f"{len(ordered) - MAX_PROBLEMS} more {severity}s are not listed"
             ordered[MAX_PROBLEMS:] = [Problem(ordered[MAX_PROBLEMS].place, "", message, severity)]
         return tuple(ordered)
 
@@ -169,7 +169,7 @@ def children(node: YamlNode) -> tuple[YamlNode, ...]:
     return tuple(entry.value for entry in node.entries.values()) if isinstance(node, Table) else ()
 
 
-def described(node: YamlNode) -> str:
+def describe(node: YamlNode) -> str:
     """Return the kind of a value, for messages."""
     match node:
         case Table():
@@ -177,9 +177,9 @@ def described(node: YamlNode) -> str:
         case Items():
             return "a list"
         case Leaf(value=None):
-            return "empty"
+            return "an empty value"
         case Leaf(value=bool(value)):
-            return f"the truth value {str(value).lower()}"
+            return f"the boolean {str(value).lower()}"
         case Leaf(value=str(value)):
             return f"the text {shortened(repr(value))}"
         case Leaf(value=int() | float()):

@@ -21,7 +21,7 @@ from cellwright.config.parsing.tree import (
     Scalar,
     Table,
     YamlNode,
-    described,
+    describe,
     shortened,
 )
 from cellwright.util.errors import DescriptionError
@@ -52,17 +52,17 @@ def parse(text: JoinedText, problems: Problems) -> YamlNode | None:
             loader.dispose()
     except yaml.reader.ReaderError as error:
         position = error.position if isinstance(error.position, int) else 0
-        raise _refusal(text, position, "a character that no text has; is this a YAML file?") from None
+        raise _refusal(text, position, "invalid character; is this a YAML file?") from None
     except _UnsupportedYamlError as error:
         raise _refusal(text, error.problem_mark.index if error.problem_mark else 0, str(error.problem)) from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         message = error.problem or error.context or "cannot be parsed"
         if message == "but found another document":
-            message = "a second document starts here, and only one is read; take the line --- out"
+            message = "a second document starts here; remove the line ---"
         elif "'\\t'" in message:
-            message = "a tab where YAML takes only spaces"
-        raise _refusal(text, mark.index if mark else 0, f"no valid YAML: {message}") from None
+            message = "tabs are not allowed here; use spaces"
+        raise _refusal(text, mark.index if mark else 0, f"invalid YAML: {message}") from None
     except RecursionError:
         raise _refusal(text, 0, f"nested deeper than {MAX_DEPTH} levels") from None
 
@@ -70,7 +70,7 @@ def parse(text: JoinedText, problems: Problems) -> YamlNode | None:
 def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
     """Return the top level of the single document in the text; an empty text is an empty table.
 
-    `expected` is what the error names as expected: "a configuration is a mapping of sections".
+    `expected` is what the error names as expected: "a configuration must be a mapping of sections".
 
     Raises:
         DescriptionError: the text is not valid or supported YAML, or not a mapping.
@@ -80,7 +80,7 @@ def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
         return Table(Place(0, text.place(0).path, 0), "")
     if isinstance(root, Table):
         return root
-    message = f"{expected}, not {described(root)}{text.glue_hint(root.place)}"
+    message = f"{expected} (got {describe(root)}){text.glue_hint(root.place)}"
     raise DescriptionError([*problems.errors, Problem(root.place, "", message)], problems.warnings)
 
 
@@ -112,7 +112,7 @@ class _Composer(yaml.SafeLoader):
         if node is not None and not is_alias:
             self._measures[node] = self._measure(node, mark)
         elif node is not None and node not in self._measures:
-            raise _UnsupportedYamlError(problem="an anchor that contains itself", problem_mark=mark)
+            raise _UnsupportedYamlError(problem="an anchor contains itself", problem_mark=mark)
         return node
 
     def _measure(self, node: yaml.Node, mark: yaml.Mark) -> tuple[int, int]:
@@ -124,7 +124,9 @@ class _Composer(yaml.SafeLoader):
         count = 1 + sum(child[0] for child in children)
         depth = 1 + max((child[1] for child in children), default=0)
         if count > MAX_NODES:
-            raise _UnsupportedYamlError(problem=f"more than {MAX_NODES} values, aliases counted", problem_mark=mark)
+            raise _UnsupportedYamlError(
+                problem=f"more than {MAX_NODES} values; each use of an alias counts", problem_mark=mark
+            )
         if depth > MAX_DEPTH:
             raise _UnsupportedYamlError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
         return count, depth
@@ -162,7 +164,7 @@ class _TreeBuilder:
             at = self._text.place(key_node.start_mark.index)
             if position >= len(merged):
                 if name in written:
-                    message = f"given again (first on {table.entries[name].place}); this one counts"
+                    message = f"duplicate key (first at {table.entries[name].place}); this one is used"
                     self._problems.add(Problem(at, path, message, "warning"))
                 written.add(name)
             table.entries[name] = Entry(name, self.node(value_node, path, at), at, path)
@@ -179,29 +181,29 @@ class _TreeBuilder:
             sources = list(reversed(value_node.value)) if isinstance(value_node, SequenceNode) else [value_node]
             for source in sources:
                 if not isinstance(source, MappingNode):
-                    raise self._invalid(source, "<< takes a mapping or a list of mappings")
+                    raise self._invalid(source, "<< must be a mapping or a list of mappings")
                 inner_merged, inner_own = self._pairs(source)
                 merged += inner_merged + inner_own
         return merged, own
 
     def _scalar(self, node: yaml.Node) -> Scalar:
         if len(node.value) > MAX_SCALAR:
-            raise self._invalid(node, f"a value of {len(node.value)} characters; at most {MAX_SCALAR} are read")
+            raise self._invalid(node, f"a value must have at most {MAX_SCALAR} characters (got {len(node.value)})")
         if node.tag == _VALUE:
             return str(node.value)
         try:
             value: Scalar = self._loader.construct_object(node)
         except yaml.constructor.ConstructorError:
-            raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not read") from None
+            raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not supported") from None
         except (ValueError, OverflowError, TypeError, LookupError, AttributeError):
-            raise self._invalid(node, f"{shortened(node.value)!r} is not what its form or tag says") from None
+            raise self._invalid(node, f"{shortened(node.value)!r} is not valid for its YAML type") from None
         if (isinstance(value, int) and value.bit_length() > 1024) or not isinstance(value, Hashable):
-            raise self._invalid(node, "a number too large to mean anything")
+            raise self._invalid(node, "the number is too large")
         return value
 
     def _check_tag(self, node: yaml.Node, expected: str) -> None:
         if node.tag != expected:
-            raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not read")
+            raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not supported")
 
     def _invalid(self, node: yaml.Node, message: str) -> _UnsupportedYamlError:
         return _UnsupportedYamlError(problem=message, problem_mark=node.start_mark)

@@ -9,7 +9,7 @@ import re
 from typing import Any, TypeVar, cast
 
 from cellwright.config.parsing.reader import Keys, Reader, plain
-from cellwright.config.parsing.tree import Items, Leaf, YamlNode, described, shortened
+from cellwright.config.parsing.tree import Items, Leaf, YamlNode, describe, shortened
 from cellwright.config.robot.config import CameraConfig, RobotConfig
 from cellwright.config.trial import sensors
 from cellwright.config.trial.trial import PictureCameraConfig
@@ -33,7 +33,7 @@ CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 def read_cameras(node: YamlNode, reader: Reader) -> tuple[CameraConfig, ...]:
     """Return the cameras; their use decides which of their figures are mandatory."""
     if not isinstance(node, Items):
-        reader.problems.error(node, f"must be a list of cameras, not {described(node)}")
+        reader.problems.error(node, f"must be a list of cameras (got {describe(node)})")
         return ()
     cameras = [_read_camera(item, reader) for item in node.items]
     return tuple(camera for camera in cameras if camera is not None)
@@ -79,14 +79,14 @@ def picture_camera(config: RobotConfig, camera: CameraConfig) -> PictureCameraCo
         UsageError: its figures describe no valid camera; the text says why.
     """
     if not _NAME.fullmatch(camera.name):
-        raise UsageError("its name becomes a topic: only letters, digits and _")
+        raise UsageError("its name becomes a topic; use only letters, digits and _")
     width = _size(camera, "img_width", 640, sensors.MAX_PICTURE_SIZE[0])
     height = _size(camera, "img_height", 480, sensors.MAX_PICTURE_SIZE[1])
     if width * height > sensors.MAX_DEPTH_PIXELS:
-        raise UsageError(f"{width} x {height} pixels; at most {sensors.MAX_DEPTH_PIXELS} in all")
+        raise UsageError(f"pictures must have at most {sensors.MAX_DEPTH_PIXELS} pixels (got {width} x {height})")
     near, far = _depth(camera, "near_val", 0.1), _depth(camera, "far_val", 10.0)
     if near >= far:
-        raise UsageError(f"near_val, {near:g} m, must be less than far_val, {far:g} m")
+        raise UsageError(f"near_val must be less than far_val (got {near:g} and {far:g} m)")
     fov = 2 * math.atan(math.tan(VERTICAL_FOV / 2) * width / height)
     return PictureCameraConfig(
         camera.name,
@@ -133,14 +133,14 @@ def look_rotation(forward: Vector3, up: Vector3) -> tuple[float, float, float, f
     """
     length = math.hypot(*forward)
     if length < _ALONG:
-        raise UsageError("it looks at the point where it stands")
+        raise UsageError("the target must differ from the position")
     x, y, z = (value / length for value in forward)
     yaw, pitch = math.atan2(y, x), -math.asin(max(-1.0, min(1.0, z)))
     level = Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, pitch, yaw))
     axes = (level.rotate(_AXES["y"]), level.rotate(_AXES["z"]))
     across, above = (sum(p * q for p, q in zip(up, axis, strict=True)) for axis in axes)
     if math.hypot(across, above) < _ALONG * math.hypot(*up) or not math.hypot(*up):
-        raise UsageError("what is up for it lies along its line of sight")
+        raise UsageError("the up axis must not be parallel to the line of sight")
     return quaternion_from_rpy(math.atan2(-across, above), pitch, yaw)
 
 
@@ -157,7 +157,7 @@ def _size(camera: CameraConfig, name: str, default: int, maximum: int) -> int:
     value = camera.values.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= maximum:
         raise UsageError(
-            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {maximum}, not {_shown(value)}"
+            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {maximum} (got {_shown(value)})"
         )
     return value
 
@@ -165,14 +165,14 @@ def _size(camera: CameraConfig, name: str, default: int, maximum: int) -> int:
 def _depth(camera: CameraConfig, name: str, default: float) -> float:
     value = _number(camera, name, default)
     if not value > 0.0:
-        raise UsageError(f"{name} must be above 0 m, not {value:g}")
+        raise UsageError(f"{name} must be above 0 m (got {value:g})")
     return min(max(value, sensors.MIN_CAMERA_DEPTH), sensors.MAX_CAMERA_DEPTH)
 
 
 def _number(camera: CameraConfig, name: str, default: float) -> float:
     value = camera.values.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise UsageError(f"{name} must be a number, not {_shown(value)}")
+        raise UsageError(f"{name} must be a number (got {_shown(value)})")
     return float(value)
 
 
@@ -180,7 +180,7 @@ def _numbers(camera: CameraConfig, name: str, default: T) -> T:
     value: Any = camera.values.get(name, default)
     is_list = isinstance(value, list | tuple) and len(value) == len(default)
     if not is_list or any(isinstance(each, bool) or not isinstance(each, int | float) for each in value):
-        raise UsageError(f"{name} must be a list of {len(default)} numbers, not {_shown(value)}")
+        raise UsageError(f"{name} must be a list of {len(default)} numbers (got {_shown(value)})")
     return cast("T", tuple(float(each) for each in value))
 
 

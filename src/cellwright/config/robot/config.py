@@ -10,7 +10,7 @@ from cellwright.config.robot.model import Joint, RobotModel
 from cellwright.util.pose import Pose
 
 UNUSED: Mapping[str, str] = {
-    "vibration_thresholds": "when the operator's controllers shake",
+    "vibration_thresholds": "thresholds for the vibration of the operator's controllers",
     "robot_scale": "scale of the operator's motion",
     "arm_pos_scale": "scale of the operator's motion",
     "dorsal_move_scale": "scale of the operator's sticks",
@@ -18,12 +18,12 @@ UNUSED: Mapping[str, str] = {
     "base_move_filter": "smoothing of the operator's sticks",
     "base_max_acc_per_step": "smoothing of the operator's sticks",
     "base_max_dec_per_step": "smoothing of the operator's sticks",
-    "ee_wrt_head": "how the operator's hands are measured",
-    "non_fixed_joint_ids": "a list of joints that no revision reads",
-    "finger_command_topics": "names of topics; those of the contract are served",
-    "without_gui": "whether a window opens; `--gui` says so here",
-    "sim_camera": "the first view of the original's window",
-    "sim_opengl2": "how the original's window draws",
+    "ee_wrt_head": "measurement of the operator's hands relative to the head",
+    "non_fixed_joint_ids": "list of joints, unused in all revisions",
+    "finger_command_topics": "names of topics; the names in the contract are used",
+    "without_gui": "switch for the window; here the option `--gui`",
+    "sim_camera": "initial view of the original's window",
+    "sim_opengl2": "renderer of the original's window",
 }
 """Entries that are known but unused, each with its purpose."""
 
@@ -59,7 +59,9 @@ class RangeEnd(StrEnum):
 class GripperConfig:
     """Gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
 
-    `open_ends` are the limits at which its joints are open; empty if that is the lower one for all.
+    Attributes:
+        joints: its joints.
+        open_ends: the limits at which its joints are open; empty if that is the lower one for all.
     """
 
     joints: tuple[str, ...]

@@ -38,8 +38,8 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     group, and without names it takes two such limbs.
     """
     chains = [robot.chain(joint.child) for joint in joints]
-    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
-    shared = sum(1 for _ in alike)  # joints that all paths from the root share at their start
+    shared_joints = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
+    shared = sum(1 for _ in shared_joints)  # joints that all paths from the root share at their start
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
     for chain in chains:
@@ -51,7 +51,7 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     if "right" in by_side and "left" in by_side and max(between.values(), default=0) >= MIN_NAMED_JOINTS:
         return f"{by_side['right']} is on the right, {by_side['left']} on the left"
     branches = [name for name, count in between.items() if count >= MIN_JOINTS]
-    return f"its joints hang on two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
+    return f"its joints belong to two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
 
 
 def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...]]]:
@@ -82,19 +82,19 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
             elif homes[name] != position:
                 problems.error(
                     _node(root, key),
-                    f"{name} is in {first[name]} as well, and goes home to {homes[name]:g} there, to {position:g} here",
+                    f"{name} must have one home position (got {homes[name]:g} in {first[name]}, {position:g} here)",
                 )
             else:
-                problems.warn(_node(root, key), f"{name} is in {first[name]} as well: what comes last is done")
+                problems.warn(_node(root, key), f"{name} is in {first[name]} as well; its last command counts")
 
 
 def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
     """Warn of arms and grippers that have joints of both sides of the robot."""
     robot = config.robot
     for key, joints, _ in groups(config):
-        why = mixed_sides(robot, [robot.joint(name) for name in joints])
-        if why and key.startswith(("arms", "grippers")):
-            problems.warn(_node(root, key), f"mixes right and left: {why}; make a group of each side")
+        reason = mixed_sides(robot, [robot.joint(name) for name in joints])
+        if reason and key.startswith(("arms", "grippers")):
+            problems.warn(_node(root, key), f"mixes right and left: {reason}; make a group of each side")
 
 
 def check_arms(
@@ -106,17 +106,17 @@ def check_arms(
     """
     robot = config.robot
     for number, (node, arm) in enumerate(arms):
-        between = movers(robot, arm.tip, config.fixed_link)
+        between = moving_joints(robot, arm.tip, config.fixed_link)
         idle = [name for name in arm.joints if name not in between]
         if idle:
             hint = _other_order(robot, arm, joints, config.fixed_link)
-            problems.warn(node, f"{listed(idle)}: does not move the tip {arm.tip}{hint}")
+            problems.warn(node, f"the tip {arm.tip} is not moved by {listed(idle)}{hint}")
         commanded = config.command_links[number]
-        if commanded != arm.tip and not set(arm.joints) & movers(robot, commanded, config.fixed_link):
-            problems.warn(node, f"controller_indices.cmd_ee has {commanded} for this arm, which does not move it")
+        if commanded != arm.tip and not set(arm.joints) & moving_joints(robot, commanded, config.fixed_link):
+            problems.warn(node, f"controller_indices.cmd_ee names {commanded}, which this arm does not move")
 
 
-def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
+def moving_joints(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
     """Return the names of the joints that move a link relative to the link that is fixed to the world."""
     held = robot.chain(fixed_link) if fixed_link else ()
     return {joint.name for joint in robot.chain(link)} ^ {joint.name for joint in held}
@@ -125,14 +125,14 @@ def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
 def _other_order(robot: RobotModel, arm: ArmConfig, joints: Sequence[Joint], fixed_link: str | None) -> str:
     """Return a hint if the same indices, in the other order, would make an arm that moves its tip."""
     other = "pybullet" if tuple(joints) != robot.joints else "urdf"
-    again = numbered(robot, other)
+    renumbered = numbered(robot, other)
     place = {joint.name: index for index, joint in enumerate(joints)}
     above = robot.joint_above(arm.tip)
-    if again == tuple(joints) or above is None:
+    if renumbered == tuple(joints) or above is None:
         return ""
-    tip = again[place[above.name]].child
-    if {again[place[name]].name for name in arm.joints} <= movers(robot, tip, fixed_link):
-        return f"; with `joint_index_order: {other}` the same indices are an arm that moves its tip, {tip}"
+    tip = renumbered[place[above.name]].child
+    if {renumbered[place[name]].name for name in arm.joints} <= moving_joints(robot, tip, fixed_link):
+        return f"; with `joint_index_order: {other}` the same indices move the tip {tip}"
     return ""
 
 

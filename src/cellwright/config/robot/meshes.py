@@ -55,7 +55,7 @@ class MeshFinder:
             raise ModelFileError("not found")
         size = path.stat().st_size
         if self._bytes + size > MAX_TOTAL_BYTES:
-            raise ModelFileError(f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together")
+            raise ModelFileError(f"the meshes of the robot exceed {MAX_TOTAL_BYTES >> 20} MiB in total")
         try:
             read_mesh(path)
         except ModelFileError as error:

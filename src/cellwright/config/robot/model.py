@@ -171,7 +171,16 @@ class RobotModel:
 def link_poses(robot: RobotModel, positions: Mapping[str, float], world_T_root: Pose | None = None) -> dict[str, Pose]:
     """Return the pose of each link frame in the world, by name.
 
-    Joints that `positions` [rad; m] leaves out are at 0, unless they mimic another.
+    Args:
+        robot: the robot.
+        positions: positions of joints [rad; m], by name; other joints are at 0, unless they mimic another.
+        world_T_root: pose of the root link; the identity by default.
+
+    Example:
+        >>> slide = Joint("slide", JointType.PRISMATIC, "base", "cart", Pose((0.0, 0.0, 0.5)))
+        >>> robot = RobotModel("rail", "base", {"base": Link("base"), "cart": Link("cart")}, (slide,))
+        >>> link_poses(robot, {"slide": 0.2})["cart"].position
+        (0.2, 0.0, 0.5)
     """
     poses = {robot.root: world_T_root or Pose()}
     for joint in robot.joints:

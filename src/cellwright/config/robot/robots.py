@@ -14,7 +14,7 @@ from typing import Any
 
 from cellwright.config.parsing.reader import Keys, Reader, choice, numbers, plain
 from cellwright.config.parsing.sources import read_texts
-from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode, described, refusal
+from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode, describe, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RobotConfig
@@ -37,7 +37,7 @@ ENTRIES = Keys(
         "fixed_link": None,
         "joint_index_order": choice(INDEX_ORDERS),
         **dict.fromkeys(_GROUPS),
-        "wo_controller": Reader.truth,
+        "wo_controller": Reader.boolean,
         "base_command_mode": choice(("delta", "velocity")),
     },
 )
@@ -53,7 +53,7 @@ _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffi
 def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
     """Return the URDF; its path is relative to the configuration's folder or, in old revisions, to the one above."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
-        reader.problems.error(node, f"must be the path of a URDF or xacro file, not {described(node)}")
+        reader.problems.error(node, f"must be the path of a URDF or xacro file (got {describe(node)})")
         return None
     folder = Path(node.place.path).parent
     for found in (folder / node.value, folder.parent / node.value):
@@ -62,14 +62,12 @@ def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
                 return found
         except OSError:  # a name too long for the file system, or a folder without read permission
             break
-    reader.problems.error(
-        node,
-        f"there is no file {node.value} in {folder.absolute()}, nor in the folder above{_close(node.value, folder)}",
-    )
+    hint = _similar_urdf_hint(node.value, folder)
+    reader.problems.error(node, f"there is no file {node.value} in {folder.absolute()} or in the folder above{hint}")
     return None
 
 
-def _close(name: str, folder: Path) -> str:
+def _similar_urdf_hint(name: str, folder: Path) -> str:
     """Return a hint about a URDF in the folder that has a similar name, or the only one there."""
     try:
         found = [str(path.relative_to(folder)) for pattern in _NEARBY for path in folder.glob(pattern)]
@@ -90,17 +88,15 @@ def read_base_pose(node: YamlNode | None, reader: Reader) -> Pose:
     if len(values) < sum(key in table for key in BASE_POSES.names):
         return Pose()
     position = values.get("position", (0.0, 0.0, 0.0))
-    reader.near(table.get("position") or table, position)
+    reader.check_coordinates(table.get("position") or table, position)
     x, y, z, w = values.get("orientation", (0.0, 0.0, 0.0, 1.0))
     length = math.hypot(x, y, z, w)
     where = table.get("orientation") or table
     if not 1e-6 < length < 1e6:
-        reader.problems.error(
-            where, f"must be a quaternion x, y, z, w, and this one turns nowhere: its length is {length:g}"
-        )
+        reader.problems.error(where, f"must be a unit quaternion x, y, z, w (got length {length:g})")
         return Pose()
     if abs(length - 1.0) > _NORM_TOLERANCE:
-        reader.problems.warn(where, f"a quaternion has the length 1, and this one {length:.3g}; it is scaled")
+        reader.problems.warn(where, f"must be a unit quaternion (got length {length:.3g}); it is scaled")
     return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
 
 
@@ -140,7 +136,7 @@ def read_tree(path: Path, problems: Problems) -> Table:
     Raises:
         DescriptionError: it is no YAML file with a mapping.
     """
-    return parse_mapping(read_texts([path]), problems, "a robot configuration is a mapping of entries")
+    return parse_mapping(read_texts([path]), problems, "a robot configuration must be a mapping of entries")
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +152,8 @@ class _FileEntries:
         """Return the configuration; it is valid only if no errors were reported."""
         joints = numbered(robot, self.values.get("joint_index_order", INDEX_ORDERS[0]))
         groups = GroupReader(robot, joints, self.reader)
-        arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
-        grippers = [(node, groups.gripper(node)) for node in self._list("grippers", "grippers")]
+        arms = [(node, groups.arm(node)) for node in self._list_items("arms", "arms")]
+        grippers = [(node, groups.gripper(node)) for node in self._list_items("grippers", "grippers")]
         lift, head, fixed = map(self.root.get, ("dorsal", "head", "fixed_link"))
         dorsal = groups.lift(lift) if lift else None
         head_posture, head_axes = groups.head(head) if head else (None, ())
@@ -182,7 +178,7 @@ class _FileEntries:
             reference_links=reference_links,
             cameras=read_cameras(cameras, self.reader) if cameras else (),
             max_accelerations=groups.max_accelerations,
-            others=self._others(),
+            others=self._other_entries(),
         )
         if not self.reader.problems.errors:
             check_shared(self.root, config, self.reader.problems)
@@ -190,14 +186,14 @@ class _FileEntries:
             check_sides(self.root, config, self.reader.problems)
         return config
 
-    def _list(self, name: str, kind: str) -> Iterator[YamlNode]:
+    def _list_items(self, name: str, kind: str) -> Iterator[YamlNode]:
         """Yield the items of an optional list."""
         node = self.root.get(name)
         if isinstance(node, Items):
             yield from node.items
         elif node is not None:
-            hint = "; begin each with a dash" if isinstance(node, Table) else "; write [] for none"
-            self.reader.problems.error(node, f"must be a list of {kind}, not {described(node)}{hint}")
+            hint = "; start each with a dash" if isinstance(node, Table) else "; write [] for none"
+            self.reader.problems.error(node, f"must be a list of {kind} (got {describe(node)}){hint}")
 
     def _waist(self, groups: GroupReader) -> Posture | None:
         """Return the waist, which includes the joints of a folding waist."""
@@ -232,14 +228,14 @@ class _FileEntries:
         links = [groups.link(item, may_be_root=is_base) for item in items]
         if len(links) != count and not self.reader.problems.errors:
             self.reader.problems.error(
-                node, f"must be one link for each arm: here are {len(links)} for {count} arm{'' if count == 1 else 's'}"
+                node, f"must be one link for each arm (got {len(links)} for {count} arm{'' if count == 1 else 's'})"
             )
         return tuple(link for link in links if link is not None)
 
-    def _others(self) -> dict[str, Any]:
+    def _other_entries(self) -> dict[str, Any]:
         """Return the entries that are kept as written, as plain values."""
         if without_gui := self.root.get("without_gui"):
-            self.reader.truth(without_gui)
+            self.reader.boolean(without_gui)
         known = ("base_command_mode", *UNUSED)
         return {str(name): plain(entry.value) for name, entry in self.root.entries.items() if name in known}
 
@@ -273,7 +269,7 @@ def find_robot(name_or_path: str | Path) -> Path:
         if path.is_dir():
             return _in_folder(path)
     except (OSError, ValueError):
-        raise refusal(path, 0, "cannot be looked for") from None
+        raise refusal(path, 0, "not a valid path") from None
     if path.suffix or path.name != name:  # a path, not a robot's name
         raise refusal(path, 0, "there is no such file")
     raise UnknownNameError("robot", name, bundled())
@@ -290,6 +286,11 @@ def load_robot(name_or_path: str | Path, warn: Warn) -> RobotConfig:
     Raises:
         UnknownNameError: there is no robot of this name.
         DescriptionError: the files cannot be used.
+
+    Example:
+        >>> config = load_robot("tandem", warn=print)
+        >>> config.name, [arm.tip for arm in config.arms], len(config.robot.joints)
+        ('tandem', ['right_tip', 'left_tip'], 21)
     """
     path = find_robot(name_or_path)
     if is_urdf(path):
@@ -330,5 +331,5 @@ def _in_folder(folder: Path) -> Path:
     if len(found) == 1:
         return found[0]
     names = ", ".join(str(path.relative_to(folder)) for path in found[:5])
-    which = f"and more than one URDF: give one of {names}" if found else "and no URDF"
-    raise refusal(folder, 0, f"a folder without {CONFIG} {which}")
+    which = f"more than one URDF; name one of {names}" if found else "no URDF in this folder"
+    raise refusal(folder, 0, f"no {CONFIG}, and {which}")

@@ -78,19 +78,20 @@ def _open_end(
     own = [joint.child for joint in finger]
     opposite = [palm.name] if other is None else [joint.child for joint in other]
     leaders = [leader, *(joint for joint in leaders if joint is not leader)]
-    apart: list[Vector] = []  # with this joint at its lower and then its upper limit, for each place of the rest
+    offsets: list[Vector] = []  # with this joint at its lower and then its upper limit, for each place of the rest
     for corner in product(*((joint.limits.lower, joint.limits.upper) for joint in reversed(leaders))):
         poses = link_poses(robot, {joint.name: at for joint, at in zip(reversed(leaders), corner, strict=True)})
-        apart.append(_centre(robot, poses, own) - _centre(robot, poses, opposite))
-    motion = apart[1] - apart[0]
+        offsets.append(_centre(robot, poses, own) - _centre(robot, poses, opposite))
+    motion = offsets[1] - offsets[0]
     length = float(np.linalg.norm(motion))
     if length < _MIN_MOTION:
         return None
-    along = np.array(apart) @ motion / length
-    clear = CLEAR * length
-    passes = along.min() < -clear and along.max() > clear  # fingers cannot pass each other: centres mislead
+    along = np.array(offsets) @ motion / length
+    min_difference = CLEAR * length
+    # fingers cannot pass each other: in that case the centres mislead
+    pass_each_other = along.min() < -min_difference and along.max() > min_difference
     lower, upper = np.abs(along[:2])
-    if passes or abs(upper - lower) < clear:
+    if pass_each_other or abs(upper - lower) < min_difference:
         return None
     return RangeEnd.UPPER if upper > lower else RangeEnd.LOWER
 
@@ -137,11 +138,11 @@ class Limbs:
 
 def find_limbs(robot: RobotModel) -> Limbs:
     """Return the limbs of a robot, as far as its tree and its names reveal them."""
-    runs = _Runs(robot)
+    runs = _LimbFinder(robot)
     runs.walk(robot.root)
     limbs = [limb for limb in runs.limbs if not any(_LEG.search(joint.name + joint.child) for joint in limb)]
     limbs.sort(key=lambda limb: _side(robot, limb))
-    arms = [[joint for joint in limb if joint not in _trailing(limb)] for limb in limbs]
+    arms = [[joint for joint in limb if joint not in _finger_joints(limb)] for limb in limbs]
     hands = [hand for hand in (_hand(robot, arm) for arm in arms) if hand and not mixed_sides(robot, hand)]
     ends = [find_open_ends(robot, joint_names(hand)) for hand in hands]
     head = _head(robot, [joint for joint in runs.rest if _HEAD.search(joint.name + joint.child)])
@@ -152,16 +153,16 @@ def find_limbs(robot: RobotModel) -> Limbs:
     if {"right", "left"} <= {side_of(joint.name) for joint in waist}:
         waist = [joint for joint in waist if not side_of(joint.name)]
     return Limbs(
-        tuple(ArmConfig(joint_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
+        tuple(ArmConfig(joint_names(arm), _tip(robot, arm), tuple(map(_bent_home, arm))) for arm in arms),
         tuple(GripperConfig(joint_names(hand), each or ()) for hand, each in zip(hands, ends, strict=True)),
         tuple(each is not None for each in ends),
         head,
-        Posture(joint_names(lifts[:1]), (_rest(lifts[0]),)) if lifts else None,
-        Posture(joint_names(waist), tuple(map(_rest, waist))) if waist else None,
+        Posture(joint_names(lifts[:1]), (_nearest_to_zero(lifts[0]),)) if lifts else None,
+        Posture(joint_names(waist), tuple(map(_nearest_to_zero, waist))) if waist else None,
     )
 
 
-class _Runs:
+class _LimbFinder:
     """Tree walk from the root to the tips that gathers runs of joints without a fork."""
 
     def __init__(self, robot: RobotModel) -> None:
@@ -176,14 +177,14 @@ class _Runs:
         for joint in reversed(robot.joints):
             if joint.is_driven or joint.child in self._moving:
                 self._moving.add(joint.parent)
-            count = self._counts.get(joint.child, 0) + _is_of_an_arm(joint)
+            count = self._counts.get(joint.child, 0) + _is_arm_joint(joint)
             length = self._lengths.get(joint.child, 0.0) + math.dist(joint.origin.position, (0, 0, 0))
             self._counts[joint.parent] = max(count, self._counts.get(joint.parent, 0))
             self._lengths[joint.parent] = max(length, self._lengths.get(joint.parent, 0.0))
 
     def walk(self, link: str) -> None:
         """Follow every path that starts at a link."""
-        starts = [joint for joint in self._below.get(link, []) if self._leads_on(joint)]
+        starts = [joint for joint in self._below.get(link, []) if self._leads_to_joint(joint)]
         while starts:
             start = starts.pop(0)
             run, end = self._run(start)
@@ -191,17 +192,17 @@ class _Runs:
                 self.limbs.append(run)
             else:
                 self.rest += run
-                starts += [joint for joint in self._below.get(end, []) if self._leads_on(joint)]
+                starts += [joint for joint in self._below.get(end, []) if self._leads_to_joint(joint)]
 
     def _run(self, joint: Joint) -> tuple[list[Joint], str]:
         run: list[Joint] = []
         while True:
             if joint.is_driven and joint.mimic is None:
                 run.append(joint)
-            ways = [each for each in self._below.get(joint.child, []) if self._leads_on(each)]
-            if len(ways) != 1:
+            branches = [each for each in self._below.get(joint.child, []) if self._leads_to_joint(each)]
+            if len(branches) != 1:
                 return run, joint.child
-            joint = ways[0]
+            joint = branches[0]
 
     def _forks_into_arms(self, start: Joint, end: str) -> bool:
         """Return whether two arms hang behind a run, given its first joint and its last link."""
@@ -210,22 +211,22 @@ class _Runs:
             arms = [
                 joint
                 for joint in self._below.get(end, [])
-                if self._counts.get(joint.child, 0) + _is_of_an_arm(joint) >= MIN_ARM_JOINTS
+                if self._counts.get(joint.child, 0) + _is_arm_joint(joint) >= MIN_ARM_JOINTS
                 and self._lengths.get(joint.child, 0.0) >= ARM_SHARE * length
             ]
             if len(arms) != 1:
                 return len(arms) > 1
             end = arms[0].child
 
-    def _leads_on(self, joint: Joint) -> bool:
+    def _leads_to_joint(self, joint: Joint) -> bool:
         return joint.is_driven or joint.child in self._moving
 
 
-def _is_of_an_arm(joint: Joint) -> bool:
+def _is_arm_joint(joint: Joint) -> bool:
     return joint.is_driven and joint.mimic is None and not _FINGER.search(joint.name + joint.child)
 
 
-def _trailing(limb: list[Joint]) -> list[Joint]:
+def _finger_joints(limb: list[Joint]) -> list[Joint]:
     """Return the joints at the end of a run that are fingers rather than parts of an arm."""
     count = len(limb)
     while count > MIN_ARM_JOINTS and (
@@ -290,17 +291,17 @@ def _side(robot: RobotModel, limb: list[Joint]) -> tuple[int, float]:
     return side, link_poses(robot, {})[limb[-1].child].position[1]
 
 
-def _rest(joint: Joint) -> float:
+def _nearest_to_zero(joint: Joint) -> float:
     """Return zero, or the nearest limit if zero is out of range [rad; m]."""
     return min(max(0.0, joint.limits.lower), joint.limits.upper)
 
 
-def _bent(joint: Joint) -> float:
+def _bent_home(joint: Joint) -> float:
     """Return zero, or 0.5 rad away from a limit next to it: a stretched arm cannot move in all directions [rad]."""
     lower, upper = joint.limits.lower, joint.limits.upper
     near, bend = (upper - lower) / 10, min(_BEND, (upper - lower) / 4)
     if joint.type is not JointType.REVOLUTE or not math.isfinite(near):
-        return _rest(joint)
+        return _nearest_to_zero(joint)
     inside = lower + bend if -lower < near else upper - bend if upper < near else 0.0
     return min(max(round(inside, 3), lower), upper)
 
@@ -315,55 +316,55 @@ def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:
 
 
 def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
-    yield f"# How the robot {robot.name} is used. All groups are guessed from names and joints: go through them."
-    yield "# Joints and links are given by name or by index; `cellwright robot` lists both. Units: m, rad."
+    yield f"# Configuration of the robot {robot.name}. All groups are guesses from names and joints: check them."
+    yield "# Write joints and links by name or by index; `cellwright robot` lists both. Units: m, rad."
     yield ""
-    yield f"urdf_path: {_text(Path(urdf_path).as_posix())}"
-    yield f"robot_name: {_text(robot.name)}"
+    yield f"urdf_path: {_yaml_name(Path(urdf_path).as_posix())}"
+    yield f"robot_name: {_yaml_name(robot.name)}"
     yield ""
-    yield "# Where the root link stands, and how it is turned (x, y, z, w); raised so that no link's frame is below 0."
+    yield "# Pose of the root link, with orientation x, y, z, w; raised so that no link's frame is below 0."
     yield f"base_pose: {{position: [0, 0, {_height(robot):g}], orientation: [0, 0, 0, 1]}}"
     yield ""
-    yield "# Arms, the right one first. ee_index: the link at the tip. rest_j_pos: where the arm goes home."
+    yield "# Arms, the right one first. ee_index: the link at the tip. rest_j_pos: home position of each joint."
     if not limbs.arms:
-        yield "# None was found: no run of four or more joints. Take the marks away and name what there is."
+        yield "# No arm was found, since no chain has four or more joints. Uncomment these lines and adapt them."
         yield "# arms:"
         yield "#   - {joint_index: [joint_1, joint_2], ee_index: tool, rest_j_pos: [0, 0]}"
     else:
         yield "arms:"
     for arm in limbs.arms:
-        yield f"  - joint_index: {_listed(arm.joints)}"
-        yield f"    ee_index: {_text(arm.tip)}"
-        yield f"    rest_j_pos: {_numbers(arm.home)}"
+        yield f"  - joint_index: {_yaml_list(arm.joints)}"
+        yield f"    ee_index: {_yaml_name(arm.tip)}"
+        yield f"    rest_j_pos: {_yaml_numbers(arm.home)}"
     yield ""
-    yield "# Grippers, the right one first: open at the lower limits of these joints, closed at the upper ones;"
-    yield "# with `open: upper` the other way round."
+    yield "# Grippers, the right one first: open at the lower limits of these joints, closed at the upper ones."
+    yield "# `open: upper` reverses this."
     yield "grippers:" if limbs.grippers else "# grippers:\n#   - joint_index: [finger_1, finger_2]"
     for gripper, is_end_known in zip(limbs.grippers, limbs.is_end_known, strict=True):
-        yield f"  - joint_index: {_listed(gripper.joints)}"
-        yield from _opening(gripper, is_known=is_end_known)
+        yield f"  - joint_index: {_yaml_list(gripper.joints)}"
+        yield from _open_entry(gripper, is_known=is_end_known)
     yield ""
-    yield "# The head's roll, pitch and yaw; -1 for what it lacks."
-    head = ", ".join("-1" if name is None else _text(name) for name in limbs.head)
+    yield "# Joints for the head's roll, pitch and yaw; -1 for a missing one."
+    head = ", ".join("-1" if name is None else _yaml_name(name) for name in limbs.head)
     mark = "" if any(limbs.head) else "# "
     yield f"{mark}head: {{joint_index: [{head}], rest_j_pos: [0, 0, 0]}}"
     for name, group in (("waist", limbs.waist), ("dorsal", limbs.lift)):
         if group is not None:
             yield ""
-            yield "# What turns the torso." if name == "waist" else "# What lifts the torso."
-            yield f"{name}: {{joint_index: {_listed(group.joints)}, rest_j_pos: {_numbers(group.home)}}}"
+            yield "# Joints that turn the torso." if name == "waist" else "# Joint that lifts the torso."
+            yield f"{name}: {{joint_index: {_yaml_list(group.joints)}, rest_j_pos: {_yaml_numbers(group.home)}}}"
     if limbs.arms:
         yield ""
-        yield "# Poses as targets: the link of each arm that they move, and the frame they are given in (-1: the root)."
-        tips = _listed(arm.tip for arm in limbs.arms)
-        yield f"controller_indices: {{cmd_ee: {tips}, base: {_numbers([-1] * len(limbs.arms))}}}"
+        yield "# Pose targets: the link of each arm that they move, and the link of their frame (-1: the root)."
+        tips = _yaml_list(arm.tip for arm in limbs.arms)
+        yield f"controller_indices: {{cmd_ee: {tips}, base: {_yaml_numbers([-1] * len(limbs.arms))}}}"
 
 
-def _opening(gripper: GripperConfig, *, is_known: bool) -> Iterator[str]:
+def _open_entry(gripper: GripperConfig, *, is_known: bool) -> Iterator[str]:
     """Yield the entry `open` of a gripper, or a comment on its absence."""
     ends = set(gripper.open_ends)
     if not is_known:
-        yield "    # Not known which end is open: move it, and write `open: upper` here if status 0 closes it."
+        yield "    # The open end is unknown: move the gripper, and write `open: upper` here if status 0 closes it."
     elif ends == {RangeEnd.UPPER}:
         yield "    open: upper   # guessed: at the upper limits its fingers are farther apart"
     elif RangeEnd.UPPER in ends:
@@ -375,19 +376,19 @@ def _height(robot: RobotModel) -> float:
     return round(max(0.0, *(-pose.position[2] for pose in link_poses(robot, {}).values()), 0.0), 3)
 
 
-def _text(name: str) -> str:
+def _yaml_name(name: str) -> str:
     """Return a name as YAML, in quotes if YAML would read it as something else."""
     return str(yaml.safe_dump([name], default_flow_style=True, allow_unicode=True, width=10_000)).strip()[1:-1]
 
 
-def _listed(names: Iterable[str]) -> str:
-    return f"[{', '.join(map(_text, names))}]"
+def _yaml_list(names: Iterable[str]) -> str:
+    return f"[{', '.join(map(_yaml_name, names))}]"
 
 
-def _numbers(values: Iterable[float]) -> str:
-    return f"[{', '.join(map(_number, values))}]"
+def _yaml_numbers(values: Iterable[float]) -> str:
+    return f"[{', '.join(map(_exact_number, values))}]"
 
 
-def _number(value: float) -> str:
+def _exact_number(value: float) -> str:
     """Format a number exactly."""
     return f"{value:g}" if float(f"{value:g}") == value else repr(value)

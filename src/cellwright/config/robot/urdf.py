@@ -18,7 +18,7 @@ UNLIMITED = 1e9
 """Figures from here on mean no limit [rad; m; N m; N; rad/s; m/s]."""
 
 _AXIS_TOLERANCE = 1e-3  # tolerance of an axis's length, for rounding
-_MAX_SEARCHED = 200  # number of joints up to which similar names are searched, which is slow
+_MAX_SUGGESTION_JOINTS = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
@@ -36,11 +36,11 @@ class JointReader:
         """Return the joint in an element; None if it is invalid, which is reported."""
         name = element.get("name")
         if name is None:
-            self._problems.error(element, "a joint without a name")
+            self._problems.error(element, "the joint has no name")
             return None
         if name in self._elements:
             first = self._elements[name].place
-            self._problems.error(element, f"there is a joint of this name already ({first}); names have to be unique")
+            self._problems.error(element, f"duplicate joint name (first at {first}); choose another")
             return None
         self._elements[name] = element
         type_ = self._type(element)
@@ -49,7 +49,7 @@ class JointReader:
             return None
         origin = self._numbers.pose(element)
         if type_ is JointType.FLOATING:
-            message = "a floating joint inside a robot is held fixed, as PyBullet does with it"
+            message = "a floating joint inside a robot is treated as fixed, as in PyBullet"
             self._problems.warn(element, message)
             type_ = JointType.FIXED
         axis = self._axis(element, type_)
@@ -62,7 +62,7 @@ class JointReader:
     def _type(self, element: Element) -> JointType | None:
         text = element.get("type")
         if text is None:
-            self._problems.error(element, f"a joint without a type (known: {', '.join(JointType)})")
+            self._problems.error(element, f"the joint has no type (known: {', '.join(JointType)})")
         elif text in tuple(JointType):
             return JointType(text)
         else:
@@ -73,7 +73,7 @@ class JointReader:
         found = element.find(tag)
         name = found.get("link") if found is not None else None
         if name is None:
-            self._problems.error(found or element, f'a joint needs <{tag} link="…"/>')
+            self._problems.error(found or element, f'the joint requires <{tag} link="…"/>')
         return name
 
     def _axis(self, element: Element, type_: JointType) -> Vector3:
@@ -86,11 +86,12 @@ class JointReader:
         axis = self._numbers.vector(written, "xyz", (1.0, 0.0, 0.0))
         length = math.hypot(*axis)
         if not 1e-9 < length < math.inf:
-            self._problems.error(written, "an axis of no direction; give a unit vector such as 0 0 1")
+            self._problems.error(written, "the axis has no direction; write a unit vector such as 0 0 1")
             return (1.0, 0.0, 0.0)
         if type_ is JointType.PRISMATIC and abs(length - 1.0) > _AXIS_TOLERANCE:
             message = (
-                f"the axis has a length of {length:g}; its direction alone is taken (PyBullet stretches the way by it)"
+                f"the axis must be a unit vector (got length {length:g}); only its direction is used "
+                "(PyBullet scales the motion by the length)"
             )
             self._problems.warn(written, message)
         x, y, z = (value / length for value in axis)
@@ -102,7 +103,7 @@ class JointReader:
             return Limits()
         written = element.find("limit")
         if written is None and type_ is not JointType.CONTINUOUS:
-            message = f'a {type_} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
+            message = f'a {type_} joint requires <limit lower="…" upper="…" effort="…" velocity="…"/>'
             self._problems.error(element, message)
         names = ("lower", "upper", "effort", "velocity")
         lower, upper, effort, velocity = (self._limit(written, name) if written else 0.0 for name in names)
@@ -126,12 +127,12 @@ class JointReader:
             return None
         leader = written.get("joint")
         if leader is None:
-            self._problems.error(written, 'mimic needs joint="…", the joint to follow')
+            self._problems.error(written, '<mimic> requires joint="…", the joint to follow')
             return None
         number = self._numbers.number
         return Mimic(leader, number(written, "multiplier", 1.0), number(written, "offset", 0.0))
 
-    def with_leaders(self, joints: Sequence[Joint]) -> list[Joint]:
+    def with_resolved_mimics(self, joints: Sequence[Joint]) -> list[Joint]:
         """Return the joints, with each mimic joint coupled to the head of its chain."""
         by_name = {joint.name: joint for joint in joints}
         return [replace(joint, mimic=self._first_leader(joint, by_name)) for joint in joints]
@@ -142,22 +143,22 @@ class JointReader:
             return None
         element = self.element_of(joint).find("mimic") or self.element_of(joint)
         if not joint.is_driven:
-            self._problems.warn(element, f"a {joint.type} joint follows nothing; left out")
+            self._problems.warn(element, f"a {joint.type} joint cannot follow another; <mimic> is ignored")
             return None
         chain = {joint.name: None}
         while True:
-            leader, why = joints.get(mimic.joint), ""
+            leader, reason = joints.get(mimic.joint), ""
             if leader is None:
-                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _MAX_SEARCHED else ""
-                why = f"follows the unknown joint {shortened(mimic.joint)!r}{hint}"
+                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _MAX_SUGGESTION_JOINTS else ""
+                reason = f"mimics the unknown joint {shortened(mimic.joint)!r}{hint}"
             elif leader.name in chain:
-                why = f"joints that follow each other in a ring: {', '.join(list(chain)[:5])}"
+                reason = f"joints mimic each other in a loop: {', '.join(list(chain)[:5])}"
             elif not leader.is_driven:
-                why = f"follows {shortened(leader.name)!r}, a {leader.type} joint"
+                reason = f"mimics {shortened(leader.name)!r}, a {leader.type} joint"
             elif max(abs(mimic.multiplier), abs(mimic.offset)) > MAX_COORDINATE:
-                why = f"follows {shortened(leader.name)!r} by a factor or offset beyond {MAX_COORDINATE:g}"
-            if leader is None or why:
-                self._problems.error(element, why)
+                reason = f"mimics {shortened(leader.name)!r} with a multiplier or offset beyond {MAX_COORDINATE:g}"
+            if leader is None or reason:
+                self._problems.error(element, reason)
                 return None
             if leader.mimic is None:
                 return mimic
@@ -176,9 +177,9 @@ MAX_WARNINGS = 20
 
 _MAX_TAG_LENGTH = 60
 _MAX_SHOWN = 3  # number of names in a message before it counts the rest
-_OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
+_OTHERS = {"sdf": "an SDF file", "mujoco": "an MJCF file", "launch": "a launch file"}
 _XACRO = "xacro:"
-_EXPANDED = "; macros of xacro are expanded where the file's name ends in .xacro"
+_EXPANDED = "; xacro is expanded only in files whose name ends in .xacro"
 _KNOWN = ("link", "joint", "material")
 
 
@@ -196,15 +197,16 @@ def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
     for warning in warnings[:MAX_WARNINGS]:
         warn(str(warning))
     if len(warnings) > MAX_WARNINGS:
-        warn(f"{path}: {len(warnings) - MAX_WARNINGS} more warnings like these")
+        warn(f"{path}: {len(warnings) - MAX_WARNINGS} more warnings are not listed")
     return robot
 
 
 class _UrdfReader:
     def __init__(self, root: Element, path: Path, problems: Problems) -> None:
         if root.tag != "robot":
-            content = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")
-            raise refusal(path, root.place.line, f"{content}; a URDF file begins with <robot>")
+            content = f", {_OTHERS[root.tag]}" if root.tag in _OTHERS else ""
+            message = f"the root element of a URDF must be <robot> (got <{shortened(root.tag)}>{content})"
+            raise refusal(path, root.place.line, message)
         self._root = root
         self._path = path
         self._problems = problems
@@ -218,22 +220,22 @@ class _UrdfReader:
         self._warn_of_ignored()
         self._check_counts()
         elements = self._link_elements()
-        joints = self._connected(elements)
+        joints = self._tree_joints(elements)
         roots = [name for name in elements if name not in {joint.child for joint in joints}]
         if self._problems.errors or not self._has_one_root(elements, roots):
             return None
-        ordered = _counted(roots[0], joints)
+        ordered = _in_index_order(roots[0], joints)
         if len(ordered) < len(joints):
             reached = {joint.name for joint in ordered}
             ring = [joint.name for joint in joints if joint.name not in reached]
             element = self._joints.element_of(next(joint for joint in joints if joint.name == ring[0]))
-            self._problems.error(element, f"joints that hang on each other in a ring: {_some(ring)}")
+            self._problems.error(element, f"joints form a loop: {_abbreviated(ring)}")
             return None
         self._links.read_materials(self._root)
         links = {name: self._links.read(element, name) for name, element in elements.items()}
-        ordered = self._joints.with_leaders(ordered)
+        ordered = self._joints.with_resolved_mimics(ordered)
         links = self._with_stand_ins(links, ordered)
-        self._warn_of_common()
+        self._warn_of_repeated_faults()
         name = self._root.get("name") or self._path.stem
         written = tuple(joint.name for joint in joints)
         is_sorted = written == tuple(joint.name for joint in ordered)
@@ -246,9 +248,9 @@ class _UrdfReader:
             first.setdefault(element.tag, element)
         for tag, element in islice(first.items(), MAX_LINKS):
             if tag.startswith(_XACRO):
-                self._problems.warn(element, f"<{shortened(tag)}> is passed over{_EXPANDED}")
+                self._problems.warn(element, f"<{shortened(tag)}> is ignored{_EXPANDED}")
             elif tag not in _KNOWN and (hint := did_you_mean(tag[:_MAX_TAG_LENGTH], _KNOWN)):
-                self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
+                self._problems.warn(element, f"unknown element <{shortened(tag)}>, ignored{hint}")
 
     def _check_counts(self) -> None:
         """Refuse excessive counts, since all following steps take time for each link."""
@@ -259,25 +261,25 @@ class _UrdfReader:
             ("shapes", shapes, MAX_SHAPES),
         ):
             if count > limit:
-                raise refusal(self._path, 0, f"{count} {kind}; at most {limit} are read")
+                raise refusal(self._path, 0, f"too many {kind} (got {count}, at most {limit})")
 
     def _link_elements(self) -> dict[str, Element]:
         found: dict[str, Element] = {}
         for element in self._root.all("link"):
             name = element.get("name")
             if name is None:
-                self._problems.error(element, "a link without a name")
+                self._problems.error(element, "the link has no name")
             elif name in found:
-                message = f"there is a link of this name already ({found[name].place}); names have to be unique"
+                message = f"duplicate link name (first at {found[name].place}); choose another"
                 self._problems.error(element, message)
             else:
                 found[name] = element
         if not found and not self._problems.errors:
             has_macros = any(element.tag.startswith(_XACRO) for element in self._root.children)
-            self._problems.error(self._root, f"a robot without links{_EXPANDED if has_macros else ''}")
+            self._problems.error(self._root, f"the robot has no links{_EXPANDED if has_macros else ''}")
         return found
 
-    def _connected(self, links: dict[str, Element]) -> list[Joint]:
+    def _tree_joints(self, links: dict[str, Element]) -> list[Joint]:
         """Return the joints in the order of the file, each between existing links."""
         found: list[Joint] = []
         above: dict[str, Joint] = {}
@@ -292,9 +294,9 @@ class _UrdfReader:
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:
                 message = (
-                    f"{shortened(joint.child)!r} hangs on the joint {shortened(above[joint.child].name)!r} already"
+                    f"{shortened(joint.child)!r} is already the child of joint {shortened(above[joint.child].name)!r}"
                 )
-                self._problems.error(element, f"{message}; a link has one parent")
+                self._problems.error(element, f"{message}; a link can have only one parent")
                 continue
             above[joint.child] = joint
             found.append(joint)
@@ -304,9 +306,11 @@ class _UrdfReader:
         if len(roots) == 1:
             return True
         if not roots:
-            self._problems.error(self._root, "no first link: every link hangs on another, in a ring")
+            self._problems.error(self._root, "no root link: every link is the child of another, in a loop")
             return False
-        message = f"{len(roots)} links hang on no joint ({_some(roots)}); all but one, the first, have to"
+        message = (
+            f"a robot must have one root link (got {len(roots)}: {_abbreviated(roots)}); connect the others by joints"
+        )
         self._problems.error(links[roots[1]], message)
         return False
 
@@ -315,40 +319,44 @@ class _UrdfReader:
 
         A robot without visuals is drawn by its collision shapes.
         """
-        lacking = self._links.lacking
+        missing_uses = self._links.missing_uses
         shapes = [shape for link in links.values() for shape in link.shapes]
-        if not lacking and not shapes:
+        if not missing_uses and not shapes:
             if joints and not self._problems.errors:
-                self._warn("no shapes in the file; simple ones stand in")
-            lacking = {name: {Use.SEEN, Use.TOUCHED} for name in links}
+                self._warn("no shapes in the file; simple shapes are used")
+            missing_uses = {name: {Use.SEEN, Use.TOUCHED} for name in links}
         elif not any(shape.is_seen for shape in shapes):
             bare = {name: {Use.SEEN} for name, link in links.items() if link.shapes}
-            lacking = {name: lacking.get(name, set()) | bare.get(name, set()) for name in {**lacking, **bare}}
-        return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
+            missing_uses = {
+                name: missing_uses.get(name, set()) | bare.get(name, set()) for name in {**missing_uses, **bare}
+            }
+        return {name: with_stand_ins(link, joints, missing_uses.get(name, set())) for name, link in links.items()}
 
-    def _warn_of_common(self) -> None:
+    def _warn_of_repeated_faults(self) -> None:
         """Give one warning for each fault that may occur in many places."""
         for kind, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
             if names:
                 count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
-                message = f"{count} no {kind} limit or one of 0 ({_some(names)}); taken for unlimited"
+                message = f"{count} no {kind} limit, or 0 ({_abbreviated(names)}); treated as unlimited"
                 self._warn(message)
         if names := self._links.without_inertia:
             count = "a link has" if len(names) == 1 else f"{len(names)} links have"
-            self._warn(f"{count} an inertia that no body has, or none ({_some(names)}); a ball of water's is taken")
+            self._warn(
+                f"{count} no valid inertia ({_abbreviated(names)}); that of a water sphere of the same mass is used"
+            )
         if names := list(self._meshes.missing):
             count = "a mesh" if len(names) == 1 else f"{len(names)} meshes"
-            links = len(self._links.lacking)
+            links = len(self._links.missing_uses)
             where = f"in {links} link{'' if links == 1 else 's'}"
             reason = self._meshes.missing[names[0]]
             message = f"{count} {where} cannot be used, the first {shortened(names[0])!r}: {reason}"
-            self._warn(f"{message}; simple shapes stand in")
+            self._warn(f"{message}; simple shapes are used")
 
     def _warn(self, message: str) -> None:
         self._problems.add(Problem(self._root.place, "", message, "warning"))
 
 
-def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
+def _in_index_order(root: str, joints: Iterable[Joint]) -> list[Joint]:
     """Return the joints below a link in the order of their indices: parents first, children in the order given."""
     below: dict[str, list[Joint]] = {}
     for joint in joints:
@@ -362,6 +370,6 @@ def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
     return found
 
 
-def _some(names: list[str]) -> str:
+def _abbreviated(names: list[str]) -> str:
     shown = ", ".join(shortened(name) for name in names[:_MAX_SHOWN])
     return f"{shown}, and {len(names) - _MAX_SHOWN} more" if len(names) > _MAX_SHOWN else shown

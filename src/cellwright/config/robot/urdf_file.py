@@ -80,7 +80,7 @@ def expand_xacro(path: Path, text: str) -> str:
     """
     if found := _DOCUMENT_TYPE.search(text):
         line = text.count("\n", 0, found.start()) + 1
-        raise refusal(path, line, "declares a document type or entities, which are not read")
+        raise refusal(path, line, "document types and entities are not supported; remove them")
     place = str(Path(FOLDER).parent)
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
@@ -96,7 +96,7 @@ def expand_xacro(path: Path, text: str) -> str:
     try:
         answer = json.loads(done.stdout)
     except ValueError:  # killed by the system, or by a library that fails badly on lack of memory
-        raise refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
+        raise refusal(path, 0, f"xacro: the process ended without a result (status {done.returncode})") from None
     if "text" in answer:
         for each in answer["files"]:
             note_source(Path(each))
@@ -109,7 +109,7 @@ MAX_BYTES = 16 << 20
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 50
 
-_STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+_CONTROL_CHARACTER = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
@@ -160,7 +160,7 @@ def read_text(path: Path) -> str:
 
 def _text(path: Path, problems: Problems) -> tuple[str, bool]:
     """Return the text, and whether its lines are those of the file."""
-    text = _without_strays(path, _decoded(path, _content(path), problems), problems)
+    text = _without_control_characters(path, _decoded(path, _content(path), problems), problems)
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # its content is known already, and XML allows it at the very start only
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
@@ -199,22 +199,20 @@ def _decoded(path: Path, content: bytes, problems: Problems) -> str:
             return content.decode(encoding)
         except (UnicodeDecodeError, LookupError, ValueError):
             continue
-    problems.add(Problem(Place(0, str(path), 0), "", "no UTF-8 text; read as Latin-1", "warning"))
+    problems.add(Problem(Place(0, str(path), 0), "", "not UTF-8 text; read as Latin-1", "warning"))
     return content.decode("latin-1")
 
 
-def _without_strays(path: Path, text: str, problems: Problems) -> str:
+def _without_control_characters(path: Path, text: str, problems: Problems) -> str:
     """Return the text with blanks in place of characters that XML forbids."""
-    found = list(_STRAY.finditer(text))
+    found = list(_CONTROL_CHARACTER.finditer(text))
     if found:
         first = found[0]
         offset, line = first.start(), text.count("\n", 0, first.start()) + 1
         more = f", and {len(found) - 1} more" if len(found) > 1 else ""
-        message = (
-            f"a stray control byte 0x{ord(first[0]):02X} (character {offset} of the file{more}), taken for a blank"
-        )
+        message = f"control byte 0x{ord(first[0]):02X} (character {offset} of the file{more}); treated as a blank"
         problems.add(Problem(Place(0, str(path), line), "", message, "warning"))
-    return _STRAY.sub(" ", text)
+    return _CONTROL_CHARACTER.sub(" ", text)
 
 
 def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
@@ -242,7 +240,7 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
         stack.append(element)
 
     def refuse_document_type(*_: object) -> None:
-        raise refusal(path, line(), "declares a document type or entities, which are not read")
+        raise refusal(path, line(), "document types and entities are not supported; remove them")
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _tag: stack.pop()
@@ -251,7 +249,7 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
     try:
         parser.Parse(text.encode("utf-8", errors="replace"), True)
     except expat.ExpatError as error:
-        message = f"no valid XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
+        message = f"invalid XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
         raise refusal(path, error.lineno if has_lines else 0, message) from None
     return top[0]
 
@@ -272,19 +270,19 @@ class Numbers:
         if text is None:
             return None
         words = text.replace(",", " ").split()
-        tidied = [word.removesuffix(".") if word.count(".") > 1 else word for word in words]
+        words_without_dots = [word.removesuffix(".") if word.count(".") > 1 else word for word in words]
         try:
-            found = [float(word) for word in tidied] if "_" not in text else []
+            found = [float(word) for word in words_without_dots] if "_" not in text else []
         except ValueError:
             found = []
-        are_fine = not any(math.isnan(value) or (math.isinf(value) and not may_be_infinite) for value in found)
-        if are_fine and (len(found) == count or len(found) > count > 1):
-            taken = " ".join(tidied[:count])
-            if taken != " ".join(text.split()):
-                self.problems.warn(element, f"{name}={shortened(text)!r} is taken for {taken}")
+        are_valid = not any(math.isnan(value) or (math.isinf(value) and not may_be_infinite) for value in found)
+        if are_valid and (len(found) == count or len(found) > count > 1):
+            used = " ".join(words_without_dots[:count])
+            if used != " ".join(text.split()):
+                self.problems.warn(element, f"{name}={shortened(text)!r} is read as {used}")
             return found[:count]
         expected = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
-        self.problems.error(element, f"{name} takes {expected}, not {shortened(text)!r}")
+        self.problems.error(element, f"{name} must be {expected} (got {shortened(text)!r})")
         return None
 
     def number(self, element: Element, name: str, default: float, *, may_be_infinite: bool = False) -> float:
@@ -304,6 +302,6 @@ class Numbers:
             return Pose()
         position, rpy = self.vector(origin, "xyz"), self.vector(origin, "rpy")
         if max(map(abs, (*position, *rpy))) > MAX_COORDINATE:
-            self.problems.error(origin, f"a coordinate beyond {MAX_COORDINATE:g}")
+            self.problems.error(origin, f"coordinates must be within ±{MAX_COORDINATE:g} [m; rad]")
             return Pose()
         return Pose.from_rpy(position, rpy) if any(rpy) else Pose(position)

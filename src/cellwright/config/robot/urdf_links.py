@@ -23,7 +23,7 @@ THICKNESS = (0.08, 0.3)
 DENSITY = 1200.0
 """Rough density of a robot's links [kg/m^3], which gives the thickness of a limb from the mass of its link."""
 
-_USUAL = 0.16  # radius of a limb of unknown mass, as a share of its length
+_DEFAULT_RADIUS_SHARE = 0.16  # radius of a limb of unknown mass, as a share of its length
 _MIN_RADIUS, _MAX_RADIUS = 0.005, 0.12  # radius [m]
 
 
@@ -34,16 +34,16 @@ class Use(Enum):
     TOUCHED = "touched"
 
 
-def with_stand_ins(link: Link, joints: Iterable[Joint], lacking: Collection[Use]) -> Link:
+def with_stand_ins(link: Link, joints: Iterable[Joint], missing_uses: Collection[Use]) -> Link:
     """Return a link with all shapes that it needs for display and collision.
 
     Shapes for one purpose serve the other if it has none. A link without any shape gets limbs: capsules from its origin
     to each joint that it carries, or a ball around its centre of mass. The link comes without its unreadable shapes;
-    `lacking` are the purposes of those.
+    `missing_uses` are the purposes of those.
     """
     seen = any(shape.is_seen for shape in link.shapes)
     touched = any(shape.is_touched for shape in link.shapes)
-    is_seen, is_touched = Use.SEEN in lacking and not seen, Use.TOUCHED in lacking and not touched
+    is_seen, is_touched = Use.SEEN in missing_uses and not seen, Use.TOUCHED in missing_uses and not touched
     if not (is_seen or is_touched):
         return link
     if link.shapes:
@@ -67,16 +67,16 @@ def _limbs(link: Link, joints: list[Joint]) -> list[ModelShape]:
         x, y, z = middle
         return [_limb((2 * x, 2 * y, 2 * z), mass)]
     above = next((math.hypot(*joint.origin.position) for joint in joints if joint.child == link.name), 0.0)
-    radius = (3 * mass / (4 * math.pi * DENSITY)) ** (1 / 3) or _USUAL * above
-    return [ModelShape("sphere", (_within(radius, _MIN_RADIUS, _MAX_RADIUS), 0.0, 0.0), Pose(middle))]
+    radius = (3 * mass / (4 * math.pi * DENSITY)) ** (1 / 3) or _DEFAULT_RADIUS_SHARE * above
+    return [ModelShape("sphere", (_clamped(radius, _MIN_RADIUS, _MAX_RADIUS), 0.0, 0.0), Pose(middle))]
 
 
 def _limb(end: Vector3, mass: float) -> ModelShape:
     """Return a capsule from the origin to a point [m], with a thickness that follows from its mass [kg]."""
     length = math.hypot(*end)
-    radius = math.sqrt(mass / (DENSITY * math.pi * length)) or _USUAL * length
+    radius = math.sqrt(mass / (DENSITY * math.pi * length)) or _DEFAULT_RADIUS_SHARE * length
     thin, thick = THICKNESS
-    radius = _within(_within(radius, thin * length, thick * length), _MIN_RADIUS, _MAX_RADIUS)
+    radius = _clamped(_clamped(radius, thin * length, thick * length), _MIN_RADIUS, _MAX_RADIUS)
     x, y, z = end
     pose = Pose((x / 2, y / 2, z / 2), _turn_z_to((x / length, y / length, z / length)))
     return ModelShape("capsule", (radius, max(length - radius, length / 2), 0.0), pose)
@@ -88,7 +88,7 @@ def _turn_z_to(direction: Vector3) -> Quaternion:
     return normalized((1 + z, -y, x, 0.0)) if z > -1 + 1e-9 else (0.0, 1.0, 0.0, 0.0)
 
 
-def _within(value: float, minimum: float, maximum: float) -> float:
+def _clamped(value: float, minimum: float, maximum: float) -> float:
     return max(minimum, min(value, maximum))
 
 
@@ -112,7 +112,7 @@ class LinkReader:
         self._colours: dict[str, Colour] = {}
         self.without_inertia: list[str] = []
         """Links with a mass and an impossible inertia; they turn like a ball of water."""
-        self.lacking: dict[str, set[Use]] = {}
+        self.missing_uses: dict[str, set[Use]] = {}
         """Links with an unusable mesh, and its purposes."""
 
     def read_materials(self, robot: Element) -> None:
@@ -124,7 +124,7 @@ class LinkReader:
                 self._colours.setdefault(name, colour)
 
     def read(self, element: Element, name: str) -> Link:
-        """Return the link in an element, without shapes whose mesh is unusable; `lacking` records those."""
+        """Return the link in an element, without shapes whose mesh is unusable; `missing_uses` records those."""
         shapes = [self._shape(each, name) for each in (*element.all("collision"), *element.all("visual"))]
         return Link(name, self._inertial(element, name), tuple(shape for shape in shapes if shape is not None))
 
@@ -136,20 +136,20 @@ class LinkReader:
         pose = self._numbers.pose(element)
         written = element.find("mass")
         if written is None or written.get("value") is None:
-            self._problems.error(written or element, '<inertial> needs <mass value="…"/> [kg]')
+            self._problems.error(written or element, '<inertial> requires <mass value="…"/> [kg]')
             return None
         mass = self._numbers.number(written, "value", 0.0)
         if not 0.0 <= mass <= MAX_MASS:
-            self._problems.error(written, f"a mass of {mass:g} kg; 0 to {MAX_MASS:g} kg make sense")
+            self._problems.error(written, f"mass must be from 0 to {MAX_MASS:g} kg (got {mass:g})")
             return None
         moments = element.find("inertia")
         xx, yy, zz, xy, xz, yz = (self._numbers.number(moments, name, 0.0) if moments else 0.0 for name in _INERTIA)
         inertia = (xx, yy, zz, xy, xz, yz)
         if mass == 0:
             return Inertial(0.0, pose)
-        if not _is_possible(*inertia):
+        if not _is_valid_inertia(*inertia):
             self.without_inertia.append(name)
-            inertia = _of_a_ball(mass)
+            inertia = _sphere_inertia(mass)
         return Inertial(mass, pose, inertia)
 
     def _shape(self, element: Element, link: str) -> ModelShape | None:
@@ -158,19 +158,19 @@ class LinkReader:
         form = next((child for child in geometry.children if child.tag in _FORMS), None) if geometry else None
         if form is None:
             other = geometry.children[0].tag if geometry and geometry.children else None
-            content = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
-            self._problems.warn(geometry or element, f"{content} is left out{suggestion(other or '', _FORMS)}")
+            content = f"unknown shape <{shortened(other)}>" if other else f"<{element.tag}> has no shape"
+            self._problems.warn(geometry or element, f"{content}, ignored{suggestion(other or '', _FORMS)}")
             return None
         colour, is_touched, path = self._colour(element), element.tag == "collision", None
         if form.tag != "mesh":
             size = self._size(form)
         elif (reference := form.get("filename")) is None:
-            self._problems.error(form, '<mesh> needs filename="…"')
+            self._problems.error(form, '<mesh> requires filename="…"')
             return None
         else:
             path, size = self._meshes.find(reference), self._scale(form)
             if path is None:
-                self.lacking.setdefault(link, set()).add(Use.TOUCHED if is_touched else Use.SEEN)
+                self.missing_uses.setdefault(link, set()).add(Use.TOUCHED if is_touched else Use.SEEN)
                 return None
         kind = cast("ModelShapeKind", form.tag)
         return ModelShape(kind, size, pose, colour, is_touched, not is_touched, path) if size else None
@@ -180,17 +180,19 @@ class LinkReader:
         names = {"box": ("size",), "sphere": ("radius",)}.get(form.tag, ("radius", "length"))
         missing = [name for name in names if form.get(name) is None]
         if missing:
-            self._problems.error(form, f"<{form.tag}> needs {' and '.join(missing)} [m]")
+            self._problems.error(form, f"<{form.tag}> requires {' and '.join(missing)} [m]")
             return None
         if form.tag == "box":
             size = self._numbers.vector(form, "size")
-            needed: tuple[float, ...] = size
+            lengths: tuple[float, ...] = size
         else:
-            needed = tuple(self._numbers.number(form, name, 0.0) for name in names)
-            size = (needed[0], needed[1] if len(needed) > 1 else 0.0, 0.0)
-        if not all(0.0 < value <= MAX_LENGTH for value in needed):
-            given = " ".join(f"{value:g}" for value in needed)
-            self._problems.warn(form, f"a {form.tag} of {given} m is left out; lengths are above 0")
+            lengths = tuple(self._numbers.number(form, name, 0.0) for name in names)
+            size = (lengths[0], lengths[1] if len(lengths) > 1 else 0.0, 0.0)
+        if not all(0.0 < value <= MAX_LENGTH for value in lengths):
+            shown = " ".join(f"{value:g}" for value in lengths)
+            self._problems.warn(
+                form, f"lengths must be above 0 and at most {MAX_LENGTH:g} m (got {shown}); the {form.tag} is ignored"
+            )
             return None
         return size
 
@@ -202,7 +204,7 @@ class LinkReader:
         else:
             scale = self._numbers.vector(form, "scale", (1.0, 1.0, 1.0))
         if not all(1e-9 < abs(value) < 1e9 for value in scale):
-            self._problems.error(form, "a scale of 0 or beyond all sense")
+            self._problems.error(form, "scale must be above 1e-09 and below 1e+09 in magnitude")
         return scale
 
     def _colour(self, element: Element) -> Colour | None:
@@ -217,14 +219,14 @@ class LinkReader:
         return clipped_colour(found) if found else None
 
 
-def _of_a_ball(mass: float) -> tuple[float, float, float, float, float, float]:
+def _sphere_inertia(mass: float) -> tuple[float, float, float, float, float, float]:
     """Return the inertia [kg m^2] of a ball of this mass [kg]."""
     radius = (3.0 * mass / (4.0 * np.pi * _DENSITY)) ** (1 / 3)
     inertia = 0.4 * mass * radius**2
     return (inertia, inertia, inertia, 0.0, 0.0, 0.0)
 
 
-def _is_possible(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> bool:
+def _is_valid_inertia(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> bool:
     """Return whether an inertia resists every rotation."""
     with np.errstate(all="ignore"):
         moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))

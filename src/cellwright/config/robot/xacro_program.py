@@ -24,7 +24,7 @@ import xacro.substitution_args
 from cellwright.config.parsing.tree import shortened
 from cellwright.config.robot.urdf_file import package_folders
 
-_INWARDS = frozenset(
+_INTERNAL_ATTRIBUTES = frozenset(
     {
         *("format", "format_map", "mro"),  # a format can name attributes, too
         *("gi_frame", "gi_code", "gi_yieldfrom", "cr_frame", "cr_code", "cr_await", "cr_origin"),
@@ -32,14 +32,14 @@ _INWARDS = frozenset(
         *("tb_frame", "tb_next", "co_code", "co_consts", "co_names"),
     }
 )
-_WITHOUT = ("type", "vars")
+_REMOVED_FUNCTIONS = ("type", "vars")
 
 
 def restrict_to_arithmetic() -> None:
     """Restrict xacro's expressions, in this process, to arithmetic."""
-    xacro.safe_eval = _evaluated
-    xacro.substitution_args._eval = _substituted
-    for name in _WITHOUT:
+    xacro.safe_eval = _evaluate
+    xacro.substitution_args._eval = _evaluate_substitution
+    for name in _REMOVED_FUNCTIONS:
         xacro._global_symbols["python"].pop(name, None)
 
 
@@ -53,11 +53,11 @@ def check_expression(expression: str) -> None:
     for node in ast.walk(ast.parse(expression, "<expression>", "eval")):
         name = node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
         is_inner = name.startswith("_") if isinstance(node, ast.Attribute) else name.startswith("__")
-        if is_inner or (isinstance(node, ast.Attribute) and name in _INWARDS):
+        if is_inner or (isinstance(node, ast.Attribute) and name in _INTERNAL_ATTRIBUTES):
             raise xacro.XacroException(f"an expression must not use {name!r}")
 
 
-def _evaluated(expression: str, names: dict[str, Any], others: Any = None) -> Any:
+def _evaluate(expression: str, names: dict[str, Any], others: Any = None) -> Any:
     """Evaluate the expression in `${…}`."""
     text = expression.strip()
     check_expression(text)
@@ -65,7 +65,7 @@ def _evaluated(expression: str, names: dict[str, Any], others: Any = None) -> An
     return eval(text, names, others)  # noqa: S307
 
 
-def _substituted(text: str, context: dict[str, Any]) -> str:
+def _evaluate_substitution(text: str, context: dict[str, Any]) -> str:
     """Evaluate the expression in `$(eval …)`."""
     text = text.strip()
     check_expression(text)
@@ -120,9 +120,9 @@ def main() -> None:
 
 
 def _expanded(path: Path, text: str) -> str:
-    silence = io.StringIO()
+    sink = io.StringIO()
     try:
-        with contextlib.redirect_stderr(silence), contextlib.redirect_stdout(silence):
+        with contextlib.redirect_stderr(sink), contextlib.redirect_stdout(sink):
             restrict_to_arithmetic()
             _find_packages_beside(path)
             xacro.init_stacks(str(path))
@@ -130,9 +130,9 @@ def _expanded(path: Path, text: str) -> str:
             xacro.process_doc(document)
             expanded = str(document.toxml())
     except ExpatError as error:
-        raise _ExpansionError(_current(path), error.lineno, f"no valid XML (column {error.offset + 1})") from None
+        raise _ExpansionError(_current(path), error.lineno, f"invalid XML (column {error.offset + 1})") from None
     except RecursionError:
-        raise _ExpansionError(_current(path), 0, "xacro: macros that call each other without end") from None
+        raise _ExpansionError(_current(path), 0, "xacro: macros call each other without end") from None
     except Exception as error:  # expressions are Python and may raise anything
         raise _failure(_current(path), error) from None
     if len(expanded) > MAX_TEXT:
@@ -147,7 +147,7 @@ def _find_packages_beside(path: Path) -> None:
         found = next((folder for folder in package_folders(name, path) if folder.is_dir()), None)
         if found is None:
             raise xacro.substitution_args.SubstitutionException(
-                f"there is no package {name!r} above this file, nor in ROS_PACKAGE_PATH"
+                f"there is no package {name!r} above this file or in ROS_PACKAGE_PATH"
             )
         return str(found)
 

@@ -75,11 +75,9 @@ def _plugin_trial(name: str) -> Path:
     except Exception as error:
         raise plugins.plugin_error("trials", name, f"failed: {one_line(error)}") from error
     if not isinstance(path, str | Path):
-        raise plugins.plugin_error(
-            "trials", name, f"must be the path of a file, and is of the type {type(path).__name__}"
-        )
+        raise plugins.plugin_error("trials", name, f"must be the path of a file (got {type(path).__name__})")
     if not Path(path).is_file():
-        raise plugins.plugin_error("trials", name, f"has no file {path}")
+        raise plugins.plugin_error("trials", name, f"there is no file {path}")
     return Path(path)
 
 

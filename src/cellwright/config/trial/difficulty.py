@@ -105,8 +105,19 @@ class PartSupply:
 
 
 def difficulties(trial: Trial) -> tuple[Difficulty, ...]:
-    """Return the difficulties of a trial, in the order in which a program meets them."""
-    return (*_of_orders(trial), *_of_supply(trial), *_of_poses(trial), *_of_drops(trial))
+    """Return the difficulties of a trial, in the order in which a program meets them.
+
+    Example:
+        >>> from cellwright import load_trial
+        >>> [each.text for each in difficulties(load_trial("final02"))]
+        ['pulley_part to be turned over']
+    """
+    return (
+        *_order_difficulties(trial),
+        *_supply_difficulties(trial),
+        *_pose_difficulties(trial),
+        *_drop_difficulties(trial),
+    )
 
 
 def ordered_types(trial: Trial) -> Counter[str]:
@@ -122,7 +133,7 @@ def supply(trial: Trial, part_type: str) -> PartSupply:
     return PartSupply(len(lying), len(on_belt), sum(name in trial.faulty_parts for name in names))
 
 
-def _of_orders(trial: Trial) -> Iterator[Difficulty]:
+def _order_difficulties(trial: Trial) -> Iterator[Difficulty]:
     for order in trial.orders:
         if len(order.kits) > 1:
             which = f" of {order.order_id}" if len(trial.orders) > 1 else ""
@@ -130,20 +141,20 @@ def _of_orders(trial: Trial) -> Iterator[Difficulty]:
     for order in trial.orders:
         for count, wants in ((order.wanted_parts, "wants"), (order.unwanted_parts, "does not want")):
             if count is not None:
-                parts = "a part is" if count == 1 else f"{count} parts are"
-                yield Difficulty("interrupt", f"{order.order_id} comes in when {parts} on a tray that it {wants}")
+                parts = f"a part that it {wants} is" if count == 1 else f"{count} parts that it {wants} are"
+                yield Difficulty("interrupt", f"{order.order_id} is announced when {parts} on a tray")
         if order.start_time is not None and order.start_time > 0:
-            yield Difficulty("interrupt", f"{order.order_id} comes in after {order.start_time:g} s")
+            yield Difficulty("interrupt", f"{order.order_id} is announced after {order.start_time:g} s")
         elif order.start_time is order.wanted_parts is order.unwanted_parts is None:
             yield Difficulty("never_announced", f"{order.order_id} is never announced")
 
 
-def _of_supply(trial: Trial) -> Iterator[Difficulty]:
+def _supply_difficulties(trial: Trial) -> Iterator[Difficulty]:
     counts = ordered_types(trial)
     found = {part_type: supply(trial, part_type) for part_type in counts}
     only = [part_type for part_type, each in found.items() if each.belt and not each.lying]
     if only:
-        yield Difficulty("belt_only", f"{_listed(only)} only by the belt")
+        yield Difficulty("belt_only", f"{_listed(only)} only on the belt")
     for part_type, each in found.items():
         if each.faulty:
             yield Difficulty("faulty", f"{each.faulty} of {each.lying + each.belt} {part_type} faulty")
@@ -155,7 +166,7 @@ def _of_supply(trial: Trial) -> Iterator[Difficulty]:
         yield Difficulty("no_spare", f"no {_listed(exact, 'or')} to spare")
 
 
-def _of_poses(trial: Trial) -> Iterator[Difficulty]:
+def _pose_difficulties(trial: Trial) -> Iterator[Difficulty]:
     objects = _objects(trial.orders)
     heights = [(each.type, each.pose.rotate((0.0, 0.0, 1.0))[2]) for each in objects]
     turned = dict.fromkeys(kind for kind, height in heights if height < _UPSIDE_DOWN)
@@ -166,21 +177,21 @@ def _of_poses(trial: Trial) -> Iterator[Difficulty]:
         yield Difficulty("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
 
 
-def _of_drops(trial: Trial) -> Iterator[Difficulty]:
+def _drop_difficulties(trial: Trial) -> Iterator[Difficulty]:
     ordered = ordered_types(trial)
     grouped: dict[tuple[DifficultyKind, str, str], list[str]] = {}
     for region in trial.drop_regions:
         if region.type not in ordered:
             continue
-        kind, where = _fall(region)
+        kind, where = _drop_kind(region)
         places = grouped.setdefault((kind, region.type, where), [])
         x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
         places.append(place_of((x, y, z)))
     for (kind, part_type, where), places in grouped.items():
-        yield Difficulty(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
+        yield Difficulty(kind, f"{part_type} dropped over {_listed(sorted(set(places)))}, {where}")
 
 
-def _fall(region: DropRegion) -> tuple[DifficultyKind, str]:
+def _drop_kind(region: DropRegion) -> tuple[DifficultyKind, str]:
     """Return the place where a part falls, as a kind of demand and in words."""
     point = region.destination.position
     place = place_of(point)

@@ -159,12 +159,19 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
     Raises:
         DescriptionError: the configuration cannot be used; the error lists everything that is wrong.
         UsageError: neither files nor a text, or both.
+
+    Example:
+        >>> loaded = load_trial(text="{time_limit: 60, options: {insert_agv: true}}")
+        >>> loaded.trial.time_limit
+        60.0
+        >>> print(loaded.warnings[0])
+        <text>:1: options.insert_agv: unknown option, ignored; did you mean insert_agvs
     """
     if bool(paths) == (text is not None):
-        raise UsageError("a trial is loaded from files or from a text")
+        raise UsageError("load_trial requires either paths or text")
     joined = read_texts(paths) if text is None else JoinedText([Text("<text>", text)])
     problems = Problems()
-    root = parse_mapping(joined, problems, "a configuration is a mapping of sections")
+    root = parse_mapping(joined, problems, "a configuration must be a mapping of sections")
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems))
     return Loaded(trial, problems.warnings, time_limit, faulty)
 
@@ -175,7 +182,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     other_year = OtherYear(root)
     for entry in root.entries.values():
         if entry.name not in TOP_LEVEL and entry.name != OWN:
-            reader.problems.error(entry, other_year.top_level(entry.name, (*TOP_LEVEL, OWN)))
+            reader.problems.error(entry, other_year.top_level_message(entry.name, (*TOP_LEVEL, OWN)))
 
     def section(name: str, read: Callable[..., T], *more: object) -> T | None:
         node = root.get(name)
@@ -184,14 +191,14 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     options, aliases = section("options", parts.read_options, reader) or (Options(), parts.DEFAULT_ALIASES)
     own = section(OWN, read_settings, reader) or {}
     types = PART_TYPES | own.get("part_models", {}).keys()
-    book = parts.PartBook(reader, options, aliases, types)
+    registry = parts.PartRegistry(reader, options, aliases, types)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
     walked = dictionary_order(name for name in root.entries if name != OWN)  # decides whose numbers come first
-    models = {name: readers[str(name)](root.entries[name].value, book) for name in walked if name in readers}
+    models = {name: readers[str(name)](root.entries[name].value, registry) for name in walked if name in readers}
     bins, extras = (models.get(name, ()) for name in readers)
-    belt = section("belt_parts", parts.read_belt, book, other_year) or ()
-    drops = section("drops", parts.read_drops, book) or ()
-    orders = section("orders", read_orders, book, other_year) or ()
+    belt = section("belt_parts", parts.read_belt, registry, other_year) or ()
+    drops = section("drops", parts.read_drops, registry) or ()
+    orders = section("orders", read_orders, registry, other_year) or ()
     faulty = section("faulty_parts", parts.read_faulty, reader) or {}
     time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
@@ -204,7 +211,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     frames = set(REFERENCE_FRAMES) - (set() if options.insert_agvs else set(TRAY_FRAMES))
     inserted = bins if options.insert_models_over_bins else ()
     spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
-    locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | book.locations
+    locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | registry.locations
     trial = Trial(
         name=name,
         has_arm=has_arm,
@@ -237,8 +244,8 @@ def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
         entry = root.entries.get(name)
         is_empty = entry is None or (isinstance(entry.value, Table) and not entry.value.entries)
         if entry and not is_empty and not is_used:
-            reader.problems.warn(entry, f"nothing of it comes into the cell unless options.{condition}")
+            reader.problems.warn(entry, f"no effect on the cell unless options.{condition}")
     node = root.get("options")
     if node and switches.fill_demo_tray and not (trial.orders and switches.insert_agvs):
-        missing = "no tray" if trial.orders else "no order"
-        reader.problems.warn(node, f"fill_demo_tray has no effect, for there is {missing}")
+        missing = "a tray" if trial.orders else "an order"
+        reader.problems.warn(node, f"fill_demo_tray has no effect without {missing}")

@@ -66,12 +66,13 @@ class OtherYear:
                 years += [year for name in order.entries if (year := _ORDER.get(name))]
         self.year = max(years, default=None)
 
-    def top_level(self, name: Scalar, valid: tuple[str, ...]) -> str:
+    def top_level_message(self, name: Scalar, valid: tuple[str, ...]) -> str:
         """Return the message for a top-level entry that the 2017 format does not have."""
         counterpart = _NAMES_NOW.get(name)
         meant = f"; did you mean {counterpart}" if counterpart else did_you_mean(str(name), valid)
         known = "" if meant else f" (known: {', '.join(valid)})"
-        return f"unknown top-level entry{self.belongs(_TOP_LEVEL.get(name))}{meant}{known}"
+        year = _TOP_LEVEL.get(name)
+        return f"unknown top-level entry{'; it' if year else ''}{self.format_hint(year)}{meant}{known}"
 
     def order(self, table: Table) -> str:
         """Return a hint for an incomplete order that has another year's entries instead."""
@@ -79,24 +80,23 @@ class OtherYear:
             if year := _ORDER.get(name):
                 counterpart = _NAMES_NOW.get(name)
                 instead = f"; did you mean {counterpart} instead of {name!s}" if counterpart else ""
-                return f"; {str(name)!r}{self.belongs(year)}{instead}"
+                return f"; {str(name)!r}{self.format_hint(year)}{instead}"
         return ""
 
-    def announcement_time(self, node: YamlNode) -> str:
+    def announcement_message(self, node: YamlNode) -> str:
         """Return the replacement for the announcement of an order in an early file."""
         time = shortened(str(node.value)) if isinstance(node, Leaf) and node.value is not None else "0"
         return (
-            f"this entry{self.belongs(EARLY)}: write announcement_condition: time and "
+            f"this entry{self.format_hint(EARLY)}; write announcement_condition: time and "
             f"announcement_condition_value: {time} instead"
         )
 
-    def belongs(self, year: int | None) -> str:
+    def format_hint(self, year: int | None) -> str:
         """Return a hint that an entry is of a year's format; empty for no year."""
         if year is None:
             return ""
         if year == EARLY:
-            return " belongs to the 2016 format (used until April 2017); this reads the 2017 format"
+            return " belongs to the 2016 format (used until April 2017); Cellwright reads the 2017 format"
         latest = max(year, self.year or year)
-        return (
-            f" belongs to the {latest} format{'' if latest > year else ' or a later one'}; this reads the 2017 format"
-        )
+        later = "" if latest > year else " or a later one"
+        return f" belongs to the {latest} format{later}; Cellwright reads the 2017 format"

@@ -9,7 +9,7 @@ from itertools import product
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
 from cellwright.config.parsing.reader import Keys, Placement, Reader, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, children, described, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, children, describe, shortened
 from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.util.errors import did_you_mean, suggestion
@@ -24,7 +24,7 @@ def _switch(reader: Reader, node: YamlNode) -> bool:
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
     truth = bool(node.value if isinstance(node, Leaf) else children(node))
-    reader.problems.warn(node, f"should be true or false; {described(node)} counts as {str(truth).lower()}")
+    reader.problems.warn(node, f"should be true or false (got {describe(node)}); counts as {str(truth).lower()}")
     return truth
 
 
@@ -53,7 +53,7 @@ def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, 
     for entry in table.entries.values():
         if entry.name not in OPTIONS.names:
             year = LATER_OPTIONS.get(entry.name)
-            origin = f" (it came with the {year} format)" if year else ""
+            origin = f" (new in the {year} format)" if year else ""
             hint = did_you_mean(str(entry.name), OPTIONS.names)
             reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
     values = OPTIONS.values(table, reader)
@@ -69,7 +69,7 @@ _MAX_SEARCHED = 100
 
 
 @dataclass(slots=True)
-class PartBook:
+class PartRegistry:
     """Count of the parts while they are read: the numbers in their names, their total, and their locations.
 
     Numbers are counted per type as written: an alias counts apart from its type. An alias of an alias is not followed.
@@ -122,9 +122,9 @@ GRID = Keys(
 )
 
 
-def read_bins(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
+def read_bins(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
     """Return the section `models_over_bins`: grids of parts, numbered in the original's order."""
-    reader = book.reader
+    reader = registry.reader
     found: dict[str, Part] = {}
     for _, name, table in reader.tables(node):
         origin = _origin(name, table, reader)
@@ -132,19 +132,21 @@ def read_bins(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
         if models is None or (isinstance(models, Leaf) and models.value is None):
             continue
         for model in reader.entries(models):
-            parts = _grid(name, origin, model, book)
+            parts = _grid(name, origin, model, registry)
             lost = [part.name for part in parts if part.name in found]
             if lost:  # as in the original, a part replaces an earlier one of the same name
                 first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
-                message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
+                message = (
+                    f"{first} exists twice, since aliases and types are numbered apart; only the later one is kept"
+                )
                 reader.problems.warn(model, message)
             found.update((part.name, part) for part in parts)
     return tuple(found.values())
 
 
-def read_extras(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
+def read_extras(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
     """Return the section `models_to_spawn`: single parts, each in the frame of a link."""
-    reader = book.reader
+    reader = registry.reader
     found: dict[str, Part] = {}
     for entry, frame, frame_table in reader.tables(node):
         reader.ignored(frame_table, ("models",))
@@ -154,20 +156,20 @@ def read_extras(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
         models = reader.required(frame_table, "models")
         for model in reader.entries(models) if models else ():
             table = reader.table(model.value)
-            part = read_part(table, book) if table else None
-            if part and book.admit(model, 1):
+            part = read_part(table, registry) if table else None
+            if part and registry.admit(model, 1):
                 part_type, placement = part
-                name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
+                name = f"{frame.replace('::', '|')}|{part_type}_{registry.number(part_type)}"
                 found[name] = Part(name, part_type, placement.pose, frame, placement)
     return tuple(found.values())
 
 
-def read_part(table: Table, book: PartBook) -> tuple[str, Placement] | None:
+def read_part(table: Table, registry: PartRegistry) -> tuple[str, Placement] | None:
     """Return type and placement of a single part of `models_to_spawn` or an order."""
-    values = PART.read(table, book.reader)
+    values = PART.read(table, registry.reader)
     if not PART.complete(values):
         return None
-    return book.part_type(values["type"], table.entries["type"].value), values["pose"]
+    return registry.part_type(values["type"], table.entries["type"].value), values["pose"]
 
 
 def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
@@ -178,14 +180,14 @@ def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
     if name in BIN_CENTRES:
         x, y = BIN_CENTRES[name]
         return (x - BIN_WIDTH / 2, y - BIN_WIDTH / 2, BIN_PART_HEIGHT)
-    hint = f"; it is needed for a place that is none of the bins{did_you_mean(name, BIN_CENTRES)}"
+    hint = f"; only bins have a default{did_you_mean(name, BIN_CENTRES)}"
     reader.required(table, "xyz", hint)
     return None
 
 
-def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[Part]:
+def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, registry: PartRegistry) -> list[Part]:
     """Return the grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
-    reader = book.reader
+    reader = registry.reader
     written_type = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -194,19 +196,19 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     if written_type is None or origin is None or not GRID.complete(values):
         return []
     start, end, rpy, nx, ny = (values[name] for name in GRID.names)
-    if not book.admit(entry, nx * ny):
+    if not registry.admit(entry, nx * ny):
         return []
-    part_type = book.part_type(written_type, entry)
+    part_type = registry.part_type(written_type, entry)
     if nx * ny == 0:
         return []
-    book.locations[part_type].add(bin_name)
+    registry.locations[part_type].add(bin_name)
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
     parts: list[Part] = []
     for ix, iy in product(range(nx), range(ny)):
         x = origin[0] + start[0] + ix * step_x
         y = origin[1] + start[1] + iy * step_y
-        name = f"{bin_name}|{part_type}_{book.number(written_type)}"
+        name = f"{bin_name}|{part_type}_{registry.number(written_type)}"
         placement = Placement((x, y, origin[2] + start[2]), rpy)
         parts.append(Part(name, part_type, placement.pose, written=placement))
     return parts
@@ -216,35 +218,35 @@ _BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part:
 _NO_POSE = "; files without one are of the 2016 format"
 
 
-def read_belt(node: YamlNode, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
+def read_belt(node: YamlNode, registry: PartRegistry, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """Return the parts in the order of their times, ties in the original's order."""
-    reader = book.reader
+    reader = registry.reader
     found: dict[tuple[str, object], BeltPart] = {}
     for entry in reader.entries(node):
         if isinstance(entry.value, Table) and "type" in entry.value.entries:
-            reader.problems.error(entry, f"{_BY_TYPE}; this entry{other_year.belongs(EARLY)}")
+            reader.problems.error(entry, f"{_BY_TYPE}; this entry{other_year.format_hint(EARLY)}")
             continue
         written_type = reader.key(entry)
         times = reader.entries(entry.value)
         if written_type is None or not isinstance(entry.value, Table):
             continue
-        part_type = book.part_type(written_type, entry)
+        part_type = registry.part_type(written_type, entry)
         for time in times:
             part = _belt_part(part_type, time, reader)
             if part is None:
                 continue
             if (part_type, time.name) in found:
-                reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
+                reader.problems.warn(time, f"duplicate time for {part_type}; only this part is kept")
             found[part_type, time.name] = part
-            book.locations[part_type].add("belt")
-    if not book.admit(node, len(found) * book.options.belt_population_cycles):
+            registry.locations[part_type].add("belt")
+    if not registry.admit(node, len(found) * registry.options.belt_population_cycles):
         return ()
     return tuple(sorted(found.values(), key=lambda part: part.time))
 
 
 def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if entry.name == "pose":
-        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{_NO_POSE}")
+        reader.problems.error(entry, f"must be a time [s] with the pose below it{_NO_POSE}")
         return None
     time = reader.number(Leaf(entry.name, entry.place, entry.key))
     if time is None:
@@ -261,7 +263,7 @@ def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if placement is None:
         return None
     if time < 0:
-        reader.problems.warn(entry, "a time before the start; the part appears at once")
+        reader.problems.warn(entry, f"must not be negative (got {time:g}); the part appears at once")
     return BeltPart(float(time), part_type, placement.pose, placement)
 
 
@@ -278,9 +280,9 @@ _CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
 DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination, "part_type_to_drop": Reader.name})
 
 
-def read_drops(node: YamlNode, book: PartBook) -> tuple[DropRegion, ...]:
+def read_drops(node: YamlNode, registry: PartRegistry) -> tuple[DropRegion, ...]:
     """Return the regions in the original's order."""
-    reader = book.reader
+    reader = registry.reader
     table = reader.table(node)
     if table is None:
         return ()
@@ -288,14 +290,14 @@ def read_drops(node: YamlNode, book: PartBook) -> tuple[DropRegion, ...]:
     regions_node = reader.required(table, "drop_regions")
     drops: dict[object, DropRegion] = {}
     for entry in reader.entries(regions_node) if regions_node else ():
-        drop = _region(entry, book)
+        drop = _region(entry, registry)
         if drop:
             drops[entry.name] = drop
     return tuple(drops[name] for name in dictionary_order(drops))
 
 
-def _region(entry: Entry, book: PartBook) -> DropRegion | None:
-    reader = book.reader
+def _region(entry: Entry, registry: PartRegistry) -> DropRegion | None:
+    reader = registry.reader
     name = reader.key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -303,7 +305,7 @@ def _region(entry: Entry, book: PartBook) -> DropRegion | None:
     values = DROP_REGION.read(table, reader)
     if name is None or not DROP_REGION.complete(values):
         return None
-    part_type = book.part_type(values["part_type_to_drop"], table.entries["part_type_to_drop"].value)
+    part_type = registry.part_type(values["part_type_to_drop"], table.entries["part_type_to_drop"].value)
     first, second, destination = values["min"], values["max"], values["destination"]
     lower, upper = (tuple(map(choose, first, second)) for choose in (min, max))
     return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))
@@ -316,22 +318,23 @@ def read_faulty(node: YamlNode, reader: Reader) -> dict[str, YamlNode]:
         case Items():
             for item in node.items:
                 if isinstance(item, Leaf) and item.value is None:
-                    reader.problems.warn(item, "an empty entry, ignored")
+                    reader.problems.warn(item, "empty entry, ignored")
                     continue
                 name = reader.name(item)
                 if name is not None:
                     names[name] = item
         case Table():
-            reader.problems.warn(node, "should be a list of names; the mapping's keys are taken for them")
+            reader.problems.warn(node, "should be a list of names (got a mapping); its keys are used")
             for entry in node.entries.values():
                 name = reader.key(entry)
                 if name is not None:
                     names[name] = Leaf(name, entry.place, entry.key)
         case Leaf(value=str(text)):
-            reader.problems.warn(node, f"should be a list of names (- {text}); each letter is taken for one")
+            example = f"such as [{shortened(text)}] (got {describe(node)})"
+            reader.problems.warn(node, f"should be a list of names, {example}; each letter counts as a name")
             names = dict.fromkeys(text, node)
         case _:
-            reader.problems.error(node, f"must be a list of names, not {described(node)}")
+            reader.problems.error(node, f"must be a list of names (got {describe(node)})")
     return {name: names[name] for name in dictionary_order(dictionary_order(names))}
 
 

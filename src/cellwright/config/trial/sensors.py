@@ -63,7 +63,7 @@ def read_arm(node: YamlNode, reader: Reader) -> bool:
         return False
     for entry in table.entries.values():
         if entry.name == "initial_joint_states":
-            reader.problems.warn(entry, "ignored, as the original did; it has an effect under cellwright: arm:")
+            reader.problems.warn(entry, "ignored, as in the original; move it to cellwright: arm:")
         elif entry.name != "type":
             reader.problems.warn(entry, f"unknown entry, ignored{did_you_mean(str(entry.name), ('type',))}")
     kind = reader.required(table, "type")
@@ -76,7 +76,7 @@ def read_sensors(node: YamlNode, reader: Reader) -> tuple[SensorConfig, ...]:
     """Return the section `sensors` without sensors of unknown types."""
     table = reader.table(node)
     if table and len(table.entries) > MAX_SENSORS:
-        reader.problems.error(node, f"{len(table.entries)} sensors; at most {MAX_SENSORS} are read")
+        reader.problems.error(node, f"too many sensors (got {len(table.entries)}, at most {MAX_SENSORS})")
         return ()
     from_plugins = plugins.names("sensors") if table else []
     sensors = [_sensor(entry, from_plugins, reader) for entry in table.entries.values()] if table else []
@@ -86,7 +86,9 @@ def read_sensors(node: YamlNode, reader: Reader) -> tuple[SensorConfig, ...]:
     for sensor in found:
         if table and sensor.name in changes:
             beam = changes[sensor.name]
-            reader.problems.error(table.entries[sensor.name], f"the break beam {beam!r} has a topic of this name")
+            reader.problems.error(
+                table.entries[sensor.name], f"the break beam {beam!r} has a topic of this name; choose another"
+            )
     return found
 
 
@@ -104,7 +106,7 @@ def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor
         origin = f" of the {year} format" if year else ""
         hint = suggestion(sensor.type, (*SENSOR_TYPES, *from_plugins))
         if sensor.type in CAMERA_TYPES:
-            hint = "; cameras that take pictures stand under cellwright: sensors:"
+            hint = "; move picture cameras to cellwright: sensors:"
         message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
         reader.problems.warn(table.entries["type"].value, message)
         return None
@@ -115,17 +117,21 @@ def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor
 def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
     """Check a name that becomes a topic and frames; its prefix named the publisher of the frame in the original."""
     if not _TOPIC.fullmatch(name):
-        reader.problems.error(entry, "a sensor's name becomes a topic: only letters, digits, _ and / between them")
+        reader.problems.error(
+            entry, "a sensor's name becomes a topic; use only letters, digits and _, and / between them"
+        )
     elif name in RESERVED_NAMES:
-        reader.problems.error(entry, f"the cell itself has a topic {name!r}")
+        reader.problems.error(entry, f"the cell has a topic {name!r}; choose another name")
     elif name[0].isdigit():
-        reader.problems.warn(entry, "begins with a digit, which ROS 2 has no topics for")
+        reader.problems.warn(entry, "begins with a digit, which ROS 2 does not allow in topics")
     is_camera = sensor_type == "logical_camera"
     if is_camera and not name.startswith(CAMERA_PREFIX):
-        message = f"a logical camera whose name does not begin with {CAMERA_PREFIX}: its frame is published twice"
+        message = f"the name of a logical camera should begin with {CAMERA_PREFIX}; its frame is published twice"
         reader.problems.warn(entry, message)
     elif not is_camera and name.startswith(CAMERA_PREFIX):
-        message = f"begins with {CAMERA_PREFIX} and is none: as in the original, it has no frame"
+        message = (
+            f"only logical cameras should begin with {CAMERA_PREFIX}; as in the original, this sensor has no frame"
+        )
         reader.problems.warn(entry, message)
 
 
@@ -152,9 +158,9 @@ _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 def _camera_type(reader: Reader, node: YamlNode) -> str | None:
     kind = reader.name(node)
     if kind in SENSOR_TYPES:
-        reader.problems.error(node, f"a {kind} stands in the section sensors at the top")
+        reader.problems.error(node, f"a {kind} belongs in the top-level section sensors")
         return None
-    return one_of(CAMERA_TYPES, "type of camera")(reader, node) if kind is not None else None
+    return one_of(CAMERA_TYPES, "camera type")(reader, node) if kind is not None else None
 
 
 NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
@@ -170,7 +176,7 @@ CAMERA = Keys(
         "rate": number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
         "near": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
         "far": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
-        "shadows": Reader.truth,
+        "shadows": Reader.boolean,
         "noise": section(NOISE, PictureNoise),
         "latency": number(0.0, MAX_CAMERA_LATENCY, "s"),
         "when_late": one_of(get_args(WhenLate)),
@@ -189,37 +195,41 @@ def read_cameras(
     if table is None:
         return ()
     if len(table.entries) > MAX_CAMERAS:
-        reader.problems.error(table, f"{len(table.entries)} cameras; at most {MAX_CAMERAS} are read")
+        reader.problems.error(table, f"too many cameras (got {len(table.entries)}, at most {MAX_CAMERAS})")
         return ()
-    taken = {sensor.name for sensor in sensors}
-    cameras = [_camera(entry, taken, reader, has_arm=has_arm) for entry in table.entries.values()]
+    used_names = {sensor.name for sensor in sensors}
+    cameras = [_camera(entry, used_names, reader, has_arm=has_arm) for entry in table.entries.values()]
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bool) -> PictureCameraConfig | None:
+def _camera(entry: Entry, used_names: Collection[str], reader: Reader, *, has_arm: bool) -> PictureCameraConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
         return None
     values = CAMERA.read(table, reader)
-    if name is None or not _check_camera_name(entry, name, taken, reader) or not CAMERA.complete(values):
+    if name is None or not _check_camera_name(entry, name, used_names, reader) or not CAMERA.complete(values):
         return None
     camera = PictureCameraConfig(name, **values)
     if camera.frame != WORLD and not has_arm:
-        message = f"there is no arm, and so no {camera.frame}; an arm comes with arm: {{type: ur10}}"
+        message = f"the frame {camera.frame} requires an arm; write arm: {{type: ur10}}"
         reader.problems.error(table.entries["frame"].value, message)
     _check_together(entry, camera, reader)
     return camera
 
 
-def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: Reader) -> bool:
+def _check_camera_name(entry: Entry, name: str, used_names: Collection[str], reader: Reader) -> bool:
     """Check a name that becomes topics and frames, in ROS 1 and in ROS 2."""
     if not _CAMERA_NAME.fullmatch(name):
-        reason = "a camera's name becomes a topic: only letters, digits and _, and a letter first"
-    elif name in RESERVED_NAMES or name in taken:
-        reason = "there is a sensor of this name" if name in taken else f"the cell itself has a topic {name!r}"
+        reason = "a camera's name becomes a topic; use only letters, digits and _, with a letter first"
+    elif name in RESERVED_NAMES or name in used_names:
+        reason = (
+            "another sensor has this name; choose another"
+            if name in used_names
+            else f"the cell has a topic {name!r}; choose another name"
+        )
     elif name.startswith(CAMERA_PREFIX):
-        reason = f"a name that begins with {CAMERA_PREFIX} is that of a logical camera"
+        reason = f"names that begin with {CAMERA_PREFIX} are for logical cameras; choose another"
     else:
         return True
     reader.problems.error(entry, reason)
@@ -229,12 +239,12 @@ def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: 
 def _check_together(entry: Entry, camera: PictureCameraConfig, reader: Reader) -> None:
     """Report figures that are valid alone but not together."""
     if camera.near >= camera.far:
-        reader.problems.error(entry, f"near, {camera.near:g} m, must be less than far, {camera.far:g} m")
+        reader.problems.error(entry, f"near must be less than far (got {camera.near:g} and {camera.far:g} m)")
     if camera.has_depth and camera.width * camera.height > MAX_DEPTH_PIXELS:
         reader.problems.error(
             entry,
-            f"{camera.width} x {camera.height} pixels are {camera.width * camera.height}; "
-            f"a camera that measures depth has at most {MAX_DEPTH_PIXELS}",
+            f"depth pictures must have at most {MAX_DEPTH_PIXELS} pixels "
+            f"(got {camera.width} x {camera.height}, which are {camera.width * camera.height})",
         )
 
 

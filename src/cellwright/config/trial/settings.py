@@ -8,7 +8,7 @@ from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Read, Reader, one_of, section, whole
-from cellwright.config.parsing.tree import Leaf, Table, YamlNode, described, shortened
+from cellwright.config.parsing.tree import Leaf, Table, YamlNode, describe, shortened
 from cellwright.config.trial.sensors import read_plugin_devices
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.util.errors import ExpressionError
@@ -29,10 +29,10 @@ def _timestep(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
     except ZeroDivisionError:
         step = None
     if step is None:
-        reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500, not {described(node)}")
+        reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500 (got {describe(node)})")
         return None
     if not MIN_TIMESTEP <= step <= MAX_TIMESTEP:
-        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s, not {shortened(text)}")
+        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s (got {shortened(text)})")
         return None
     return step.numerator, step.denominator
 
@@ -65,7 +65,7 @@ def _initial(reader: Reader, node: YamlNode) -> dict[str, float]:
         except ExpressionError:
             continue
         if abs(position) > limit:
-            reader.problems.error(entry, f"{position:g} is beyond the joint's limit of {limit:g}")
+            reader.problems.error(entry, f"must be within the joint's limits of ±{limit:g} (got {position:g})")
         states[str(entry.name)] = position
     return states
 
@@ -83,7 +83,7 @@ OWN_ARM = Keys(
         "dry_friction": section(_by_joint(_NOT_NEGATIVE), dict),
         "constraints": _constraints,
         "stop_trajectory_duration": _NOT_NEGATIVE,
-        "allow_partial_joints_goal": Reader.truth,
+        "allow_partial_joints_goal": Reader.boolean,
         "initial_joint_states": _initial,
     },
     strict="entry",

@@ -259,7 +259,35 @@ class Circumstances:
 class Trial:
     """Whole trial: the cell, its parts, its orders and its faults.
 
-    `part_models` are user-defined part types by name; `furniture` are further static models in the cell.
+    Attributes:
+        name: the name of its first file.
+        has_arm: True if the cell has an arm.
+        sensors: sensors and cameras, in the order of the file.
+        options: `options` of the 2017 format.
+        time_limit: time until the trial is over [s]; negative for no limit.
+        orders: orders in the order of their ids.
+        bin_parts: parts in the bins.
+        extra_parts: parts in the frames of links.
+        belt_parts: parts of one round of the belt, by time.
+        faulty_parts: names of faulty parts, without their origin.
+        drop_regions: regions where the gripper loses a part.
+        material_locations: places of each part type: bins, `belt`, load points.
+        settings: seed, time step and control of the arm.
+        initial_joint_states: initial positions of the arm's joints [rad; m]; the usual ones for joints not named.
+        part_models: user-defined part types, by name.
+        furniture: further static models in the cell.
+        devices: devices of plugins.
+        circumstances: properties that no file states, such as friction.
+
+    Example:
+        >>> from cellwright import load_trial
+        >>> trial = load_trial("final01")
+        >>> trial.name, trial.time_limit, len(trial.bin_parts)
+        ('final01', 500.0, 28)
+        >>> for part in trial.orders[0].kits[0].objects:
+        ...     print(part.type, part.pose.position)
+        piston_rod_part (0.1, -0.18, 0.0)
+        gear_part (-0.12, -0.2, 0.0)
     """
 
     name: str

@@ -50,7 +50,7 @@ def test_an_empty_configuration_is_a_cell(capsys: pytest.CaptureFixture[str]) ->
     [
         (["foo: 1\nbar: 2"], ["<text>:1: foo: unknown top-level entry", "<text>:2: bar: unknown top-level entry"]),
         (["-f", "nowhere.yaml"], ["nowhere.yaml: cannot be read: No such file or directory"]),
-        (["a: ["], ["<text>:1: no valid YAML"]),
+        (["a: ["], ["<text>:1: invalid YAML"]),
     ],
 )
 def test_errors_are_a_line_each_and_status_1(

@@ -88,7 +88,7 @@ def test_a_trial_in_lines(tmp_path: Path) -> None:
         "[2.000] Announcing order: order_0 (time)",
         "[3.000] Submitted tray: tray as order_0_kit_0: [5]",
         "[4.000] Submitted tray: tray as kit: [0]",
-        "[4.000] scored 0: kit type 'kit' belongs to no order (asked for now: none)",
+        "[4.000] scored 0: kit type 'kit' belongs to no order (ordered now: none)",
         "[5.000] Order complete: order_0: [5]",
         "[6.000] Trial over: ended by command",
     ]

@@ -106,7 +106,7 @@ def test_parts_that_it_cannot_take_are_logged_at_the_end_with_the_reason(tmp_pat
         "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
     ]
     sentences = [part.sentence() for each in result.evidence.orders for kit in each.kits for part in kit.parts]
-    assert sentences == ["none on the tray when it was submitted: never taken hold of"] * 2
+    assert sentences == ["not on the tray at submission: never gripped"] * 2
 
 
 @pytest.fixture(scope="module")
