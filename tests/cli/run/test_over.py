@@ -67,7 +67,7 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
     [
         (["--connect", "localhost"], "give a host and a port, such as 127.0.0.1:11399"),
         (["--connect", "localhost:0"], "give a host and a port"),
-        (["--connect", "127.0.0.1:1"], "nobody answers at 127.0.0.1:1: "),
+        (["--connect", "127.0.0.1:1"], "no server answers at 127.0.0.1:1: "),
         (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the one who serves it"),
         (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
         (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
