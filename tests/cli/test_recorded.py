@@ -102,7 +102,7 @@ def test_robot_node_is_recorded(cellwright: CommandLine) -> None:
     ("files", "reason"),
     [
         (["a.txt"], "--record a.txt: give a file such as run.mcap"),
-        (["a.mcap", "b.mcap"], "b.mcap: one recording of a kind is enough"),
+        (["a.mcap", "b.mcap"], "b.mcap: only one .mcap file is possible"),
         (["none/a.mcap"], "--record none/a.mcap: there is no folder none"),
     ],
 )

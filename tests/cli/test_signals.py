@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.engine.loop import StopCondition
-from cellwright.running.run.session import restored_environment
+from cellwright.running.run.agent_work import restored_environment
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 

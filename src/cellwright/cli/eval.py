@@ -221,7 +221,12 @@ def _work(
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
-            store, limits=limits, workers=workers, records=records, on_result=progress.take, on_look=progress.show_jobs
+            store,
+            limits=limits,
+            workers=workers,
+            records=records,
+            on_result=progress.take,
+            on_progress=progress.show_jobs,
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)

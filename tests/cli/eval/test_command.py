@@ -60,7 +60,7 @@ def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
     assert again.status == 1
     assert "1 of them has a result already" in again.err
     document = json.loads(again.out)
-    assert document["results"][0]["shortcoming"] == "6 of 6 points, but 7 points were asked for"
+    assert document["results"][0]["shortcoming"] == "6 of 6 points, below the required 7 points"
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
 
 
@@ -128,12 +128,12 @@ def test_summary_fits_terminal_and_lists_worst_runs(capsys: pytest.CaptureFixtur
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert lines.index("  tiny seed 3: still at work after 5 s") < lines.index("  tiny seed 10: " + BELOW)
+    assert lines.index("  tiny seed 3: still running after 5 s") < lines.index("  tiny seed 10: " + BELOW)
     assert "  and 2 more" in lines
     assert "passed      1 of 13 runs" in lines
 
 
-BELOW = "1 of 12 points, but 50 % of the points were asked for"
+BELOW = "1 of 12 points, below the required 50 % of the points"
 
 
 def test_progress_on_terminal_is_a_live_table(tmp_path: Path) -> None:

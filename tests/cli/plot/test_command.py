@@ -57,7 +57,7 @@ def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright
     data = recording.read_bytes()
     cut.write_bytes(data[:-2000])
     ran = cellwright("plot", str(cut), "--out", str(out))
-    assert (ran.status, ran.err) == (0, f"warning: {cut}: was cut short; drawn as far as it goes\n")
+    assert (ran.status, ran.err) == (0, f"warning: {cut}: cut short; plotted as far as it goes\n")
     assert out.exists()
 
 
@@ -65,7 +65,7 @@ def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright
     ("arguments", "message"),
     [
         (("nowhere.mcap",), "nowhere.mcap: cannot be read: No such file"),
-        (("{text}",), "it is no MCAP file"),
+        (("{text}",), "not an MCAP file"),
         (("{run}", "--panels", "scores"), "--panels: unknown panel 'scores'; did you mean score"),
         (("{run}", "--out", "a.jpg"), "--out a.jpg: give a file whose name ends in .png, .svg or .pdf"),
         (("{run}", "--out", "no/where/a.png"), "there is no folder"),

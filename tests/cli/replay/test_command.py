@@ -81,7 +81,7 @@ def test_truncated_file_is_reported(cellwright: CommandLine, path: Path, tmp_pat
     [
         (["no.mcap"], "no.mcap: cannot be read: No such file or directory"),
         (["."], ".: cannot be read"),
-        (["text.mcap"], "text.mcap: it is no MCAP file"),
+        (["text.mcap"], "text.mcap: not an MCAP file"),
         (["PATH", "--serve", "--speed", "0"], "--speed 0: give a factor above 0"),
         (["PATH", "--serve", "--port", "70000"], "port must be from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
@@ -122,7 +122,7 @@ def test_client_on_socket_receives_recorded_messages(path: Path) -> None:
         client = package.Client.connect(address, node="/me")
         client.wait_until(lambda: client.time > LENGTH / 2)
         newest, orders = client.joint_states.message, [order.order_id for order in client.orders]
-        with pytest.raises(package.errors.CellwrightError, match="this is a recording"):
+        with pytest.raises(package.errors.CellwrightError, match="a recording is read-only"):
             client.control_gripper(True)
         client.close()
         player.signal(signal.SIGTERM)

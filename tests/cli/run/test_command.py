@@ -132,7 +132,7 @@ def test_missed_snapshot_exits_with_1_and_warning(cellwright: CommandLine, tmp_p
     (tmp_path / "late.png").write_bytes(b"of an earlier run")
     ran = cellwright("run", "lesson", *UNTIL, "--snapshot", "5:late.png", "--json")
     assert ran.status == 1
-    assert "warning: late.png was not taken: the run ended at 0.1 s, before 5 s\n" in ran.err
+    assert "warning: late.png: picture not taken; the run ended at 0.1 s, before 5 s\n" in ran.err
     assert json.loads(ran.out)["pictures"] == []
 
 

@@ -68,7 +68,9 @@ def test_picture_is_written_at_the_end(cellwright: CommandLine, tmp_path: Path) 
 def test_open_address_prints_warning(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.1", "--host", "0.0.0.0")
     assert ran.status == 0
-    assert ran.err == "warning: 0.0.0.0: anybody who reaches this machine can drive the cell\n"
+    assert (
+        ran.err == "warning: 0.0.0.0: open to the network; every program that reaches this machine can drive the cell\n"
+    )
 
 
 def test_verbose_prints_pace(cellwright: CommandLine) -> None:

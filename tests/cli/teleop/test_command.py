@@ -64,7 +64,7 @@ def test_summary_lists_commands_and_pace(cellwright: CommandLine) -> None:
 
 def test_node_started_disabled_prints_it(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--start-disabled", "--sim-time", "--until", "0.01", "--port", "0")
-    assert ran.out.splitlines()[0].endswith(", real time, takes no commands until /io_teleop/set_enabled says so")
+    assert ran.out.splitlines()[0].endswith(", real time, commands disabled until enabled with /io_teleop/set_enabled")
 
 
 def test_same_run_has_same_state_hash(cellwright: CommandLine) -> None:
