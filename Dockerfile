@@ -1,5 +1,5 @@
 # Images of Cellwright, 350 MiB without ROS and 541 MiB with ROS 1, uncompressed on x86-64.
-# No compiled Python files are in it (12 MiB): each start takes about a second longer. Videos need libegl1 for speed.
+# The plain one has no compiled Python files (12 MiB): each start takes about a second longer. For OpenGL see docs/video.md.
 #
 #   docker build --target plain -t cellwright .
 #   docker build --target ros -t cellwright:ros .
