@@ -89,9 +89,9 @@ def test_noted_commands_can_be_executed_again() -> None:
     stamp=st.none() | st.integers(),
 )
 def test_command_survives_encoding(
-    tick: int, how: InputKind, words: tuple[str, str, str], data: bytes, stamp: int | None
+    tick: int, kind: InputKind, words: tuple[str, str, str], data: bytes, stamp: int | None
 ) -> None:
-    command = Command(tick, how, *words, data, stamp)
+    command = Command(tick, kind, *words, data, stamp)
     assert Command.decode(command.encode()) == command
 
 
