@@ -9,7 +9,7 @@ SOURCE ?= --editable .
 # Of three workers one mostly waits, for ROS 1 (tests/schedule.py): enough for two cores.
 JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-# Hundreds of tests start Python anew, which would compile all that it loads each time.
+# Hundreds of tests start Python, which would otherwise compile all that it loads each time.
 unexport PYTHONDONTWRITEBYTECODE
 
 # Asked before .venv is made: one of an older Python would be there to stay.
@@ -69,6 +69,7 @@ check: .venv/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tools.prose
 
 # The documentation as a site, in site/; a link that leads nowhere is an error.
 docs: .venv/.installed-dev

@@ -114,12 +114,12 @@ def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
         )
         yield Figure(f"{label}: ours", 1e6 / own / rate, "x real time")
         yield Figure(f"{label}: speed / PyBullet with sleep", other / own, minimum=MIN_RATIOS[rate], note=shares)
-        by_itself = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
+        asleep = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
         yield Figure(
             f"{label}: speed / PyBullet by default, without sleep",
             restless / own,
             minimum=MIN_DEFAULT_RATIO,
-            note=by_itself,
+            note=asleep,
         )
         yield Figure(f"{label}: speed / PyBullet with sleep, empty belt", other_resting / own_resting)
         yield Figure(f"{label}: speed / PyBullet, both without sleep", restless / own_restless)

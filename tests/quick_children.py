@@ -56,7 +56,7 @@ class Subprocess:
     ) -> WarmProcess:
         """Fork a program. Its standard error is that of this process unless redirected."""
         environment = {**os.environ} if env is None else env
-        if Path(command[1]).name == "tether.py":  # its parent would be another process
+        if Path(command[1]).name == "parent_watch.py":  # its parent would be another process
             command = command[4:]
         elif len(command) > 3 and Path(command[3]).name == "guard.py":  # it cannot be forked
             command = command[5:]

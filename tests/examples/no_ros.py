@@ -1,4 +1,4 @@
-"""What the example of a controller node uses of ROS, without ROS: enough to load it, and to be the one who calls it."""
+"""Stand-in for ROS that loads the example of a controller node, and calls it."""
 
 import sys
 import types
@@ -13,7 +13,7 @@ import pytest
 
 @dataclass
 class Graph:
-    """What a node has registered, and what it has published."""
+    """Registrations and published messages of a node."""
 
     subscribers: dict[str, Callable[[Any], None]] = field(default_factory=dict)
     services: dict[str, Callable[[Any], Any]] = field(default_factory=dict)
@@ -33,10 +33,10 @@ def install(monkeypatch: pytest.MonkeyPatch, package: Path) -> Graph:
     class Publisher:
         def __init__(self, topic: str, _kind: type, queue_size: int) -> None:
             assert queue_size == 1
-            self.told = graph.published.setdefault(topic, [])
+            self.messages = graph.published.setdefault(topic, [])
 
         def publish(self, message: Any) -> None:
-            self.told.append(message)
+            self.messages.append(message)
 
     class Rate:
         def __init__(self, hertz: float) -> None:

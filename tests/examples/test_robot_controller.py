@@ -27,18 +27,18 @@ def joints(**positions: float) -> Any:
     return types.SimpleNamespace(name=list(positions), position=list(positions.values()))
 
 
-def test_the_class_without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_example_controller_publishes_and_moves_without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_package(IO_TELEOP, tmp_path, tmp_path / "bin")
     graph = install(monkeypatch, tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     robot = runpy.run_path(str(SCRIPT))["OpenLoongController"]("OpenLoong/vr_configs.yml")
     try:
-        told = graph.published["/io_teleop/joint_states"]
-        wait_until(lambda: len(told) > 5, "joint states")
-        assert len(told[0].name) == len(told[0].position) == len(told[0].velocity) == 75
+        states = graph.published["/io_teleop/joint_states"]
+        wait_until(lambda: len(states) > 5, "joint states")
+        assert len(states[0].name) == len(states[0].position) == len(states[0].velocity) == 75
 
         def position(name: str) -> float:
-            return float(dict(zip(told[-1].name, told[-1].position, strict=True))[name])
+            return float(dict(zip(states[-1].name, states[-1].position, strict=True))[name])
 
         graph.subscribers["/io_teleop/joint_cmd"](joints(J_arm_r_04=1.2, no_such_joint=1.0))
         graph.subscribers["/openloong/look"](types.SimpleNamespace(x=0.0, y=0.2, z=-0.3))
@@ -94,7 +94,7 @@ def work() -> dict[str, object]:
 
 
 @pytest.mark.ros1
-def test_the_node_at_a_real_roscore(ros: Ground, tmp_path: Path) -> None:
+def test_example_controller_works_at_real_roscore(ros: Ground, tmp_path: Path) -> None:
     share = tmp_path / "share"
     write_package(IO_TELEOP, share / IO_TELEOP, tmp_path / "bin")
     (share / "robot_controller").symlink_to(PACKAGE)
@@ -116,6 +116,6 @@ def test_the_node_at_a_real_roscore(ros: Ground, tmp_path: Path) -> None:
     wait_until(lambda: not node.relatives(), "end of the robot's process")
 
 
-def test_the_script_is_a_program() -> None:
+def test_example_controller_script_is_executable() -> None:
     assert os.access(SCRIPT, os.X_OK)
     assert SCRIPT.read_text(encoding="utf-8").startswith("#!/usr/bin/env python3\n")

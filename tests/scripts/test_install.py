@@ -63,47 +63,47 @@ def there(names: list[str]) -> str:
     return "\n".join(f"echo installed:{name}" for name in names)
 
 
-def test_the_display_comes_the_same_way(machine: Machine) -> None:
+def test_display_is_installed_by_apt(machine: Machine) -> None:
     assert machine.run(script=DISPLAY)[0] == 0
     assert machine.called("apt-get", "install", "--yes", "--no-install-recommends", "xvfb") == 1
     machine.program("dpkg-query", there(packages(DISPLAY)))
     assert machine.run(script=DISPLAY) == (0, "install-display: a display for tests is there\n")
 
 
-def test_a_display_without_apt(machine: Machine) -> None:
+def test_display_without_apt_names_remedy(machine: Machine) -> None:
     (machine.folder / "apt-get").unlink()
     status, said = machine.run(script=DISPLAY, ci=True)
     assert status == 1
     assert "the window's tests need Xvfb" in said
 
 
-def test_the_browser_comes_the_same_way(machine: Machine) -> None:
+def test_browser_is_installed_by_apt(machine: Machine) -> None:
     assert machine.run(script=BROWSER)[0] == 0
     assert machine.called("apt-get", "install", "--yes", "--no-install-recommends", "chromium") == 1
     machine.program("dpkg-query", there(packages(BROWSER)))
     assert machine.run(script=BROWSER) == (0, "install-browser: a browser for tests is there\n")
 
 
-def test_another_browser_that_is_there_does_as_well(machine: Machine) -> None:
+def test_present_browser_is_not_installed_again(machine: Machine) -> None:
     machine.program("google-chrome", "exit 0")
     assert machine.run(script=BROWSER, ci=True) == (0, "install-browser: a browser for tests is there: google-chrome\n")
     assert machine.called("apt-get") == 0
 
 
-def test_each_package_is_named_once() -> None:
+def test_package_lists_name_each_package_once() -> None:
     names = packages()
     assert len(names) == len(set(names)) > 20
     assert {"ros-core", "catkin", "ros-robot-state-publisher", "libroscpp-dev"} < set(names)
 
 
 @pytest.mark.parametrize("ci", [False, True])
-def test_nothing_is_done_where_all_is_there(machine: Machine, ci: bool) -> None:
+def test_installed_packages_are_left_alone(machine: Machine, ci: bool) -> None:
     machine.program("dpkg-query", there(packages()))
     assert machine.run(ci=ci) == (0, "install-ros1: ROS 1 is there\n")
     assert not machine.called("apt-get")
 
 
-def test_only_what_is_missing_is_installed(machine: Machine) -> None:
+def test_only_missing_packages_are_installed(machine: Machine) -> None:
     machine.program("dpkg-query", there(packages()[1:]) + "\necho config-files:ros-core")
     status, said = machine.run(ci=True)
     assert status == 0
@@ -114,19 +114,19 @@ def test_only_what_is_missing_is_installed(machine: Machine) -> None:
 
 
 @pytest.mark.parametrize("ci", [False, True])
-def test_only_in_ci_the_disk_is_not_waited_for(machine: Machine, ci: bool) -> None:
+def test_apt_skips_disk_sync_in_ci_only(machine: Machine, ci: bool) -> None:
     assert machine.run(ci=ci)[0] == 0
     assert machine.called("install", "--yes", "Dpkg::Options::=--force-unsafe-io") == ci
 
 
-def test_progress_is_printed(machine: Machine) -> None:
+def test_installation_prints_progress(machine: Machine) -> None:
     machine.program("apt-get", "i=0; while [ $i -lt 120 ]; do echo 'Setting up ros (1)'; i=$((i+1)); done")
     status, said = machine.run()
     assert status == 0
     assert [line for line in said.splitlines() if "ready" in line] == ["  50 packages ready", "  100 packages ready"]
 
 
-def test_old_lists_are_read_again(machine: Machine) -> None:
+def test_outdated_package_lists_are_updated(machine: Machine) -> None:
     machine.program(
         "apt-get", f'case "$*" in *update*) : >{machine.folder}/new;; *) [ -e {machine.folder}/new ] || exit 100;; esac'
     )
@@ -138,7 +138,7 @@ def test_old_lists_are_read_again(machine: Machine) -> None:
 
 
 @pytest.mark.parametrize("ci", [False, True])
-def test_without_the_right_it_says_what_to_type(machine: Machine, ci: bool) -> None:
+def test_user_without_rights_gets_command_to_type(machine: Machine, ci: bool) -> None:
     machine.program("id", "echo 1000")
     machine.program("sudo", "exit 1")
     status, said = machine.run(ci=ci)
@@ -148,7 +148,7 @@ def test_without_the_right_it_says_what_to_type(machine: Machine, ci: bool) -> N
     assert not machine.called("apt-get")
 
 
-def test_sudo_without_a_password_is_enough(machine: Machine) -> None:
+def test_sudo_without_password_is_used(machine: Machine) -> None:
     machine.program("id", "echo 1000")
     machine.program("sudo", 'shift; exec "$@"')
     status, _ = machine.run(ci=True)
@@ -157,7 +157,7 @@ def test_sudo_without_a_password_is_enough(machine: Machine) -> None:
 
 
 @pytest.mark.parametrize("ci", [False, True])
-def test_a_failed_installation_shows_why(machine: Machine, ci: bool) -> None:
+def test_failed_installation_shows_apt_error(machine: Machine, ci: bool) -> None:
     machine.program("apt-get", "echo 'E: no network'; exit 100")
     status, said = machine.run(ci=ci)
     assert status == (1 if ci else 0)
@@ -166,7 +166,7 @@ def test_a_failed_installation_shows_why(machine: Machine, ci: bool) -> None:
 
 
 @pytest.mark.parametrize("ci", [False, True])
-def test_a_system_without_apt(machine: Machine, ci: bool) -> None:
+def test_system_without_apt_gets_message(machine: Machine, ci: bool) -> None:
     (machine.folder / "apt-get").unlink()
     status, said = machine.run(ci=ci)
     assert status == (1 if ci else 0)

@@ -47,7 +47,7 @@ def root(user: dict[str, str]) -> Path:
     return home
 
 
-def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, user: dict[str, str]) -> None:
+def test_lesson_script_runs_program_and_shows_score(root: Path, user: dict[str, str]) -> None:
     """The program brings one rod and no gear: tests/docs/test_lesson.py follows all of it with the page."""
     (root / "examples").unlink()
     shutil.copytree(ROOT / "examples" / "lesson", root / "examples" / "lesson")
@@ -69,7 +69,7 @@ def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, user: dict[st
 
 
 @pytest.mark.parametrize("sign", ["starting the cell", "ready:", "fetching rod 1"])
-def test_ctrl_c_ends_it_in_order(sign: str, root: Path, user: dict[str, str]) -> None:
+def test_ctrl_c_ends_lesson_script_and_its_processes(sign: str, root: Path, user: dict[str, str]) -> None:
     with Terminal(root, user) as terminal:
         terminal.give(shlex.quote(str(SCRIPT)))
         terminal.wait(lambda: sign in terminal.printed, sign)
@@ -83,7 +83,7 @@ def test_ctrl_c_ends_it_in_order(sign: str, root: Path, user: dict[str, str]) ->
     assert not (root / "lesson.png").exists()  # drawing it would take too long
 
 
-def test_without_ros_it_says_so(root: Path, user: dict[str, str]) -> None:
+def test_lesson_script_without_ros_names_remedy(root: Path, user: dict[str, str]) -> None:
     nowhere = {**user, "CELLWRIGHT_ROS1_PYTHON": "/nowhere/python3"}
     with Terminal(root, nowhere) as terminal:
         terminal.give(shlex.quote(str(SCRIPT)))

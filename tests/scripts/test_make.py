@@ -25,7 +25,7 @@ def make(folder: Path, version: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
 
 
-def test_an_old_python_is_refused_before_it_gets_an_environment_that_stays(tmp_path: Path) -> None:
+def test_old_python_is_refused_before_environment_is_made(tmp_path: Path) -> None:
     done = make(tmp_path, "3, 10, 4")
     said = "Python 3.11 or newer is needed, and this is 3.10; name another: make PYTHON=python3.12"
     assert done.returncode != 0
@@ -34,7 +34,7 @@ def test_an_old_python_is_refused_before_it_gets_an_environment_that_stays(tmp_p
 
 
 @pytest.mark.parametrize("version", ["3, 11, 0", "3, 14, 1"])
-def test_one_that_is_new_enough_makes_the_environment(tmp_path: Path, version: str) -> None:
+def test_new_enough_python_makes_environment(tmp_path: Path, version: str) -> None:
     done = make(tmp_path, version)
     assert "needed" not in done.stderr
     assert "Error 77" in done.stderr

@@ -75,8 +75,8 @@ class StatePublisher:
     def _start(self) -> None:
         if self._is_stopping:
             return
-        tether = [str(Path(link.__file__).with_name("tether.py")), str(os.getpid()), str(int(signal.SIGINT))]
-        command = [sys.executable, "-I", "-S", *tether, *self._arguments]
+        watch = [str(Path(link.__file__).with_name("parent_watch.py")), str(os.getpid()), str(int(signal.SIGINT))]
+        command = [sys.executable, "-I", "-S", *watch, *self._arguments]
         self._began = time.monotonic()
         # its name is absolute: namespaces of the shell, or of a group in a launch file, are for other nodes
         environment = {name: value for name, value in os.environ.items() if name != "ROS_NAMESPACE"}

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from cellwright.middleware import wire as link
 
-_TETHER = Path(link.__file__).with_name("tether.py")
+_PARENT_WATCH = Path(link.__file__).with_name("parent_watch.py")
 _PIECE = 1 << 16
 _MAX_LINE_LENGTH = 1 << 14
 _NAP = 0.01  # [s]
@@ -70,7 +70,7 @@ class Child:
         on_output: Callable[[str], None] | None = None,
         on_error: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        tied = [python, "-I", "-S", str(_TETHER), str(os.getpid()), str(int(parting)), *command]
+        tied = [python, "-I", "-S", str(_PARENT_WATCH), str(os.getpid()), str(int(parting)), *command]
         self.started = time.monotonic()  # time of its start [s] of `time.monotonic`
         self._process = subprocess.Popen(  # noqa: S603
             tied,

@@ -1,9 +1,9 @@
-"""Tether: becomes another program that ends when the process that started it ends, for whatever reason.
+"""Parent watch: becomes another program that ends when the process that started it ends, for whatever reason.
 
-    python3 tether.py PARENT SIGNAL PROGRAM ARGUMENT…
+    python3 parent_watch.py PARENT SIGNAL PROGRAM ARGUMENT…
 
 A killed process cannot end its children. On Linux the kernel can: it sends SIGNAL when the thread that started this
-program is gone. Elsewhere the program runs without a tether. This file runs alone, under any Python 3.
+program is gone. Elsewhere the program runs without the watch. This file runs alone, under any Python 3.
 """
 
 import ctypes
