@@ -8,7 +8,7 @@ from rich.console import Console
 from benchmarks.report import telling
 
 
-def test_plain_lines_where_nothing_can_move() -> None:
+def test_progress_without_terminal_prints_plain_lines() -> None:
     file = io.StringIO()
     with telling(Console(file=file, width=20), "A [thing]") as on_progress:
         on_progress("with a line that is longer than the console")
@@ -16,7 +16,7 @@ def test_plain_lines_where_nothing_can_move() -> None:
     assert file.getvalue().splitlines() == ["A [thing]: with a line that is longer than the console", "A [thing]: well"]
 
 
-def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_line_in_terminal_is_erased_at_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     file = io.StringIO()
     console = Console(file=file, force_terminal=True, force_interactive=True, width=80)

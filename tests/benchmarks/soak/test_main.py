@@ -20,7 +20,9 @@ from benchmarks.soak.soak import Soaked, SoakError
         (["--picture", "/none/such/a.svg"], "there is no folder /none/such"),
     ],
 )
-def test_bad_input(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_arguments_are_refused_with_reason(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(arguments) == 2
     assert words in capsys.readouterr().err
 
@@ -41,7 +43,9 @@ def soaks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Soaked | SoakError]:
     return found
 
 
-def test_both_faces_are_reported(soaks: dict[str, object], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_both_faces_are_reported_and_drawn(
+    soaks: dict[str, object], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     from benchmarks.soak.memory import Sample
 
     for face in ("cell", "robot"):
@@ -53,13 +57,15 @@ def test_both_faces_are_reported(soaks: dict[str, object], capsys: pytest.Captur
     assert ET.parse(tmp_path / "a.svg").getroot().tag == "{http://www.w3.org/2000/svg}svg"
 
 
-def test_a_difference_is_a_failure(soaks: dict[str, object]) -> None:
+def test_state_difference_gives_exit_status_1(soaks: dict[str, object]) -> None:
     soaks["robot"] = Soaked("robot", 1, whole={1: "aa"}, pieces={1: "ab"})
     assert main(["--hours", "0.01", "--face", "cell"]) == 0
     assert main(["--hours", "0.01"]) == 1
 
 
-def test_a_process_that_died(soaks: dict[str, object], capsys: pytest.CaptureFixture[str]) -> None:
+def test_dead_process_gives_error_and_exit_status_1(
+    soaks: dict[str, object], capsys: pytest.CaptureFixture[str]
+) -> None:
     soaks["cell"] = SoakError("cell: rounds 0 to 1: exit status -9")
     assert main(["--hours", "0.01"]) == 1
     assert capsys.readouterr().err == "error: cell: rounds 0 to 1: exit status -9\n"

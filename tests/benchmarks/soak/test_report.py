@@ -20,7 +20,7 @@ def soaked(*, slope: float = 0.0, pieces: dict[int, str] | None = None, memory: 
     return Soaked("cell", 100, 12.3, samples, same, same if pieces is None else pieces, Counter({"AGVs sent": 1234}))
 
 
-def test_a_run_that_is_well() -> None:
+def test_report_of_steady_run_lists_its_figures() -> None:
     run = soaked()
     run.grown, run.max_growth = -1.5, ("+1.0 KiB bus.py:3",)
     text = "\n".join(lines(run))
@@ -37,19 +37,19 @@ def test_a_run_that_is_well() -> None:
         (soaked(pieces={50: "aa", 100: "cc"}), "DIFFERS between one piece and 2, first at round 100"),
     ],
 )
-def test_a_run_that_is_not(run: Soaked, words: str) -> None:
+def test_report_names_growth_or_difference(run: Soaked, words: str) -> None:
     assert not is_well(run)
     assert words in "\n".join(lines(run))
 
 
-def test_memory_that_is_not_measured() -> None:
+def test_report_without_memory_figures_says_so() -> None:
     run = soaked(memory=math.nan)
     assert is_well(run)
     assert "not reported by this system" in "\n".join(lines(run))
     ET.fromstring(picture([run]))
 
 
-def test_the_picture_has_a_frame_for_each_run() -> None:
+def test_picture_has_one_curve_per_run() -> None:
     root = ET.fromstring(picture([soaked(), soaked(slope=3.0)]))
     curves = [path for path in root.iter(f"{SVG}path") if "stroke: #1f5fa8" in path.attrib.get("style", "")]
     assert len(curves) == 2

@@ -62,7 +62,7 @@ def make(kind: str, folder: Path, said: Said = SAID) -> Path:
 
 
 @pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])
-def test_commands_are_read_each_for_its_own_topic(kind: str, tmp_path: Path) -> None:
+def test_bag_commands_keep_their_topics(kind: str, tmp_path: Path) -> None:
     path = make(kind, tmp_path)
     assert is_bag(path)
     assert read_bag(path).moments == (
@@ -72,13 +72,13 @@ def test_commands_are_read_each_for_its_own_topic(kind: str, tmp_path: Path) -> 
     )
 
 
-def test_a_topic_that_is_named_becomes_targets_of_joints(tmp_path: Path) -> None:
+def test_named_topic_is_read_as_joint_targets(tmp_path: Path) -> None:
     path = make("ros1", tmp_path)
     for name in ("/io_teleop/joint_states", "io_teleop/joint_states"):
         assert read_bag(path, name).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
 
 
-def test_recorders_that_leave_the_slash_out_are_understood(tmp_path: Path) -> None:
+def test_topic_without_leading_slash_is_read(tmp_path: Path) -> None:
     path = make("mcap", tmp_path, [("io_teleop/joint_cmd", 1.0, ["head"], [0.1])])
     assert read_bag(path).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),)
 
@@ -92,27 +92,27 @@ def test_recorders_that_leave_the_slash_out_are_understood(tmp_path: Path) -> No
         ([("/io_teleop/joint_cmd", 1.0, ["head"], [np.nan])], None, "needs a finite position for each name"),
     ],
 )
-def test_what_cannot_be_played_is_refused(said: Said, topic: str | None, reason: str, tmp_path: Path) -> None:
+def test_bag_without_usable_targets_is_refused(said: Said, topic: str | None, reason: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=reason):
         read_bag(make("ros1", tmp_path, said), topic)
 
 
 @pytest.mark.parametrize("keep", [0, 10, 100, 4200])
-def test_a_damaged_bag_is_refused(keep: int, tmp_path: Path) -> None:
+def test_damaged_bag_is_refused(keep: int, tmp_path: Path) -> None:
     path = make("ros1", tmp_path)
     path.write_bytes(path.read_bytes()[:keep])
     with pytest.raises(UsageError, match=r"session\.bag: cannot be read as a bag: \w+"):
         read_bag(path)
 
 
-def test_a_folder_that_is_no_bag_is_refused(tmp_path: Path) -> None:
+def test_folder_without_bag_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be read as a bag"):
         read_bag(tmp_path)
     with pytest.raises(UsageError, match="cannot be read as a bag"):
         read_bag(tmp_path / "none.bag")
 
 
-def test_a_bag_that_never_ends_is_refused(tmp_path: Path) -> None:
+def test_endless_bag_is_refused(tmp_path: Path) -> None:
     (tmp_path / "endless.bag").symlink_to("/dev/zero")
     with pytest.raises(UsageError, match="cannot be read as a bag: not a regular file"):
         read_bag(tmp_path / "endless.bag")

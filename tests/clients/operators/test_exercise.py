@@ -30,7 +30,7 @@ def there(node: RobotNode) -> OperatedRobot:
     return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
-def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> None:
+def test_sine_is_followed_with_lag_of_servo(there: OperatedRobot) -> None:
     found = exercise(there, "right_2", SINE)
     assert found.start == pytest.approx(0.6, abs=1e-6)
     figures = found.tracking
@@ -44,14 +44,14 @@ def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> N
     assert there.positions["right_2"] == pytest.approx(0.6, abs=1e-3)
 
 
-def test_only_the_named_joint_gets_commands(there: OperatedRobot) -> None:
+def test_exercise_commands_only_named_joint(there: OperatedRobot) -> None:
     before = there.positions
     exercise(there, "left_6", SINE)
     there.session.sleep(0.5)
     assert there.positions == pytest.approx(before, abs=0.01)
 
 
-def test_steps_are_reported(there: OperatedRobot) -> None:
+def test_step_figures_and_progress_are_reported(there: OperatedRobot) -> None:
     seen: list[float] = []
     found = exercise(there, "right_6", Wave(WaveShape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
     assert found.step is not None
@@ -62,9 +62,7 @@ def test_steps_are_reported(there: OperatedRobot) -> None:
     assert seen[-1] == 1.0
 
 
-def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
-    there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_exercise_of_lost_robot_leaves_no_subscription(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     """The way back cannot be sent any more, and the other half of the clean-up happens all the same."""
     said: list[float] = []
 
@@ -82,7 +80,7 @@ def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     assert bus.topic("/io_teleop/joint_states").subscribers == before
 
 
-def test_a_node_that_holds_back_is_reported(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_node_that_limits_targets_is_reported(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         OperatedRobot, "applied", property(lambda robot: {"right_1": min(robot.positions["right_1"], 0.1)})
     )
@@ -91,7 +89,7 @@ def test_a_node_that_holds_back_is_reported(there: OperatedRobot, monkeypatch: p
     assert note.endswith("to 0.1: it limits the targets")
 
 
-def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: OperatedRobot) -> None:
+def test_signal_beyond_limits_is_refused_before_motion(there: OperatedRobot) -> None:
     before = there.positions
     with pytest.raises(UsageError, match=r"right_3: a sine of 1 from -2\.2 to -0\.2 leaves"):
         check_signal(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)

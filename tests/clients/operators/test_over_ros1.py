@@ -59,7 +59,7 @@ def signal(master: Ground, *arguments: str) -> dict[str, Any]:
     return found
 
 
-def test_a_strangers_joints_are_exercised(master: Ground) -> None:
+def test_signal_over_ros1_moves_joint_of_minimal_node(master: Ground) -> None:
     stranger = master.client(strange_node)
     (elbow,) = signal(master, "elbow")["joints"]
     assert elbow["start"] == pytest.approx(0.2, abs=1e-6)
@@ -69,7 +69,7 @@ def test_a_strangers_joints_are_exercised(master: Ground) -> None:
     stranger.interrupt()
 
 
-def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(
+def test_keyboard_over_ros1_drives_robot_and_stops_it_on_way_home(
     master: Ground, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     master.teleop("tandem")

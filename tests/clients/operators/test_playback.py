@@ -63,7 +63,7 @@ def heard(there: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple[float,
     return found
 
 
-def test_the_way_to_the_first_targets_is_slow_and_begins_where_the_robot_stands(there: OperatedRobot) -> None:
+def test_approach_is_slow_and_starts_at_measured_position(there: OperatedRobot) -> None:
     said = heard(there)
     begun = there.session.time
     approach(there, {"right_1": 1.0, "left_2": 0.5})
@@ -78,7 +78,7 @@ def test_the_way_to_the_first_targets_is_slow_and_begins_where_the_robot_stands(
     assert there.positions["left_2"] == pytest.approx(0.5, abs=0.05)
 
 
-def test_who_is_there_already_goes_on_soon(there: OperatedRobot) -> None:
+def test_approach_of_robot_at_first_target_is_short(there: OperatedRobot) -> None:
     begun = there.session.time
     approach(there, {"right_1": 0.0})
     assert there.session.time - begun < 0.6
@@ -86,13 +86,13 @@ def test_who_is_there_already_goes_on_soon(there: OperatedRobot) -> None:
     assert there.session.time - begun < 0.6
 
 
-def test_a_joint_that_does_not_get_there_is_reported(there: OperatedRobot) -> None:
+def test_approach_to_unreachable_target_is_refused(there: OperatedRobot) -> None:
     with pytest.raises(UsageError, match=r"right_1 did not reach the first target: it is at 2, and the target is 2\.5"):
         approach(there, {"right_1": 2.5}, 0.5)  # its limit is 2
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.5, 4.0])
-def test_targets_are_said_in_their_time(speed: float, there: OperatedRobot) -> None:
+def test_play_sends_targets_on_time_at_given_speed(speed: float, there: OperatedRobot) -> None:
     said, begun = heard(there), there.session.time
     moments = [(3.0 + 0.1 * number, {"right_1": 0.02 * number}) for number in range(6)]
     play(there, targets(*moments), speed=speed)
@@ -102,7 +102,7 @@ def test_targets_are_said_in_their_time(speed: float, there: OperatedRobot) -> N
     assert times == pytest.approx(np.arange(6) * 0.1 / speed, abs=2.5 / 240)
 
 
-def test_of_what_is_due_at_once_only_the_newest_is_said(there: OperatedRobot) -> None:
+def test_play_sends_only_newest_of_targets_due_at_once(there: OperatedRobot) -> None:
     said = heard(there)
     crowd = [(0.0, {"right_1": 0.001 * number}) for number in range(50)]
     play(there, targets(*crowd, (0.0, {"left_1": 0.1}), (0.1, {"right_1": 0.2})))
@@ -110,7 +110,7 @@ def test_of_what_is_due_at_once_only_the_newest_is_said(there: OperatedRobot) ->
     assert [values for _, values in said] == [{"right_1": pytest.approx(0.049)}, {"left_1": 0.1}, {"right_1": 0.2}]
 
 
-def test_grippers_are_commanded_on_their_own_topic(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_play_sends_gripper_targets_as_gripper_command(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     sent: list[Any] = []
     monkeypatch.setattr(there, "send", sent.append)
     play(there, targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND))
@@ -124,14 +124,16 @@ def test_grippers_are_commanded_on_their_own_topic(there: OperatedRobot, monkeyp
         ((0.0, {"right_1": 2.1}), UsageError, r"right_1: motion\.csv from 2\.1 to 2\.1 leaves its limits"),
     ],
 )
-def test_targets_that_do_not_fit_are_refused(
+def test_targets_unfit_for_robot_are_refused(
     moment: tuple[float, dict[str, float]], error: type[Exception], said: str, there: OperatedRobot
 ) -> None:
     with pytest.raises(error, match=said):
         check(there, targets(moment), LIMITS)
 
 
-def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_targets_for_more_grippers_than_robot_has_are_refused(
+    there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(OperatedRobot, "grippers", property(lambda _robot: (0.0,)))
     two = targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND)
     with pytest.raises(UsageError, match=r"has targets for 2 grippers .the robot has 1"):
@@ -140,7 +142,7 @@ def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["motion.csv", "motion.jsonl"])
-def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, tmp_path: Path) -> None:
+def test_recorded_motion_can_be_played_again(name: str, there: OperatedRobot, tmp_path: Path) -> None:
     recorder = JointRecorder(there, tmp_path / name)
     there.send(MoveJoints({"right_1": 0.3, "left_4": -0.2}))
     there.session.sleep(0.5)
@@ -161,12 +163,12 @@ def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, t
     assert there.positions["left_4"] == pytest.approx(-0.2, abs=0.01)
 
 
-def test_where_nothing_can_be_written_it_says_so(there: OperatedRobot, tmp_path: Path) -> None:
+def test_recorder_with_unwritable_file_is_refused(there: OperatedRobot, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be written: No such file or directory"):
         JointRecorder(there, tmp_path / "none" / "motion.csv")
 
 
-def test_a_recording_is_closed_though_the_node_is_gone(there: OperatedRobot, tmp_path: Path) -> None:
+def test_recorder_closes_file_after_node_is_gone(there: OperatedRobot, tmp_path: Path) -> None:
     recorder = JointRecorder(there, tmp_path / "motion.csv")
     there.session.sleep(0.1)
 

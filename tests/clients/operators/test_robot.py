@@ -77,7 +77,7 @@ def there(node: RobotNode) -> OperatedRobot:
     return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
-def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
+def test_operated_robot_has_state_published_by_node(there: OperatedRobot) -> None:
     assert there.joints[:3] == ("right_1", "right_2", "right_3")
     assert there.positions["right_2"] == pytest.approx(0.6)
     assert there.applied["right_2"] == pytest.approx(0.6)
@@ -89,7 +89,7 @@ def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
 
 
 @pytest.mark.slow
-def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -> None:
+def test_joints_grippers_and_tips_move_to_sent_targets(there: OperatedRobot) -> None:
     there.session.sleep(0.05)
     right = there.tips[0]
     x, y, z = right.position
@@ -104,7 +104,7 @@ def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -
     assert there.sent == 3
 
 
-def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot) -> None:
+def test_why_not_after_emergency_stop_names_it(there: OperatedRobot) -> None:
     there.send(Now.STOP)
     there.session.sleep(0.3)
     assert there.why_not() == "the emergency stop is active"
@@ -119,7 +119,7 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
         (TeleopStatus(enabled=False, emergency_stop=True), "the emergency stop is active", "clear-stop"),
     ],
 )
-def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
+def test_status_gives_reason_for_refused_commands(status: TeleopStatus, reason: str, word: str) -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=0)])
     there = OperatedRobot(NodeClient(stranger))
     stranger.callbacks["/io_teleop/status"](status)
@@ -133,7 +133,7 @@ def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, rea
     assert str(caught.value).endswith(f"cellwright operate call {word}" if word else reason)
 
 
-def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
+def test_node_with_joint_states_only_is_operated() -> None:
     stranger = Stranger([joint_state(["head", "elbow", "wrist"], [0.1, float("nan")], time=0)])
     there = OperatedRobot(NodeClient(stranger))
     assert there.joints == ("head", "elbow", "wrist")
@@ -147,12 +147,12 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
     assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
 
 
-def test_where_nothing_is_said_it_says_so() -> None:
+def test_silent_node_is_refused() -> None:
     with pytest.raises(UsageError, match="no messages on /io_teleop/joint_states"):
         OperatedRobot(NodeClient(Stranger([])))
 
 
-def test_commands_carry_the_time_of_the_nodes_clock() -> None:
+def test_commands_are_stamped_with_time_of_node() -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=7_000_000_000_000)])
     there = OperatedRobot(NodeClient(stranger))
     there.send(MoveJoints({"head": 0.2}))

@@ -51,7 +51,7 @@ def raising(error: BaseException) -> Callable[[], Any]:
         (lambda: None, "failed: AttributeError: 'NoneType' object has no attribute 'success'"),
     ],
 )
-def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], said: str) -> None:
+def test_service_call_has_answer_for_every_outcome(act: Callable[[], Any], said: str) -> None:
     way: Any = Way(act)
     services = ServiceCaller(lambda: NodeClient(way))
     for _ in range(2):  # in threads of their own, over one connection
@@ -62,7 +62,7 @@ def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], s
     assert way.is_closed
 
 
-def test_a_connection_that_cannot_be_made_is_an_answer_too() -> None:
+def test_failed_connection_is_an_answer() -> None:
     services = ServiceCaller(raising(OSError("no route")))
     assert services.begin(Ask.ENABLE)
     assert answer(services) == f"{Ask.ENABLE.value}: failed: OSError: no route"

@@ -239,32 +239,32 @@ def places(floor: Floor) -> list[tuple[float, float]]:
     return sorted((round(x, 3) + 0.0, round(y, 3) + 0.0) for x, y, _ in found)
 
 
-def test_a_kit_is_built_as_ordered_and_sent() -> None:
+def test_kit_is_built_as_ordered_and_sent() -> None:
     floor = work(Floor(bins=gears(3)), [order(("gear_part", 0.1, 0.1), ("gear_part", -0.1, 0.1))])
     assert places(floor) == [(-0.1, 0.1), (0.1, 0.1)]
     assert floor.sent == [(1, "order_0_kit_0")]
     assert len(floor.bins) == 1
 
 
-def test_the_second_kit_goes_to_the_other_agv() -> None:
+def test_second_kit_goes_to_other_agv() -> None:
     floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.1, 0.1), kits=2)])
     assert floor.sent == [(1, "order_0_kit_0"), (2, "order_0_kit_1")]
 
 
-def test_a_grasp_that_failed_is_tried_elsewhere_and_then_again() -> None:
+def test_failed_grasp_is_retried_at_other_points() -> None:
     floor = work(Floor(bins=gears(1), slips=2), [order(("gear_part", 0.1, 0.1))])
     assert floor.attempts == [0, 1, 2]
     assert places(floor) == [(0.1, 0.1)]
 
 
-def test_a_part_that_cannot_be_had_is_given_up_and_the_rest_is_sent() -> None:
+def test_unavailable_part_is_given_up_and_rest_is_sent() -> None:
     floor = work(Floor(bins=gears(1)), [order(("disk_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
     assert places(floor) == [(0.1, 0.1)]
     assert floor.sent == [(1, "order_0_kit_0")]
     assert 60.0 < floor.time < 120.0
 
 
-def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
+def test_missing_parts_are_logged_at_end_with_reason(caplog: pytest.LogCaptureFixture) -> None:
     announced = order(
         ("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0)
     )
@@ -277,18 +277,18 @@ def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogC
     ]
 
 
-def test_a_place_where_nothing_can_be_got_hold_of_is_left_alone() -> None:
+def test_part_is_given_up_after_all_grasp_attempts() -> None:
     floor = work(Floor(bins=gears(1), slips=100), [order(("gear_part", 0.1, 0.1))])
     assert len(floor.attempts) == ATTEMPTS
     assert floor.sent == [(1, "order_0_kit_0")]
 
 
-def test_an_unknown_type_does_not_hold_up_the_kit() -> None:
+def test_unknown_type_does_not_delay_kit() -> None:
     floor = work(Floor(bins=gears(1)), [order(("u_joint_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
     assert places(floor) == [(0.1, 0.1)]
 
 
-def test_a_part_on_the_belt_is_taken_first() -> None:
+def test_belt_part_is_taken_first() -> None:
     disk = TrackedBeltPart("disk_part", [flat(1.21, 2.0, 0.907)])
     floor = Floor(bins=gears(1), coming=[disk])
     work(floor, [order(("gear_part", 0.1, 0.1), ("disk_part", -0.1, 0.1))], ("disk_part",))
@@ -296,14 +296,14 @@ def test_a_part_on_the_belt_is_taken_first() -> None:
     assert floor.coming == []
 
 
-def test_a_faulty_part_is_thrown_away_and_another_fetched() -> None:
+def test_faulty_part_is_thrown_away_and_replaced() -> None:
     floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.1, 0.1))], bad=1)
     assert floor.thrown == ["gear_part"]
     assert floor.bins == []
     assert places(floor) == [(0.1, 0.1)]
 
 
-def test_a_faulty_part_that_cannot_be_taken_away_is_not_fetched_again() -> None:
+def test_faulty_part_stuck_on_tray_gets_replacement_beside_it() -> None:
     floor = work(Floor(bins=gears(2), stuck=ATTEMPTS), [order(("gear_part", 0.1, 0.1))], bad=1)
     assert floor.bins == [], "another one was fetched from a bin"
     assert floor.thrown == ["gear_part"], "in the end there was a hold of the faulty one"
@@ -312,50 +312,50 @@ def test_a_faulty_part_that_cannot_be_taken_away_is_not_fetched_again() -> None:
     assert floor.sent == [(1, "order_0_kit_0")]
 
 
-def test_an_agv_that_does_not_go_is_asked_again() -> None:
+def test_agv_that_refuses_is_requested_again() -> None:
     floor = work(Floor(bins=gears(1), stubborn=2), [order(("gear_part", 0.1, 0.1))])
     assert floor.sent == [(1, "order_0_kit_0")]
 
 
-def test_a_kit_that_no_agv_takes_does_not_hold_up_the_next() -> None:
+def test_kit_refused_by_agv_does_not_delay_next() -> None:
     floor = work(Floor(bins=gears(2), stubborn=MAX_SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1)
     assert floor.sent == [(1, "order_0_kit_1")]
 
 
-def test_a_kit_waits_for_an_agv_that_is_on_its_way() -> None:
+def test_kit_waits_for_absent_agv() -> None:
     floor = work(Floor(bins=gears(1), away=200.0), [order(("gear_part", 0.1, 0.1))])
     assert floor.sent == [(1, "order_0_kit_0")]
     assert floor.time > 200.0
 
 
-def test_a_part_out_of_place_is_put_right_once() -> None:
+def test_misplaced_part_is_corrected_once() -> None:
     floor = work(Floor(bins=gears(1), shift=0.025), [order(("gear_part", 0.1, 0.1))])
     assert places(floor) == [(0.1, 0.1)]
     assert len(floor.attempts) == 2
 
 
-def test_a_part_lost_over_the_tray_is_taken_up_again() -> None:
+def test_part_lost_over_tray_is_picked_up_again() -> None:
     floor = work(Floor(bins=gears(2), losses=1), [order(("gear_part", 0.1, 0.1))])
     assert places(floor) == [(0.1, 0.1)]
     assert len(floor.bins) == 1
     assert floor.thrown == []
 
 
-def test_a_part_too_many_is_taken_off_the_tray() -> None:
+def test_stray_part_is_removed_from_tray() -> None:
     stray = Sighting("disk_part", flat(0.3, 3.15, 0.755))
     floor = work(Floor(bins=gears(1), tray=[stray]), [order(("gear_part", 0.1, 0.1))])
     assert floor.thrown == ["disk_part"]
     assert [part.type for part in floor.tray] == ["gear_part"]
 
 
-def test_places_off_the_tray_come_to_lie_apart() -> None:
+def test_parts_ordered_off_tray_are_placed_apart_on_it() -> None:
     floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.74, -0.14), ("gear_part", 0.73, -0.17))])
     (x0, y0), (x1, y1) = places(floor)
     assert (x0 - x1) ** 2 + (y0 - y1) ** 2 > 0.0784**2
     assert max(x0, x1) < 0.25
 
 
-def test_a_kit_is_sent_in_time_even_if_it_is_not_complete() -> None:
+def test_incomplete_kit_is_sent_in_time() -> None:
     floor = Floor(bins=gears(9), slips=1000)
     floor.bins = [Sighting("gear_part", flat(-0.5 + 0.06 * i, 0.0 + 0.06 * j)) for i in range(8) for j in range(8)]
     work(floor, [order(("gear_part", 0.1, 0.1))])
@@ -364,5 +364,5 @@ def test_a_kit_is_sent_in_time_even_if_it_is_not_complete() -> None:
 
 
 @pytest.mark.parametrize("orders", [[], [Order("order_0", [])]])
-def test_without_an_order_there_is_nothing_to_do(orders: list[Order]) -> None:
+def test_strategy_without_order_sends_nothing(orders: list[Order]) -> None:
     assert work(Floor(bins=gears(1)), orders).sent == []
