@@ -14,7 +14,7 @@ from rich.console import Console
 from benchmarks import benchmarks
 from benchmarks.benchmarks import BenchmarkResult, take
 from benchmarks.machine import machine
-from benchmarks.report import page, show, telling
+from benchmarks.report import page, progress_line, show
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, main
@@ -78,7 +78,7 @@ def bench(
         console.print(f"{name:<12}  {value}", markup=False, soft_wrap=True)
     taken: list[BenchmarkResult] = []
     for each in chosen:
-        with telling(console, each.title) as on_progress:
+        with progress_line(console, each.title) as on_progress:
             taken.append(take(each, on_progress, quick=quick))
         show(console, taken[-1], judged=not quick)
     status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE

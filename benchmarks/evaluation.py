@@ -59,7 +59,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
         BenchmarkSkippedError: there is one processor only.
     """
     if usable_processors() < 2 and not quick:
-        raise BenchmarkSkippedError("it needs two processors")
+        raise BenchmarkSkippedError("requires two processors")
     mover = ShortMover if quick else Mover
     jobs = finals(mover, FINALS[:1] if quick else FINALS)
     spent = {1: [0.0, 0.0], 2: [0.0, 0.0]}

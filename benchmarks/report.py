@@ -161,7 +161,7 @@ def cell(text: str) -> str:
 
 
 @contextmanager
-def telling(console: Console, title: str) -> Iterator[OnProgress]:
+def progress_line(console: Console, title: str) -> Iterator[OnProgress]:
     """Yield a function that shows lines about a benchmark while it runs."""
     with progress_bar(console, title, None) as moving:
 

@@ -1,9 +1,9 @@
 """Speed of a robot's whole node compared with PyBullet, the engine of the original io_teleop node.
 
-Both load the same URDF, fixed at its root, without gravity, with a position drive at every joint. Ours is the node as
-served: commands on the bus, commander, servos, and joint_states at 100 Hz for one subscriber. PyBullet is driven as in
-the original: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates` 100 times a second,
-and no messages.
+Both load the same URDF, fixed at its root, without gravity, with a position drive at every joint. Our side is the node
+as served: commands on the bus, commander, servos, and joint_states at 100 Hz for one subscriber. PyBullet is driven as
+in the original: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates` 100 times a
+second, and no messages.
 
 At rest there are no commands; in motion, all joints follow sines at 100 Hz. The repeats run in turn and the best of
 each counts, in processor time.
@@ -54,7 +54,7 @@ class Sines:
         return targets
 
 
-class Ours:
+class NodeSide:
     """The node."""
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
@@ -81,7 +81,7 @@ class Ours:
         """Do nothing: the listener has had the joint states already."""
 
 
-class PyBullet:
+class PyBulletSide:
     """PyBullet, driven as the original drives it."""
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
@@ -129,7 +129,7 @@ class PyBullet:
         self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
 
 
-def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> float:
+def time_of(side: NodeSide | PyBulletSide, rate: int, steps: int, *, moving: bool) -> float:
     """Return the processor time of some steps [s]."""
     due = {step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate}
 
@@ -148,9 +148,9 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     """Step both, at rest and moving; without PyBullet the node alone."""
     config = load_robot(ROBOT, lambda _line: None)
     sines = Sines(config)
-    kinds: list[Callable[[RobotConfig, int, Sines], Ours | PyBullet]] = [Ours]
+    kinds: list[Callable[[RobotConfig, int, Sines], NodeSide | PyBulletSide]] = [NodeSide]
     if find_spec("pybullet") is not None:
-        kinds.append(PyBullet)
+        kinds.append(PyBulletSide)
     for rate in RATES[:1] if quick else RATES:
         on_progress(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
         sides = [kind(config, rate, sines) for kind in kinds]

@@ -20,9 +20,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-def main(what, name, count):
-    rospy.init_node("client_" + what, anonymous=True, disable_rostime=True)
-    return {"echo": echo, "topic": topic, "fresh": fresh, "kept": kept, "joints": joints}[what](name, int(count))
+def main(kind, name, count):
+    rospy.init_node("client_" + kind, anonymous=True, disable_rostime=True)
+    return {"echo": echo, "topic": topic, "fresh": fresh, "kept": kept, "joints": joints}[kind](name, int(count))
 
 def echo(name, _count):
     pong = rospy.Publisher(name + "/pong", String, queue_size=10, tcp_nodelay=True)
@@ -146,9 +146,9 @@ class Clients:
     def _ask(self, trip: str, name: str, count: int) -> list[float]:
         with self._start(trip, name, count) as client:
             try:
-                said, _ = client.communicate(timeout=LIMIT)
+                output, _ = client.communicate(timeout=LIMIT)
             except subprocess.TimeoutExpired:
                 client.kill()
                 raise
-        figures: list[float] = json.loads(said)
+        figures: list[float] = json.loads(output)
         return figures

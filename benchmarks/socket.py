@@ -64,8 +64,8 @@ def round_trips(rounds: int) -> Iterator[Figure]:
         )
 
         def goal(index: int) -> None:
-            said = goal_message(way, f"goal {index}")
-            transport.publish(f"{FOLLOW}/goal", said)
+            message = goal_message(way, f"goal {index}")
+            transport.publish(f"{FOLLOW}/goal", message)
             transport.advance(None, lambda: f"goal {index}" in seen)
             seen.clear()
 

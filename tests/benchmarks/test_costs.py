@@ -24,9 +24,9 @@ def test_listeners_leave_state_hash_unchanged() -> None:
     start = take_snapshot(cell.simulation)
     costs._run(cell, start, 30)
     alone = cell.state_hash()
-    heard: list[str] = []
-    costs._run(cell, start, 30, cell.topics(), heard)
-    assert heard.count("/clock") == 30
+    received: list[str] = []
+    costs._run(cell, start, 30, cell.topics(), received)
+    assert received.count("/clock") == 30
     assert cell.state_hash() == alone
     assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
 
@@ -34,7 +34,7 @@ def test_listeners_leave_state_hash_unchanged() -> None:
 def test_silent_topics_are_not_timed() -> None:
     cell = costs.lesson_cell()
     start = take_snapshot(cell.simulation)
-    names = costs._that_speak(cell, start, 200)
+    names = costs._active_topics(cell, start, 200)
     assert {"/clock", "/ariac/joint_states", "/ariac/laser_profiler"} <= set(names)
     assert {"/tf_static", "/ariac/orders"}.isdisjoint(names)
 

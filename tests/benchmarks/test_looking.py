@@ -13,7 +13,7 @@ from benchmarks.benchmarks import BenchmarkSkippedError
 COSTS = {"--view": 0.1, "--record": 0.4, "--video": 1.2}
 START = 0.8
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it needs /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="requires /proc")
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_browser_figure_without_connection_is_nan(
     monkeypatch.setattr(looking, "_run", lambda options, until, _browser: ran(options, until, None))
     figures = {figure.label: figure for figure in looking.measure(lambda _: None, quick=True)}
     assert math.isnan(figures["a page in a browser / bare"].value)
-    assert "did not come" in figures["a page in a browser / bare"].note
+    assert "did not connect" in figures["a page in a browser / bare"].note
     assert runs
 
 

@@ -12,10 +12,10 @@ from benchmarks import machine
 def test_machine_has_no_host_name_or_home_folder() -> None:
     found = machine.machine()
     assert {"processor", "processors", "system", "versions"} <= found.keys()
-    said = " ".join(found.values())
+    text = " ".join(found.values())
     assert "mujoco 4." in found["versions"]
-    assert str(Path.home()) not in said
-    assert platform.node() not in said.split()
+    assert str(Path.home()) not in text
+    assert platform.node() not in text.split()
 
 
 def test_machine_with_little_information_omits_rows(monkeypatch: pytest.MonkeyPatch) -> None:

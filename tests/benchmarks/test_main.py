@@ -97,15 +97,15 @@ def test_unwritable_page_is_reported_after_figures(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "reason"),
     [
         (("heald",), "unknown benchmark 'heald'; did you mean held"),
         (("held", "--write", "page.txt"), "--write page.txt: give a file whose name ends in .md"),
         (("held", "--write", "nowhere/page.md"), "--write nowhere/page.md: there is no folder nowhere"),
     ],
 )
-def test_bad_arguments_are_refused_in_one_line(arguments: tuple[str, ...], said: str, bench: CommandLine) -> None:
+def test_bad_arguments_are_refused_in_one_line(arguments: tuple[str, ...], reason: str, bench: CommandLine) -> None:
     ran = bench(*arguments)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith(f"error: {said}")
+    assert ran.err.startswith(f"error: {reason}")
     assert ran.err.count("\n") == 1

@@ -16,7 +16,7 @@ from cellwright.util.errors import UsageError
 
 @pytest.mark.slow
 def test_failed_server_is_reported_with_reason() -> None:
-    with pytest.raises(UsageError, match=r"(?s)did not begin to serve: .*unknown trial 'nowhere'"):
+    with pytest.raises(UsageError, match=r"(?s)no server started: .*unknown trial 'nowhere'"):
         Served("serve", "nowhere", "--port", "0")
 
 

@@ -37,7 +37,7 @@ def test_min_times_are_per_step(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter([0.0, 4.0, 10.0, 12.0])
     monkeypatch.setattr("time.process_time", lambda: next(clock))
 
-    class Side(pybullet_cell.Ours):
+    class Side(pybullet_cell.CellSide):
         def run(self, steps: int) -> None:
             ran.append(steps)
 

@@ -37,7 +37,7 @@ def test_robot_figures_without_pybullet_measure_node_only(monkeypatch: pytest.Mo
 def test_robot_node_follows_targets_and_publishes_at_rate() -> None:
     config = load_robot(robot.ROBOT, lambda _: None)
     sines = robot.Sines(config)
-    ours = robot.Ours(config, 240, sines)
+    ours = robot.NodeSide(config, 240, sines)
     before = np.array(ours.node.commander.applied)
     robot.time_of(ours, 240, 120, moving=True)
     assert ours.heard == 50

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from benchmarks.start import STEPS, measure, ran
+from benchmarks.start import STEPS, measure, run_python
 from cellwright.util.errors import UsageError
 
 
@@ -22,4 +22,4 @@ def test_start_shares_add_up_to_total() -> None:
 
 def test_failing_process_is_reported_with_output() -> None:
     with pytest.raises(UsageError, match="no luck"):
-        ran("-c", "raise SystemExit('no luck')")
+        run_python("-c", "raise SystemExit('no luck')")

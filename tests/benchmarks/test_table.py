@@ -44,10 +44,10 @@ def test_table_without_judgement_has_no_verdicts() -> None:
 
 
 def test_missing_figure_is_printed_with_its_note() -> None:
-    text = printed(BenchmarkResult(THING, (Figure("memory", math.nan, "MiB", note="this system does not tell"),)))
+    text = printed(BenchmarkResult(THING, (Figure("memory", math.nan, "MiB", note="not reported by this system"),)))
     assert [line.split() for line in text.splitlines()][-2:] == [
         ["memory", "-"],
-        ["this", "system", "does", "not", "tell"],
+        ["not", "reported", "by", "this", "system"],
     ]
 
 

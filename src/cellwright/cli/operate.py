@@ -187,8 +187,8 @@ def show_plot(console: Console, exercise: Exercise) -> None:
     """Draw a joint's targets and its motion in the characters of the terminal."""
     trace = exercise.trace
     curves = [
-        Curve("target", trace.told_at, trace.told, "yellow"),
-        Curve("measured", trace.seen_at, trace.seen, "cyan"),
+        Curve("target", trace.target_times, trace.targets, "yellow"),
+        Curve("measured", trace.measured_times, trace.measured, "cyan"),
     ]
     width = min(console.width, _PLOT_WIDTH)
     console.print(terminal_plot(curves, width=width, height=_PLOT_HEIGHT, unit="rad; m"))
@@ -221,7 +221,9 @@ def csv_text(exercises: Sequence[Exercise]) -> str:
     lines = ["joint,time,target,measured,error\n"]
     for each in exercises:
         trace = each.trace
-        rows = np.column_stack([trace.seen_at, trace.target, trace.seen, trace.target - trace.seen])
+        rows = np.column_stack(
+            [trace.measured_times, trace.target_in_force, trace.measured, trace.target_in_force - trace.measured]
+        )
         for time, target, seen, error in rows.tolist():
             lines.append(f"{trace.joint},{time:.6f},{target:.9g},{seen:.9g},{error:.9g}\n")
     return "".join(lines)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks.soak.memory import STEADY, Sample, growth, resident
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the system does not tell")
+@pytest.mark.skipif(sys.platform != "linux", reason="not reported by this system")
 def test_resident_memory_grows_with_allocation() -> None:
     before = resident()
     block = bytearray(b"x") * (64 << 20)

@@ -21,20 +21,20 @@ class Robot:
         client.sleep(1.1)
         client.control_agv(1, self.sent)
 
-class Picky:
+class WithArgument:
     def __init__(self, tool):
         self.tool = tool
 
     def run(self, client):
         pass
 
-class Unsaid(Exception):
+class Unprintable(Exception):
     def __str__(self):
         raise RuntimeError
 
-class Sulky(Robot):
+class Failing(Robot):
     def __init__(self):
-        raise Unsaid
+        raise Unprintable
 
 class Async:
     async def run(self, client):
@@ -114,8 +114,8 @@ def test_find_agent_with_bad_name_is_refused_with_reason(folder: Path, name: str
 
 
 def test_failed_construction_of_agent_is_reported(folder: Path) -> None:
-    make = find_agent("my_robot.py:Picky")
-    with pytest.raises(AgentError, match=r"my_robot.py:Picky: cannot be made: TypeError: .*tool"):
+    make = find_agent("my_robot.py:WithArgument")
+    with pytest.raises(AgentError, match=r"my_robot.py:WithArgument: cannot be made: TypeError: .*tool"):
         make()
-    with pytest.raises(AgentError, match=r"my_robot.py:Sulky: cannot be made: Unsaid: it does not say why"):
-        find_agent("my_robot.py:Sulky")()
+    with pytest.raises(AgentError, match=r"my_robot.py:Failing: cannot be made: Unprintable: it does not say why"):
+        find_agent("my_robot.py:Failing")()

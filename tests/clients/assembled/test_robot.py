@@ -130,7 +130,7 @@ def test_base_is_set_to_pose_and_refuses_invalid_ones(robot: AssembledRobot) -> 
 
 
 @pytest.mark.parametrize(
-    ("indices", "positions", "said"),
+    ("indices", "positions", "reason"),
     [
         ([7], [0.0], "joint index 7: must be from 0 to 6"),
         ([-1], [0.0], "joint index -1"),
@@ -141,10 +141,10 @@ def test_base_is_set_to_pose_and_refuses_invalid_ones(robot: AssembledRobot) -> 
     ],
 )
 def test_invalid_joint_command_is_refused_without_motion(
-    robot: AssembledRobot, indices: Any, positions: Any, said: str
+    robot: AssembledRobot, indices: Any, positions: Any, reason: str
 ) -> None:
     for command in (robot.move_j, robot.reset_j):
-        with pytest.raises(UsageError, match=said):
+        with pytest.raises(UsageError, match=reason):
             command(indices, positions)
     assert robot.arms[0].joint_pos == pytest.approx([0.5], abs=1e-6)
 
@@ -225,11 +225,11 @@ def test_robot_without_parts_in_debug_prints_index_table(
     assert (bare.arms, bare.with_ee_constraint, bare.physics_clent_id) == ([], True, 3)
     bare.reset_home()
     bare.close()
-    said = capfd.readouterr()
-    rows = [line.split() for line in said.out.splitlines()]
+    captured = capfd.readouterr()
+    rows = [line.split() for line in captured.out.splitlines()]
     assert ["1", "shoulder", "revolute", "shoulder_link", "lift_link", "-2", "2"] in rows
     assert ["2", "tip", "fixed", "tip_link", "shoulder_link"] in rows
-    assert "no window can be opened" in said.err
+    assert "no window can be opened" in captured.err
 
 
 @pytest.mark.slow

@@ -127,15 +127,15 @@ def test_send_arm_with_velocities_follows_cubic() -> None:
 
 @pytest.mark.parametrize("duration", [0.0, 0.03, 0.0513, 0.5, 0.777])
 def test_idle_leaves_same_state_as_sleep(duration: float) -> None:
-    awake, dozing = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
-    for client, pass_time in ((awake, awake.sleep), (dozing, dozing.idle)):
+    awake, idle_client = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
+    for client, pass_time in ((awake, awake.sleep), (idle_client, idle_client.idle)):
         client.sleep(0.123)
         client.send_arm([in_order(NEAR)], [1.0])
         client.control_gripper(True)
         pass_time(duration)
-    assert dozing.transport.now() == awake.transport.now()
-    assert dozing.joint_positions == awake.joint_positions
-    assert dozing.gripper_enabled is awake.gripper_enabled
+    assert idle_client.transport.now() == awake.transport.now()
+    assert idle_client.joint_positions == awake.joint_positions
+    assert idle_client.gripper_enabled is awake.gripper_enabled
 
 
 def test_idle_pauses_subscriptions_until_shortly_before_its_end() -> None:

@@ -38,7 +38,7 @@ from tests.clients.operators import nodes as robots
 from tests.waiting import TIMEOUT, wait_until
 
 
-class Home:
+class ServedCell:
     """A served cell; `result` is there when it is over."""
 
     def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
@@ -68,8 +68,8 @@ class Home:
 @contextmanager
 def served(
     cell: Cell, *, lockstep: bool = True, speed: float | None = None, options: RunOptions | None = None
-) -> Iterator[Home]:
-    home = Home(cell, lockstep=lockstep, speed=speed, options=options or RunOptions(ends_when_done=False))
+) -> Iterator[ServedCell]:
+    home = ServedCell(cell, lockstep=lockstep, speed=speed, options=options or RunOptions(ends_when_done=False))
     try:
         yield home
     finally:
@@ -78,7 +78,7 @@ def served(
 
 
 @contextmanager
-def connected(home: Home, *, node: str = "/client", encoding: str = "cdr") -> Iterator[SocketTransport]:
+def connected(home: ServedCell, *, node: str = "/client", encoding: str = "cdr") -> Iterator[SocketTransport]:
     transport = SocketTransport(home.address, node=node, encoding=encoding)
     try:
         yield transport
@@ -209,7 +209,7 @@ def test_time_passes_without_requests_outside_lockstep() -> None:
 
 
 def test_time_without_clock_is_wall_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    wall = Wall()
+    wall = FakeWallClock()
     monkeypatch.setattr(socket_module, "time", wall)
     with robots.served(RobotNode(robots.robot())) as address:
         transport = SocketTransport(address)
@@ -227,7 +227,7 @@ def test_time_without_clock_is_wall_time(monkeypatch: pytest.MonkeyPatch) -> Non
         transport.close()
 
 
-class Wall:
+class FakeWallClock:
     """The clock of the machine, which a test can put forward."""
 
     ahead = 0
@@ -322,14 +322,14 @@ def test_missing_server_is_reported() -> None:
 
 
 @pytest.mark.parametrize(
-    "said",
+    "response",
     [
         b"HTTP/1.1 400 Bad Request\r\n\r\n",
         b"",
         Frame(FrameKind.REFUSED, name="UsageError", payload=b"not you").encode(),
     ],
 )
-def test_foreign_server_is_refused(said: bytes) -> None:
+def test_foreign_server_is_refused(response: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         address = listener.getsockname()[:2]
 
@@ -337,7 +337,7 @@ def test_foreign_server_is_refused(said: bytes) -> None:
             connection, _ = listener.accept()
             with connection:
                 connection.recv(len(hello("/client", "cdr").encode()))
-                connection.sendall(said)
+                connection.sendall(response)
 
         thread = threading.Thread(target=answer)
         thread.start()
@@ -347,17 +347,17 @@ def test_foreign_server_is_refused(said: bytes) -> None:
 
 
 def test_control_bytes_in_refusal_are_escaped() -> None:
-    said = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
+    refusal = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
     with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
-        accepted(said)
+        accepted(refusal)
     with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
-        accepted(replace(said, name="UnknownNameError"))
+        accepted(replace(refusal, name="UnknownNameError"))
 
 
 def test_connect_accepts_host_and_port_text() -> None:
     with served(Cell(KITTING)) as home:
         host, port = home.address
-        client = Client.connect(f"{host}:{port}", node="/somebody")
+        client = Client.connect(f"{host}:{port}", node="/operator")
         client.sleep(0.1)
         assert client.time == pytest.approx(0.1)
         client.close()

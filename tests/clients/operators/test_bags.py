@@ -17,9 +17,9 @@ from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.util.errors import UsageError
 
 TYPE = "sensor_msgs/msg/JointState"
-Said = list[tuple[str, float, list[str], list[float]]]
+Messages = list[tuple[str, float, list[str], list[float]]]
 
-SAID: Said = [
+MESSAGES: Messages = [
     ("/io_teleop/joint_states", 10.0, ["head", "elbow"], [0.5, 0.6]),
     ("/io_teleop/joint_cmd", 10.0, ["head"], [0.1]),
     ("/io_teleop/target_gripper_status", 10.5, ["joint1", "joint1"], [0.0, 1.0]),
@@ -27,15 +27,15 @@ SAID: Said = [
 ]
 
 
-def topics(said: Said) -> dict[str, None]:
-    return dict.fromkeys(topic for topic, *_ in said)
+def topics(messages: Messages) -> dict[str, None]:
+    return dict.fromkeys(topic for topic, *_ in messages)
 
 
-def ros1_bag(path: Path, said: Said) -> Path:
+def ros1_bag(path: Path, messages: Messages) -> Path:
     store = get_typestore(Stores.ROS1_NOETIC)
     with Ros1Writer(path) as writer:
-        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(said)}
-        for topic, time, names, positions in said:
+        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(messages)}
+        for topic, time, names, positions in messages:
             stamp = store.types["builtin_interfaces/msg/Time"](int(time), 0)
             header = store.types["std_msgs/msg/Header"](0, stamp, "")
             message = store.types[TYPE](header, names, np.array(positions), np.zeros(0), np.zeros(0))
@@ -43,11 +43,11 @@ def ros1_bag(path: Path, said: Said) -> Path:
     return path
 
 
-def ros2_bag(path: Path, said: Said, storage: StoragePlugin) -> Path:
+def ros2_bag(path: Path, messages: Messages, storage: StoragePlugin) -> Path:
     store = get_typestore(Stores.ROS2_HUMBLE)
     with Ros2Writer(path, version=9, storage_plugin=storage) as writer:
-        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(said)}
-        for topic, time, names, positions in said:
+        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(messages)}
+        for topic, time, names, positions in messages:
             stamp = store.types["builtin_interfaces/msg/Time"](int(time), 0)
             header = store.types["std_msgs/msg/Header"](stamp, "")
             message = store.types[TYPE](header, names, np.array(positions), np.zeros(0), np.zeros(0))
@@ -55,10 +55,10 @@ def ros2_bag(path: Path, said: Said, storage: StoragePlugin) -> Path:
     return path
 
 
-def make(kind: str, folder: Path, said: Said = SAID) -> Path:
+def make(kind: str, folder: Path, messages: Messages = MESSAGES) -> Path:
     if kind == "ros1":
-        return ros1_bag(folder / "session.bag", said)
-    return ros2_bag(folder / "session", said, StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3)
+        return ros1_bag(folder / "session.bag", messages)
+    return ros2_bag(folder / "session", messages, StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3)
 
 
 @pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])
@@ -84,17 +84,19 @@ def test_topic_without_leading_slash_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "topic", "reason"),
+    ("messages", "topic", "reason"),
     [
-        (SAID[:1], None, r"no commands of io_teleop in it; joint states are on: /io_teleop/joint_states"),
-        (SAID, "/arm", r"no /arm in it; joint states are on: /io_teleop/joint_cmd, "),
+        (MESSAGES[:1], None, r"no commands of io_teleop in it; joint states are on: /io_teleop/joint_states"),
+        (MESSAGES, "/arm", r"no /arm in it; joint states are on: /io_teleop/joint_cmd, "),
         ([("/io_teleop/joint_cmd", 1.0, ["head", "elbow"], [0.1])], None, "needs a finite position for each name"),
         ([("/io_teleop/joint_cmd", 1.0, ["head"], [np.nan])], None, "needs a finite position for each name"),
     ],
 )
-def test_bag_without_usable_targets_is_refused(said: Said, topic: str | None, reason: str, tmp_path: Path) -> None:
+def test_bag_without_usable_targets_is_refused(
+    messages: Messages, topic: str | None, reason: str, tmp_path: Path
+) -> None:
     with pytest.raises(UsageError, match=reason):
-        read_bag(make("ros1", tmp_path, said), topic)
+        read_bag(make("ros1", tmp_path, messages), topic)
 
 
 @pytest.mark.parametrize("keep", [0, 10, 100, 4200])

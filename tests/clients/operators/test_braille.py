@@ -17,7 +17,7 @@ def frame(text: str) -> list[str]:
 
 
 def test_rising_curve_runs_from_lower_left_to_upper_right() -> None:
-    lines = frame(terminal_plot([Curve("told", TIME, TIME, "red")], width=20, height=5).plain)
+    lines = frame(terminal_plot([Curve("target", TIME, TIME, "red")], width=20, height=5).plain)
     assert len(lines) == 5
     assert lines[0][-1] != "\u2800"
     assert lines[-1][0] != "\u2800"
@@ -28,16 +28,20 @@ def test_rising_curve_runs_from_lower_left_to_upper_right() -> None:
 
 def test_plot_labels_axis_ends_and_curves() -> None:
     text = terminal_plot(
-        [Curve("told", TIME, TIME - 1.0, "red"), Curve("seen", TIME, 0 * TIME + 1e-20, "blue")], width=40, unit="rad"
+        [Curve("target", TIME, TIME - 1.0, "red"), Curve("measured", TIME, 0 * TIME + 1e-20, "blue")],
+        width=40,
+        unit="rad",
     ).plain
     assert text.splitlines()[0].startswith(" 1┤")
     assert "-1┤" in text
     assert text.splitlines()[-2].split() == ["0", "s", "2", "s"]
-    assert text.splitlines()[-1].strip() == "━ told  ━ seen [rad]"
+    assert text.splitlines()[-1].strip() == "━ target  ━ measured [rad]"
 
 
 def test_overlapping_curves_show_colour_of_later_one() -> None:
-    text = terminal_plot([Curve("told", TIME, TIME, "red"), Curve("seen", TIME, TIME, "blue")], width=20, height=5)
+    text = terminal_plot(
+        [Curve("target", TIME, TIME, "red"), Curve("measured", TIME, TIME, "blue")], width=20, height=5
+    )
     colours = {str(span.style) for span in text.spans if text.plain[span.start : span.end].strip("\u2800 ━") != ""}
     assert "blue" in colours
     assert "red" not in colours

@@ -39,7 +39,7 @@ class FakeRobot:
         return self.reason
 
 
-LIMITS = JointLimits({"head_yaw": Limits(-0.04, 1.5), "slide": Limits(0.0, 0.4)}, "told")
+LIMITS = JointLimits({"head_yaw": Limits(-0.04, 1.5), "slide": Limits(0.0, 0.4)}, "test")
 
 
 @pytest.fixture

@@ -31,9 +31,9 @@ def node() -> RobotNode:
 @pytest.fixture
 def operator(node: RobotNode) -> Keyboard:
     node.simulation.reset()
-    there = OperatedRobot(NodeClient(InProcess(node, node="/operator")))
-    there.session.sleep(0.15)
-    return Keyboard(there, Jog(there, LIMITS), ServiceCaller(lambda: there.session))
+    operated = OperatedRobot(NodeClient(InProcess(node, node="/operator")))
+    operated.session.sleep(0.15)
+    return Keyboard(operated, Jog(operated, LIMITS), ServiceCaller(lambda: operated.session))
 
 
 def typed(operator: Keyboard, *pieces: str, pause: float = 0.05) -> None:
@@ -133,17 +133,17 @@ def far(node: RobotNode) -> Iterator[Keyboard]:
     node.simulation.reset()
     with served(node, lockstep=True) as address:
         session = NodeClient(SocketTransport(address, node="/operator"))
-        there = OperatedRobot(session)
+        operated = OperatedRobot(session)
         services = ServiceCaller(lambda: NodeClient(SocketTransport(address, node="/operator_services")))
-        yield Keyboard(there, Jog(there, LIMITS), services)
+        yield Keyboard(operated, Jog(operated, LIMITS), services)
         services.close()
         session.close()
 
 
-def wait_for(operator: Keyboard, said: str) -> None:
+def wait_for(operator: Keyboard, text: str) -> None:
     wait_until(
-        lambda: said in operator.message,
-        f"message {said!r}",
+        lambda: text in operator.message,
+        f"message {text!r}",
         seen=lambda: operator.message,
         between=lambda: typed(operator, "", pause=0.02),
     )

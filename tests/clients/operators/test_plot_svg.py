@@ -66,6 +66,6 @@ def test_svg_of_any_motion_is_valid(height: float, samples: int) -> None:
 def test_svg_of_long_recording_is_thinned() -> None:
     exercise = done(samples=30_000)
     noise = np.random.default_rng(1).normal(size=30_000)
-    trace = Trace("elbow", exercise.trace.told_at, noise, exercise.trace.seen_at, noise)
+    trace = Trace("elbow", exercise.trace.target_times, noise, exercise.trace.measured_times, noise)
     svg = tracking_svg([replace(exercise, trace=trace)])
     assert all(len(points) < 10_000 for points in curves(svg))

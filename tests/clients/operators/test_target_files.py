@@ -57,7 +57,7 @@ def test_row_with_joints_and_gripper_gives_two_messages(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "reason"),
     [
         ("", "motion.csv:1: the first line must be `time` and joint names"),
         ("head,time\n", ":1: the first line must be `time`"),
@@ -75,14 +75,14 @@ def test_row_with_joints_and_gripper_gives_two_messages(tmp_path: Path) -> None:
         ("time,gripper_left\n0,1\n", ":2: gripper_left: needs gripper_right as well"),
     ],
 )
-def test_bad_csv_file_is_refused_with_line(text: str, said: str, tmp_path: Path) -> None:
+def test_bad_csv_file_is_refused_with_line(text: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, text))
-    assert said in str(caught.value)
+    assert reason in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "reason"),
     [
         ("{", "is not JSON: Expecting property name"),
         ("[1]", 'must be an object with "time" and "positions"'),
@@ -97,10 +97,10 @@ def test_bad_csv_file_is_refused_with_line(text: str, said: str, tmp_path: Path)
         (20000 * "[", "nested too deeply"),
     ],
 )
-def test_bad_jsonl_line_is_refused_with_line(line: str, said: str, tmp_path: Path) -> None:
+def test_bad_jsonl_line_is_refused_with_line(line: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, f'{{"time": 0, "positions": {{"head": 0}}}}\n{line}\n', "motion.jsonl"))
-    assert f"motion.jsonl:2: {said}" in str(caught.value) or said in str(caught.value)
+    assert f"motion.jsonl:2: {reason}" in str(caught.value) or reason in str(caught.value)
 
 
 def test_at_most_ten_problems_of_file_are_reported(tmp_path: Path) -> None:
@@ -140,12 +140,12 @@ def test_csv_and_jsonl_files_read_back_same_rows(
 @given(text=st.text(alphabet='time,ab01.5-e"\n{}: \x00\u2028', max_size=80), name=st.sampled_from(["m.csv", "m.jsonl"]))
 def test_any_file_content_is_read_or_refused(text: str, name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = written(tmp_path_factory.getbasetemp(), text, name)
-    said = ""
+    reason = ""
     try:
         assert read_targets(path).moments
     except CellwrightError as error:
-        said = str(error)
-    assert not said or str(path) in said
+        reason = str(error)
+    assert not reason or str(path) in reason
 
 
 def test_control_bytes_in_joint_name_are_escaped(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ waves = st.builds(
 
 @given(wave=waves, part=st.floats(-0.5, 1.5))
 def test_wave_stays_in_range_and_is_0_before_and_after(wave: Wave, part: float) -> None:
-    low, high = wave.reach
+    low, high = wave.offset_range
     offset = wave.offset(part * wave.duration)
     assert low - 1e-12 <= offset <= high + 1e-12
     if part < 0.0 or part > 1.0:
@@ -60,7 +60,7 @@ def test_wave_lasts_whole_periods(duration: float, periods: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("numbers", "said"),
+    ("numbers", "reason"),
     [
         ((0.0, 0.5, 4.0), "amplitude must not be 0"),
         ((math.nan, 0.5, 4.0), "amplitude"),
@@ -73,6 +73,6 @@ def test_wave_lasts_whole_periods(duration: float, periods: int) -> None:
         ((0.1, 1e-5, 4.0), "a period of 100000 s is longer"),
     ],
 )
-def test_invalid_wave_parameters_are_refused(numbers: tuple[float, float, float], said: str) -> None:
-    with pytest.raises(UsageError, match=said):
+def test_invalid_wave_parameters_are_refused(numbers: tuple[float, float, float], reason: str) -> None:
+    with pytest.raises(UsageError, match=reason):
         Wave.lasting(WaveShape.SINE, *numbers)

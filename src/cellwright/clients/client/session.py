@@ -40,6 +40,16 @@ class NodeClient:
 
     Callbacks run only inside `sleep` and `wait_until`; calling either from a callback is an error. The client belongs
     to the thread that made it, and refuses calls from others: two threads would take each other's answers.
+
+    Example:
+        >>> from cellwright import Cell, NodeClient, Trial
+        >>> client = NodeClient.in_process(Cell(Trial("empty")))
+        >>> seconds = []
+        >>> cancel = client.subscribe("/clock", lambda message: seconds.append(message.clock.sec))
+        >>> client.wait_until(lambda: 1 in seconds, timeout=2.0), client.time
+        (True, 1.0)
+        >>> cancel()
+        >>> client.close()
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -173,7 +183,24 @@ class NodeClient:
 
 
 class Rate:
-    """A rate as in ROS: a missed beat is made up for, unless two have gone by."""
+    """A rate as in ROS: a missed beat is made up for, unless two have gone by.
+
+    Args:
+        session: the client whose simulation time counts.
+        frequency: beats per second [Hz].
+
+    Raises:
+        UsageError: the frequency is not above 0, or not finite.
+
+    Example:
+        >>> from cellwright import Cell, NodeClient, Trial
+        >>> client = NodeClient.in_process(Cell(Trial("empty")))
+        >>> rate = client.rate(10.0)
+        >>> client.sleep(0.03)  # work between two beats
+        >>> rate.sleep()
+        >>> client.time
+        0.1
+    """
 
     def __init__(self, session: NodeClient, frequency: float) -> None:
         if not 0.0 < frequency < float("inf"):
@@ -192,7 +219,21 @@ class Rate:
 
 
 class Latest:
-    """The newest message of a topic: `message` is None before the first; `count` is the number of messages."""
+    """The newest message of a topic.
+
+    Attributes:
+        topic: name of the topic.
+        message: the newest message; None before the first.
+        count: number of messages so far.
+
+    Example:
+        >>> from cellwright import Cell, NodeClient, Trial
+        >>> client = NodeClient.in_process(Cell(Trial("empty")))
+        >>> clock = client.latest("/clock")
+        >>> client.sleep(0.01)
+        >>> clock.count, clock.message.clock.nanosec
+        (5, 10000000)
+    """
 
     def __init__(self, session: NodeClient, topic: str) -> None:
         self._session = session

@@ -45,7 +45,7 @@ def camera(x: float, y: float, z: float = 1.465) -> Pose:
 )
 def test_camera_view_meets_areas_below_camera(world_T_camera: Pose, seen: list[Area]) -> None:
     areas = [BINS, BELT, STATIONS[1].area, STATIONS[2].area]
-    assert [area for area in areas if area.meets(view_of(world_T_camera, Catalogue().reach))] == seen
+    assert [area for area in areas if area.meets(view_of(world_T_camera, Catalogue().max_extent))] == seen
 
 
 @given(st.tuples(places, places, places), st.tuples(turns, turns, turns), st.tuples(places, places, places))
@@ -63,7 +63,7 @@ def test_camera_view_contains_every_visible_point(
     )
     in_view = bool(view.meets(np.array([point]), np.full((1, 3), 0.01))[0])
     if in_view:
-        assert Area.around([point]).meets(view_of(world_T_camera, Catalogue().reach))
+        assert Area.around([point]).meets(view_of(world_T_camera, Catalogue().max_extent))
     else:
         assert not is_well_in_view(world_T_camera, point)
 

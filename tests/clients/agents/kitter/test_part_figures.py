@@ -89,7 +89,7 @@ def test_trial_part_figures_follow_its_model() -> None:
     assert Catalogue().types == sorted(PART_TYPES)
     wide = Catalogue({"my_wheel": own(lower=[-0.2, -0.2, 0.0], upper=[0.2, 0.2, 0.02], radius=0.2)})
     assert wide.figures("my_wheel").outline == (Disc(0.0, 0.0, 0.2),)
-    assert wide.reach == pytest.approx(0.2)
+    assert wide.max_extent == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(

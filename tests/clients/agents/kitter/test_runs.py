@@ -16,15 +16,15 @@ from cellwright.running.run import Outcome, RunOptions, RunResult, run_cell
 from tests.own_parts import write_trial
 
 
-class Lines(logging.Handler):
+class LogTexts(logging.Handler):
     """A handler that keeps the texts of a log."""
 
     def __init__(self, level: int = logging.INFO) -> None:
         super().__init__(level)
-        self.said: list[str] = []
+        self.texts: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.said.append(record.getMessage())
+        self.texts.append(record.getMessage())
 
 
 @cache
@@ -75,33 +75,33 @@ def test_part_dropped_over_tray_costs_no_points() -> None:
 def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
     """Run a trial with parts of its own; return the result, and the agent's final lines on missing parts."""
     trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
-    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines(logging.WARNING)
+    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), LogTexts(logging.WARNING)
     logger.addHandler(lines)
     try:
-        return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+        return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.texts
     finally:
         logger.removeHandler(lines)
 
 
 @pytest.mark.slow
 def test_trial_parts_are_brought_for_full_score(tmp_path: Path) -> None:
-    result, said = run_own(tmp_path, "my_box", "my_can", "my_step")
+    result, warnings = run_own(tmp_path, "my_box", "my_can", "my_step")
     assert (result.error, result.outcome) == ("", Outcome.DONE)
     assert result.score.total == result.evidence.attainable.maximum == 9.0
-    assert said == []
+    assert warnings == []
 
 
 @pytest.mark.slow
 def test_parts_ordered_on_their_side_are_placed_so(tmp_path: Path) -> None:
-    result, said = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
-    assert (result.outcome, result.score.total, said) == (Outcome.DONE, 6.0, [])
+    result, warnings = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
+    assert (result.outcome, result.score.total, warnings) == (Outcome.DONE, 6.0, [])
 
 
 @pytest.mark.slow
 def test_unsuitable_parts_are_logged_at_end_with_reason(tmp_path: Path) -> None:
-    result, said = run_own(tmp_path, "my_ball", "my_anvil")
+    result, warnings = run_own(tmp_path, "my_ball", "my_anvil")
     assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
-    assert [line.partition(" s: ")[2] for line in said] == [
+    assert [line.partition(" s: ")[2] for line in warnings] == [
         "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius (needs 6 mm)",
         "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
     ]
@@ -112,13 +112,13 @@ def test_unsuitable_parts_are_logged_at_end_with_reason(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def again() -> Iterator[tuple[RunResult, list[str]]]:
     """A second run of one of the trials, and the lines of its log."""
-    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines()
+    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), LogTexts()
     level = logger.level
     logger.addHandler(lines)
     logger.setLevel(logging.INFO)
     try:
         trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
-        yield run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+        yield run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.texts
     finally:
         logger.setLevel(level)
         logger.removeHandler(lines)

@@ -65,10 +65,10 @@ BELT = Area(
 )
 
 
-def view_of(world_T_camera: Pose, part_reach: float) -> Area:
+def view_of(world_T_camera: Pose, part_extent: float) -> Area:
     """Return the box around all that a logical camera can see, even only the edge of a part.
 
-    `part_reach` [m] is the largest distance of a point of a part from its origin.
+    `part_extent` [m] is the largest distance of a point of a part from its origin.
     """
     corners = [
         world_T_camera.transform((distance, distance * VIEW_HALF_WIDTH * side, distance * VIEW_HALF_HEIGHT * up))
@@ -76,7 +76,7 @@ def view_of(world_T_camera: Pose, part_reach: float) -> Area:
         for side in (-1.0, 1.0)
         for up in (-1.0, 1.0)
     ]
-    return Area.around(corners, part_reach)
+    return Area.around(corners, part_extent)
 
 
 def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
@@ -211,7 +211,7 @@ class CameraView(Images):
     def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
         super().__init__(client, name, catalogue)
         self.world_T_camera = world_T_camera
-        self.view = view_of(world_T_camera, catalogue.reach)
+        self.view = view_of(world_T_camera, catalogue.max_extent)
 
 
 def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
@@ -335,7 +335,7 @@ class BeltWatch:
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
         """Take a part of `length` [m] whose middle passed a beam at time `middle` [s]."""
         kind = self._catalogue.figures(self._types[0])
-        if length >= kind.reach / 2:
+        if length >= kind.extent / 2:
             part = self._new(TrackedBeltPart(self._types[0], has_yaw=False), middle)
             part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
 
