@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from benchmarks import benchmarks
-from benchmarks.benchmarks import BenchmarkResult, take
+from benchmarks.benchmarks import BenchmarkResult, run_benchmark
 from benchmarks.machine import machine
 from benchmarks.report import page, progress_line, show
 from cellwright.cli import options
@@ -28,14 +28,14 @@ _NAMES = ", ".join(f"`{each.name}`" for each in benchmarks.BENCHMARKS)
 def bench(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="NAME", help=f"What to measure: {_NAMES}; all when left out.", show_default=False),
+        typer.Argument(metavar="NAME", help=f"Benchmarks to run: {_NAMES} (default: all).", show_default=False),
     ] = None,
     quick: Annotated[
         bool,
         typer.Option(
             "--quick",
             metavar="",
-            help="With few repeats, to see that everything works. The figures are rough, and bounds are not judged.",
+            help="Use few repeats, to check that everything works; figures are rough, and bounds are not judged.",
         ),
     ] = False,
     write: Annotated[
@@ -79,8 +79,8 @@ def bench(
     taken: list[BenchmarkResult] = []
     for each in chosen:
         with progress_line(console, each.title) as on_progress:
-            taken.append(take(each, on_progress, quick=quick))
-        show(console, taken[-1], judged=not quick)
+            taken.append(run_benchmark(each, on_progress, quick=quick))
+        show(console, taken[-1], with_verdicts=not quick)
     status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
     if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
         status = NOT_DONE

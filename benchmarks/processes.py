@@ -22,7 +22,7 @@ PATIENCE = 30.0
 """Longest time [s] that a process may take to end on request."""
 
 
-class Served:
+class ServerProcess:
     """A process of `cellwright` that serves something.
 
     Args:
@@ -50,7 +50,7 @@ class Served:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def __enter__(self) -> Served:
+    def __enter__(self) -> ServerProcess:
         return self
 
     def __exit__(self, *_: object) -> None:

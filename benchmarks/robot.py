@@ -1,9 +1,9 @@
 """Speed of a robot's whole node compared with PyBullet, the engine of the original io_teleop node.
 
-Both load the same URDF, fixed at its root, without gravity, with a position drive at every joint. Our side is the node
-as served: commands on the bus, commander, servos, and joint_states at 100 Hz for one subscriber. PyBullet is driven as
-in the original: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates` 100 times a
-second, and no messages.
+Both load the same URDF, fixed at its root, without gravity, with a position drive at every joint. Ours is the node as
+served: commands on the bus, commander, servos, and joint_states at 100 Hz for one subscriber. PyBullet is driven as in
+the original: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates` 100 times a second,
+and no messages.
 
 At rest there are no commands; in motion, all joints follow sines at 100 Hz. The repeats run in turn and the best of
 each counts, in processor time.
@@ -60,11 +60,11 @@ class NodeSide:
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
         self.node = RobotNode(config, timestep=Fraction(1, rate))
         self.sines = sines
-        self.heard = 0
-        self.node.bus.subscribe("/io_teleop/joint_states", self._hear)
+        self.received = 0
+        self.node.bus.subscribe("/io_teleop/joint_states", self._receive)
 
-    def _hear(self, _message: object) -> None:
-        self.heard += 1
+    def _receive(self, _message: object) -> None:
+        self.received += 1
 
     def command(self, time: float) -> None:
         """Publish targets of all joints, as a client does."""
@@ -77,7 +77,7 @@ class NodeSide:
         """Take one step; the node publishes its joint states itself."""
         self.node.simulation.step()
 
-    def look(self) -> None:
+    def read_joints(self) -> None:
         """Do nothing: the listener has had the joint states already."""
 
 
@@ -124,7 +124,7 @@ class PyBulletSide:
         """Disconnect from the engine."""
         self.engine.disconnect(physicsClientId=self.client)
 
-    def look(self) -> None:
+    def read_joints(self) -> None:
         """Read all joints, as for each joint_states."""
         self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
 
@@ -138,7 +138,7 @@ def time_of(side: NodeSide | PyBulletSide, rate: int, steps: int, *, moving: boo
             if step in due:
                 if moving:
                     side.command(step / rate)
-                side.look()
+                side.read_joints()
             side.step()
 
     return processor_time(run)

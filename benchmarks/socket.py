@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.listener import listening
-from benchmarks.processes import Served
+from benchmarks.processes import ServerProcess
 from benchmarks.timing import percentile
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import ARM_JOINTS
@@ -51,7 +51,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
 
 def round_trips(rounds: int) -> Iterator[Figure]:
     """Yield figures of calls, commands, and a goal until its status arrives, at a cell in real time."""
-    with Served("serve", "lesson", "--port", "0") as served:
+    with ServerProcess("serve", "lesson", "--port", "0") as served:
         transport = SocketTransport(served.address, node="/bench")
         request = GetMaterialLocationsRequest(material_type="gear_part")
         yield times("a service call", rounds, lambda _: transport.call("/ariac/material_locations", request))
@@ -134,7 +134,7 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
 
 def pace(seconds: float) -> Iterator[Figure]:
     """Yield figures of the real-time pace, with a client that listens to clock and joint states."""
-    with Served("serve", "lesson", "--port", "0", "--json", "--until", str(seconds)) as served:
+    with ServerProcess("serve", "lesson", "--port", "0", "--json", "--until", str(seconds)) as served:
         transport = SocketTransport(served.address, node="/bench")
         transport.subscribe("/ariac/joint_states", lambda _: None)
         with suppress(RunEndedError):

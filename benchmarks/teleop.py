@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.benchmarks import Figure, OnProgress
-from benchmarks.processes import Served, ros1_environment
+from benchmarks.processes import ServerProcess, ros1_environment
 from benchmarks.timing import percentile
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.config.robot.robots import load_robot
@@ -65,7 +65,7 @@ def main(joint, trials, step, moves, rest, jitter):
         begin = time.perf_counter()
         command.publish(JointState(name=[joint], position=[sign * step]))
         if not moved.wait(5.0):
-            raise RuntimeError("nothing moved")
+            raise RuntimeError("no motion within 5 s of a command")
         found.append(came[0] - begin)
         sign = -sign
     print(json.dumps(found[1:]))
@@ -109,7 +109,7 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
         begin = time.perf_counter()
         node.simulation.inbox.put(lambda message=message: node.bus.publish(COMMAND, message))  # type: ignore[misc]
         if not moved.wait(5.0):
-            raise UsageError("nothing moved")
+            raise UsageError("no motion within 5 s of a command")
         ways[0].append(applied[0] - begin)
         ways[1].append(came[0] - begin)
     over.set()
@@ -162,9 +162,9 @@ def over_ros1(trials: int, python: str, environment: Mapping[str, str]) -> list[
     return times
 
 
-def served(*options: str, environment: Mapping[str, str] | None = None) -> Served:
+def served(*options: str, environment: Mapping[str, str] | None = None) -> ServerProcess:
     """Start the robot's node in a process of its own."""
-    return Served("teleop", ROBOT, "--port", "0", *options, environment=environment)
+    return ServerProcess("teleop", ROBOT, "--port", "0", *options, environment=environment)
 
 
 def sampling(trials: int = 20_000) -> tuple[list[float], list[float]]:

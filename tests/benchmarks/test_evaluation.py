@@ -13,7 +13,7 @@ from tests.quick_children import QUICK_WORKERS
 def test_evaluation_quick_run_yields_ratio_of_two_workers() -> None:
     progress: list[str] = []
     one, two, ratio = evaluation.measure(progress.append, quick=True)
-    assert progress == ["runs 1 to 2 of 2, by one and by two"]
+    assert progress == ["runs 1 to 2 of 2, one and two at a time"]
     assert one.label == "2 runs of 0.2 s, 1 at a time"
     assert ratio.value == pytest.approx(two.value / one.value)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.listener import count
-from benchmarks.processes import Served, end, free_port, ros1_environment
+from benchmarks.processes import ServerProcess, end, free_port, ros1_environment
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.util.errors import UsageError
 
@@ -17,7 +17,7 @@ from cellwright.util.errors import UsageError
 @pytest.mark.slow
 def test_failed_server_is_reported_with_reason() -> None:
     with pytest.raises(UsageError, match=r"(?s)no server started: .*unknown trial 'nowhere'"):
-        Served("serve", "nowhere", "--port", "0")
+        ServerProcess("serve", "nowhere", "--port", "0")
 
 
 def test_process_can_be_ended_twice() -> None:

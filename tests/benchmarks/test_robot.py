@@ -40,5 +40,5 @@ def test_robot_node_follows_targets_and_publishes_at_rate() -> None:
     ours = robot.NodeSide(config, 240, sines)
     before = np.array(ours.node.commander.applied)
     robot.time_of(ours, 240, 120, moving=True)
-    assert ours.heard == 50
+    assert ours.received == 50
     assert not np.allclose(ours.node.commander.applied, before)

@@ -12,10 +12,10 @@ from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 THING = FakeBenchmark("a", "A thing", 1.0)
 
 
-def printed(taken: BenchmarkResult, *, judged: bool = True, colour: bool = False) -> str:
+def printed(taken: BenchmarkResult, *, with_verdicts: bool = True, colour: bool = False) -> str:
     file = io.StringIO()
     console = Console(file=file, width=80, force_terminal=colour, color_system="standard" if colour else None)
-    show(console, taken, judged=judged)
+    show(console, taken, with_verdicts=with_verdicts)
     return file.getvalue()
 
 
@@ -38,7 +38,7 @@ def test_broken_bound_is_printed_in_red() -> None:
 
 
 def test_table_without_judgement_has_no_verdicts() -> None:
-    text = printed(BenchmarkResult(THING, (HELD, BROKEN)), judged=False)
+    text = printed(BenchmarkResult(THING, (HELD, BROKEN)), with_verdicts=False)
     assert "≤ 1.15" in text
     assert "held" not in text.lower()
 

@@ -357,7 +357,7 @@ def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: 
         for number, joint in enumerate(joints, start=1):
             progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
             try:
-                exercises.append(exercise(robot, joint, wave, on_beat=show))
+                exercises.append(exercise(robot, joint, wave, on_progress=show))
             except (CellwrightError, RunEndedError) as error:
                 return exercises, f"{joint}: {error}"
     return exercises, ""
@@ -604,7 +604,7 @@ def play(
     if as_json:
         document = {
             "file": str(file),
-            "moments": len(targets.moments),
+            "moments": len(targets.samples),
             "duration": targets.duration,
             "outcome": outcome,
             "rounds": rounds,
@@ -642,9 +642,9 @@ def _play_once(
                 raise _StopRequestedError
             progress.update(task, completed=time)
 
-        playback.approach(robot, targets.first, approach, on_beat=beat)
+        playback.approach(robot, targets.first, approach, on_progress=beat)
         progress.update(task, description=str(targets.path), total=targets.duration)
-        playback.play(robot, targets, speed=speed, on_beat=beat)
+        playback.play(robot, targets, speed=speed, on_progress=beat)
 
 
 app = typer.Typer(

@@ -56,9 +56,9 @@ def test_leg_from_checkpoint_reaches_states_of_uncut_run(
 def test_cell_leg_counts_grips_parts_and_messages(first: Callable[[str], tuple[Reports, str]]) -> None:
     begun, _ = first("cell")
     counts = begun["counts"][0]
-    assert counts["parts taken hold of"] == 1
+    assert counts["parts gripped"] == 1
     assert counts["parts put on the belt"] == counts["AGVs sent"] == 2
-    assert counts["messages heard"] > 50_000
+    assert counts["messages received"] > 50_000
 
 
 @pytest.mark.slow

@@ -125,7 +125,7 @@ def test_left_subscription_is_not_kept() -> None:
     stay = transport.subscribe("/clock", kept.append)
     for _ in range(3):
         transport.subscribe("/clock", kept.append)()
-    assert list(transport._leave) == [stay]
+    assert list(transport._subscriptions) == [stay]
     transport.advance(2_000_000, never)
     assert len(kept) == 1
 

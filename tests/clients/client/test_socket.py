@@ -18,7 +18,7 @@ from cellwright.clients.client import socket_transport as socket_module
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
 from cellwright.clients.client.session import NodeClient
-from cellwright.clients.client.socket_transport import SocketTransport, accepted
+from cellwright.clients.client.socket_transport import SocketTransport, check_answer
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -349,9 +349,9 @@ def test_foreign_server_is_refused(response: bytes) -> None:
 def test_control_bytes_in_refusal_are_escaped() -> None:
     refusal = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
     with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
-        accepted(refusal)
+        check_answer(refusal)
     with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
-        accepted(replace(refusal, name="UnknownNameError"))
+        check_answer(replace(refusal, name="UnknownNameError"))
 
 
 def test_connect_accepts_host_and_port_text() -> None:

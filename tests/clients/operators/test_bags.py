@@ -65,7 +65,7 @@ def make(kind: str, folder: Path, messages: Messages = MESSAGES) -> Path:
 def test_bag_commands_keep_their_topics(kind: str, tmp_path: Path) -> None:
     path = make(kind, tmp_path)
     assert is_bag(path)
-    assert read_bag(path).moments == (
+    assert read_bag(path).samples == (
         TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),
         TargetSample(0.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
         TargetSample(1.0, JOINT_COMMAND, {"elbow": 0.2, "head": 0.3}),
@@ -75,12 +75,12 @@ def test_bag_commands_keep_their_topics(kind: str, tmp_path: Path) -> None:
 def test_named_topic_is_read_as_joint_targets(tmp_path: Path) -> None:
     path = make("ros1", tmp_path)
     for name in ("/io_teleop/joint_states", "io_teleop/joint_states"):
-        assert read_bag(path, name).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
+        assert read_bag(path, name).samples == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
 
 
 def test_topic_without_leading_slash_is_read(tmp_path: Path) -> None:
     path = make("mcap", tmp_path, [("io_teleop/joint_cmd", 1.0, ["head"], [0.1])])
-    assert read_bag(path).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),)
+    assert read_bag(path).samples == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),)
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_exercise_commands_only_named_joint(operated: OperatedRobot) -> None:
 
 def test_step_figures_and_progress_are_reported(operated: OperatedRobot) -> None:
     seen: list[float] = []
-    found = exercise(operated, "right_6", Wave(WaveShape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
+    found = exercise(operated, "right_6", Wave(WaveShape.STEP, 0.2, 1.0, 1), on_progress=seen.append).tracking
     assert found.step is not None
     assert found.step.rise == pytest.approx(math.log(9) / 24, abs=0.02)
     assert found.step.overshoot < 0.01

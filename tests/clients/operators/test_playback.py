@@ -47,8 +47,8 @@ def operated(node: RobotNode) -> OperatedRobot:
     return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
-def targets(*moments: tuple[float, Mapping[str, float]], topic: str = JOINT_COMMAND) -> Targets:
-    return Targets(Path("motion.csv"), tuple(TargetSample(time, topic, values) for time, values in moments))
+def targets(*samples: tuple[float, Mapping[str, float]], topic: str = JOINT_COMMAND) -> Targets:
+    return Targets(Path("motion.csv"), tuple(TargetSample(time, topic, values) for time, values in samples))
 
 
 def collected(operated: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple[float, dict[str, float]]]:
@@ -94,10 +94,10 @@ def test_approach_to_unreachable_target_is_refused(operated: OperatedRobot) -> N
 @pytest.mark.parametrize("speed", [1.0, 0.5, 4.0])
 def test_play_sends_targets_on_time_at_given_speed(speed: float, operated: OperatedRobot) -> None:
     messages, begun = collected(operated), operated.session.time
-    moments = [(3.0 + 0.1 * number, {"right_1": 0.02 * number}) for number in range(6)]
-    play(operated, targets(*moments), speed=speed)
+    samples = [(3.0 + 0.1 * number, {"right_1": 0.02 * number}) for number in range(6)]
+    play(operated, targets(*samples), speed=speed)
     operated.session.sleep(0.02)
-    assert [values for _, values in messages] == [values for _, values in moments]
+    assert [values for _, values in messages] == [values for _, values in samples]
     times = np.array([time - begun for time, _ in messages])
     assert times == pytest.approx(np.arange(6) * 0.1 / speed, abs=2.5 / 240)
 
@@ -120,17 +120,17 @@ def test_play_sends_gripper_targets_as_gripper_command(
 
 
 @pytest.mark.parametrize(
-    ("moment", "error", "reason"),
+    ("sample", "error", "reason"),
     [
         ((0.0, {"rigth_1": 0.0}), UnknownNameError, "did you mean right_1"),
         ((0.0, {"right_1": 2.1}), UsageError, r"right_1: motion\.csv from 2\.1 to 2\.1 leaves its limits"),
     ],
 )
 def test_targets_unfit_for_robot_are_refused(
-    moment: tuple[float, dict[str, float]], error: type[Exception], reason: str, operated: OperatedRobot
+    sample: tuple[float, dict[str, float]], error: type[Exception], reason: str, operated: OperatedRobot
 ) -> None:
     with pytest.raises(error, match=reason):
-        check(operated, targets(moment), LIMITS)
+        check(operated, targets(sample), LIMITS)
 
 
 def test_targets_for_more_grippers_than_robot_has_are_refused(
@@ -151,11 +151,11 @@ def test_recorded_motion_can_be_played_again(name: str, operated: OperatedRobot,
     recorder.close()
     operated.session.sleep(0.1)
     found = read_targets(tmp_path / name)
-    assert recorder.lines == len(found.moments) == pytest.approx(50, abs=2)
+    assert recorder.lines == len(found.samples) == pytest.approx(50, abs=2)
     assert recorder.time == pytest.approx(found.duration, abs=1e-5)
     assert set(found.first) == set(operated.joints)
     check(operated, found, LIMITS)
-    assert found.moments[-1].values == pytest.approx(operated.positions, abs=1e-4)
+    assert found.samples[-1].values == pytest.approx(operated.positions, abs=1e-4)
     operated.send(MoveJoints({"right_1": 0.0, "left_4": 0.0}))
     operated.session.sleep(0.5)
     approach(operated, found.first, 0.2)
@@ -177,7 +177,7 @@ def test_recorder_closes_file_after_node_is_gone(operated: OperatedRobot, tmp_pa
     def leave() -> None:
         raise RunEndedError("the server has closed the connection")
 
-    recorder._leave = leave
+    recorder._unsubscribe = leave
     recorder.close()
     assert len((tmp_path / "motion.csv").read_text().splitlines()) == recorder.lines + 1 > 5
     assert not recorder.is_writing

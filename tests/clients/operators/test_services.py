@@ -57,7 +57,7 @@ def test_service_call_has_answer_for_every_outcome(act: Callable[[], Any], text:
     for _ in range(2):  # in threads of their own, over one connection
         assert services.begin(Ask.HOME)
         assert answer(services) == f"{Ask.HOME.value}: {text}"
-        assert services.under_way == ""
+        assert services.pending == ""
     services.close()
     assert transport.is_closed
 

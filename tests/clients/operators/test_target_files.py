@@ -26,7 +26,7 @@ def written(folder: Path, text: str, name: str = "motion.csv") -> Path:
 def test_csv_file_is_read_as_target_samples(tmp_path: Path) -> None:
     text = "\ufefftime, head , elbow\r\n0.0,0.1,\r\n\r\n0.5,,1e-1\r\n0.5, 0.2,-3\r\n"
     targets = read_targets(written(tmp_path, text))
-    assert targets.moments == (
+    assert targets.samples == (
         TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),
         TargetSample(0.5, JOINT_COMMAND, {"elbow": 0.1}),
         TargetSample(0.5, JOINT_COMMAND, {"head": 0.2, "elbow": -3.0}),
@@ -43,17 +43,17 @@ def test_jsonl_file_is_read_with_gripper_targets(tmp_path: Path) -> None:
         {"time": 2.5, "positions": {"gripper_left": 1, "gripper_right": 0}},
     ]
     targets = read_targets(written(tmp_path, "\n\n".join(map(json.dumps, lines)), "motion.jsonl"))
-    assert targets.moments == (
+    assert targets.samples == (
         TargetSample(1.0, JOINT_COMMAND, {"head": 0.1}),
         TargetSample(2.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
     )
-    assert list(targets.moments[1].values) == ["gripper_right", "gripper_left"]
+    assert list(targets.samples[1].values) == ["gripper_right", "gripper_left"]
     assert targets.first == {"head": 0.1}
 
 
 def test_row_with_joints_and_gripper_gives_two_messages(tmp_path: Path) -> None:
     targets = read_targets(written(tmp_path, "time,head,gripper_right\n0,0.1,0.5\n"))
-    assert [moment.topic for moment in targets.moments] == [JOINT_COMMAND, GRIPPER_COMMAND]
+    assert [sample.topic for sample in targets.samples] == [JOINT_COMMAND, GRIPPER_COMMAND]
 
 
 @pytest.mark.parametrize(
@@ -131,9 +131,9 @@ def test_csv_and_jsonl_files_read_back_same_rows(
     folder, rows = tmp_path_factory.mktemp("files"), sorted(rows)
     table = "time,a,b\n" + "".join(f"{time!r},{a!r},{b!r}\n" for time, a, b in rows)
     lines = "\n".join(json.dumps({"time": time, "positions": {"a": a, "b": b}}) for time, a, b in rows)
-    of_csv = read_targets(written(folder, table)).moments
-    assert of_csv == read_targets(written(folder, lines, "motion.jsonl")).moments
-    assert [(moment.time, *moment.values.values()) for moment in of_csv] == rows
+    of_csv = read_targets(written(folder, table)).samples
+    assert of_csv == read_targets(written(folder, lines, "motion.jsonl")).samples
+    assert [(sample.time, *sample.values.values()) for sample in of_csv] == rows
 
 
 @pytest.mark.slow
@@ -142,7 +142,7 @@ def test_any_file_content_is_read_or_refused(text: str, name: str, tmp_path_fact
     path = written(tmp_path_factory.getbasetemp(), text, name)
     reason = ""
     try:
-        assert read_targets(path).moments
+        assert read_targets(path).samples
     except CellwrightError as error:
         reason = str(error)
     assert not reason or str(path) in reason

@@ -240,19 +240,19 @@ class Latest:
         self.topic = topic
         self.message: Any = None
         self.count = 0
-        self._leave: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
         self.listen()
 
     def listen(self) -> None:
         """Take messages again after `cancel`."""
-        if self._leave is None:
-            self._leave = self._session.subscribe(self.topic, self._take, passive=True)
+        if self._unsubscribe is None:
+            self._unsubscribe = self._session.subscribe(self.topic, self._take, passive=True)
 
     def cancel(self) -> None:
         """Take no more messages; the newest one stays."""
-        if self._leave is not None:
-            self._leave()
-            self._leave = None
+        if self._unsubscribe is not None:
+            self._unsubscribe()
+            self._unsubscribe = None
 
     def _take(self, message: Any) -> None:
         self.message = message

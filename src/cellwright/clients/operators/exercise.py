@@ -275,7 +275,7 @@ TAIL = 0.5
 """Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
 
 _MIN_SAMPLES = 10  # joint states that a report needs
-_HELD_BACK = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
+_LIMITED_SHARE = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
 
 
 @dataclass(frozen=True)
@@ -312,11 +312,11 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
 
 
 def exercise(
-    robot: OperatedRobot, joint: str, wave: Wave, *, on_beat: Callable[[float], None] = lambda _part: None
+    robot: OperatedRobot, joint: str, wave: Wave, *, on_progress: Callable[[float], None] = lambda _part: None
 ) -> Exercise:
     """Give a joint a signal about its position, with `RATE` commands a second, and bring it back there.
 
-    After each command `on_beat` takes the share of the signal that is over, 0 to 1.
+    After each command `on_progress` takes the share of the signal that is over, 0 to 1.
 
     Raises:
         UsageError: too few joint states came for a report.
@@ -339,7 +339,7 @@ def exercise(
             target = start + wave.offset(time)
             robot.send(MoveJoints({joint: target}))
             sent.append((time, target))
-            on_beat(min(1.0, time / wave.duration))
+            on_progress(min(1.0, time / wave.duration))
             beat.sleep()
             if joint in (now := robot.applied):
                 applied.append(now[joint])
@@ -352,7 +352,7 @@ def exercise(
     trace = _trace(joint, sent, seen)
     edges = [n / 2 / wave.frequency for n in range(1, 2 * wave.periods + 1)] if wave.shape is WaveShape.STEP else ()
     figures = tracking(trace, period=1 / wave.frequency, edges=edges)
-    return Exercise(wave, start, trace, figures, _held_back(trace.targets, applied, wave))
+    return Exercise(wave, start, trace, figures, _limited_note(trace.targets, applied, wave))
 
 
 def _trace(joint: str, sent: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
@@ -365,11 +365,11 @@ def _trace(joint: str, sent: list[tuple[float, float]], seen: list[tuple[float, 
     return Trace(joint, times, targets, measured_times, positions)
 
 
-def _held_back(targets: Array, applied: list[float], wave: Wave) -> str:
+def _limited_note(targets: Array, applied: list[float], wave: Wave) -> str:
     """Return a sentence on targets that the node did not apply unchanged."""
     if not applied:
         return ""
-    slack = _HELD_BACK * abs(wave.amplitude)
+    slack = _LIMITED_SHARE * abs(wave.amplitude)
     sent, did = (float(targets.min()), float(targets.max())), (min(applied), max(applied))
     if did[0] > sent[0] + slack or did[1] < sent[1] - slack:
         return (

@@ -175,20 +175,20 @@ class Images:
         self._client = client
         self._catalogue = catalogue
         self._since = 0.0
-        self._leave: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
 
     def listen(self) -> None:
         """Take images from now on; drop earlier ones."""
         self.newest.clear()
-        if self._leave is None:
+        if self._unsubscribe is None:
             self._since = self._client.time
-            self._leave = self._client.on_sensor(self.name, self._take)
+            self._unsubscribe = self._client.on_sensor(self.name, self._take)
 
     def rest(self) -> None:
         """Take no more images; keep those that were taken."""
-        if self._leave is not None:
-            self._leave()
-            self._leave = None
+        if self._unsubscribe is not None:
+            self._unsubscribe()
+            self._unsubscribe = None
 
     def _take(self, message: Any) -> None:
         time = self._client.time
@@ -286,7 +286,7 @@ class BeltWatch:
         self._client = client
         self._types = tuple(types)
         self._catalogue = catalogue
-        self._leave_beams = [
+        self._unsubscribe_beams = [
             self._watch_beam(name, pose.position[1])
             for name, pose in beams.items()
             if crosses_belt(pose) and len(self._types) == 1
@@ -298,8 +298,8 @@ class BeltWatch:
             x, _, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
-                while self._leave_beams:  # once a camera sees the belt, beams are not needed
-                    self._leave_beams.pop()()
+                while self._unsubscribe_beams:  # once a camera sees the belt, beams are not needed
+                    self._unsubscribe_beams.pop()()
                 self._note(seen.type, seen.world_T_part, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[TrackedBeltPart]:
