@@ -4,6 +4,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # A module is compiled when it is first loaded: most of what is installed never is.
 INSTALL := $(BIN)/python -m pip install --quiet --no-compile
+# The Dockerfile installs a copy: SOURCE=.
+SOURCE ?= --editable .
 # Of three workers one mostly waits, for ROS 1 (tests/schedule.py): enough for two cores.
 JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -14,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
 %d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
 
-.PHONY: run lesson test quick dev system ros1 display browser check collected docs bench soak hashes fuzz format clean
+.PHONY: run lesson test quick dev hooks system ros1 display browser check collected docs bench soak hashes fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -34,6 +36,11 @@ quick: .venv/.installed-dev
 
 # The tools of tests and checks alone: nothing of the system's.
 dev: .venv/.installed-dev
+
+# Checks of each commit, in .git/hooks; .pre-commit-config.yaml lists them.
+hooks: .venv/.installed-dev
+	$(INSTALL) --group hooks
+	$(BIN)/pre-commit install
 
 # One after the other, as dpkg wants it.
 system:
@@ -94,7 +101,7 @@ format: .venv/.installed-dev
 .venv/.installed: pyproject.toml
 	@test -x $(BIN)/pip || $(PYTHON) -c $(IS_NEW_ENOUGH)
 	test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv
-	$(INSTALL) --editable .
+	$(INSTALL) $(SOURCE)
 	@touch $@
 
 # Debian's pip 23.0 knows no --group.

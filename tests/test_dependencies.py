@@ -14,11 +14,14 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 REQUIREMENTS = [
     Requirement(line) for line in [*PROJECT["project"]["dependencies"], *PROJECT["dependency-groups"]["dev"]]
 ]
-WINDOW = [Requirement(line) for line in PROJECT["project"]["optional-dependencies"]["gui"]]
+ON_REQUEST = [
+    Requirement(line)
+    for line in [*PROJECT["project"]["optional-dependencies"]["gui"], *PROJECT["dependency-groups"]["hooks"]]
+]
 
 
 @pytest.mark.parametrize("requirement", REQUIREMENTS, ids=lambda each: each.name)
-def test_every_dependency_is_capped_installed_and_explained(requirement: Requirement) -> None:
+def test_dependencies_are_capped_installed_and_explained(requirement: Requirement) -> None:
     operators = {each.operator for each in requirement.specifier}
     assert {">=", "<"} <= operators
     if requirement.marker is None or requirement.marker.evaluate():
@@ -26,20 +29,20 @@ def test_every_dependency_is_capped_installed_and_explained(requirement: Require
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 
 
-@pytest.mark.parametrize("requirement", WINDOW, ids=lambda each: each.name)
-def test_requirements_of_a_window_are_capped_and_explained(requirement: Requirement) -> None:
+@pytest.mark.parametrize("requirement", ON_REQUEST, ids=lambda each: each.name)
+def test_requirement_on_request_is_capped_and_explained(requirement: Requirement) -> None:
     assert {">=", "<"} <= {each.operator for each in requirement.specifier}
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 
 
-def test_there_is_one_engine() -> None:
+def test_engine_is_mujoco_core_only() -> None:
     names = {re.sub(r"[-_.]+", "-", each.metadata["Name"]).lower() for each in distributions()}
     assert "mujoco" not in names, "the package mujoco writes over mujoco-core"
     assert "mujoco-core" in names
     assert mujoco.__version__ == version("mujoco-core")
 
 
-def test_the_version_is_said_once() -> None:
+def test_version_is_defined_once() -> None:
     import cellwright
 
     assert version("cellwright") == cellwright.__version__ == PROJECT["project"]["version"]

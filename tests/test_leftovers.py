@@ -41,7 +41,7 @@ def run_in(folder: Path, *arguments: str) -> Process:
 
 
 @pytest.mark.slow
-def test_a_failed_test_leaves_no_process(tmp_path: Path) -> None:
+def test_failed_test_leaves_no_process(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
     (tmp_path / "test_leaves.py").write_text(LEAVES.format(pids=str(pids)))
     ran = run_in(tmp_path)
@@ -51,7 +51,7 @@ def test_a_failed_test_leaves_no_process(tmp_path: Path) -> None:
         wait_until(lambda pid=pid: not name_of(int(pid)), f"end of process {pid}")  # type: ignore[misc]
 
 
-def test_a_passed_test_that_leaves_a_process_is_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_passed_test_that_leaves_process_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = identity(os.getpid())  # as of a run that goes on: another worker may look for orphans at any time
     child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} test_x"})
     monkeypatch.setattr(leftovers, "TIMEOUT", 0.2)
@@ -60,7 +60,7 @@ def test_a_passed_test_that_leaves_a_process_is_red(tmp_path: Path, monkeypatch:
     assert child.wait() == -signal.SIGKILL
 
 
-def test_processes_of_others_are_left_alone() -> None:
+def test_processes_of_others_are_not_ended() -> None:
     run = identity(os.getpid())
     child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} fixture browser"})
     end_processes(run, "test_x", failed=True)
@@ -71,7 +71,7 @@ def test_processes_of_others_are_left_alone() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_that_was_killed_is_cleaned_up_by_the_next(tmp_path: Path) -> None:
+def test_killed_run_is_cleaned_up_by_next_run(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
     (tmp_path / "test_leaves.py").write_text(LEAVES.format(pids=str(pids)) + "    start().wait()\n")
     first = run_in(tmp_path, "-k", "passes")
@@ -85,7 +85,7 @@ def test_a_run_that_was_killed_is_cleaned_up_by_the_next(tmp_path: Path) -> None
     wait_until(lambda: not name_of(child), "end of the child")
 
 
-def test_an_identity_is_of_one_process() -> None:
+def test_identity_distinguishes_processes() -> None:
     mine = identity(os.getpid())
     assert mine.startswith(f"{os.getpid()}@")
     assert identity(os.getpid()) == mine != identity(1)

@@ -19,12 +19,12 @@ from tests.waiting import TIMEOUT
 ROOT = Path(__file__).parents[1]
 
 
-def test_the_command_is_the_module() -> None:
+def test_console_script_calls_main() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert project["scripts"] == {"cellwright": "cellwright.__main__:main"}
 
 
-def test_the_module_is_the_command_line() -> None:
+def test_module_runs_command_line() -> None:
     ran = subprocess.run(
         [sys.executable, "-m", "cellwright", "--version"], capture_output=True, text=True, timeout=TIMEOUT, check=True
     )
@@ -34,7 +34,7 @@ def test_the_module_is_the_command_line() -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 @pytest.mark.parametrize("modules", ["numpy", "mujoco", "typer"])
-def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Path) -> None:
+def test_ctrl_c_during_import_prints_nothing(modules: str, tmp_path: Path) -> None:
     """A module on the way stops there to be interrupted."""
     # it sleeps for longer than the bound of the wait: only the signal can have ended it in time
     (tmp_path / f"{modules}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(100_000)\n")
@@ -49,7 +49,7 @@ def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Pa
     assert status == -signal.SIGINT
 
 
-def test_ctrl_c_is_what_it_was_when_it_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_handler_is_restored_after_import(monkeypatch: pytest.MonkeyPatch) -> None:
     from cellwright import __main__ as way_in
 
     before = signal.getsignal(signal.SIGINT)
@@ -63,7 +63,9 @@ def test_ctrl_c_is_what_it_was_when_it_is_loaded(monkeypatch: pytest.MonkeyPatch
             signal.signal(signal.SIGINT, before)
 
 
-def test_ctrl_c_between_two_lines_of_ours(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_outside_handlers_prints_interrupted(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     from cellwright import __main__ as way_in
     from cellwright.cli import main as command_line
 
@@ -76,7 +78,7 @@ def test_ctrl_c_between_two_lines_of_ours(monkeypatch: pytest.MonkeyPatch, capsy
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
-def test_a_letter_that_a_pipe_lacks_is_written_as_a_number(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_character_missing_in_encoding_is_escaped(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from cellwright import __main__ as way_in
 
     written = io.BytesIO()
@@ -87,7 +89,7 @@ def test_a_letter_that_a_pipe_lacks_is_written_as_a_number(encoding: str, monkey
 
 
 @pytest.mark.slow
-def test_threads_that_an_agent_leaves_behind_do_not_keep_a_run_from_ending(tmp_path: Path) -> None:
+def test_leftover_threads_of_agent_do_not_block_exit(tmp_path: Path) -> None:
     (tmp_path / "agents.py").write_text(
         "import threading, time\n"
         "class Leaves:\n"
@@ -99,10 +101,10 @@ def test_threads_that_an_agent_leaves_behind_do_not_keep_a_run_from_ending(tmp_p
     process = Process([sys.executable, "-m", "cellwright", *command], os.environ, tmp_path)
     status = process.finish()
     assert (status, json.loads(process.out)["outcome"]) == (1, "gave_up")
-    assert "left running, and ended with the process: mine\n" in process.err
+    assert "threads left running, ended with the process: mine\n" in process.err
 
 
-def test_too_few_descriptors_are_said_in_a_line(
+def test_lack_of_descriptors_is_reported_in_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def work() -> int:
@@ -127,6 +129,6 @@ def test_too_few_descriptors_are_said_in_a_line(
         (RuntimeError("engine error: Could not allocate memory"), "memory"),
     ],
 )
-def test_a_shortage_is_distinguished_from_other_errors(error: Exception, word: str) -> None:
+def test_shortage_is_distinguished_from_other_errors(error: Exception, word: str) -> None:
     assert word in _shortage(error)
     assert _shortage(OSError(errno.ENOENT, "no such file")) == _shortage(ImportError("no module")) == ""

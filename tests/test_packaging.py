@@ -80,7 +80,7 @@ def run(command: list[str], folder: Path, *, path: Path | None = None, status: i
     return ran.stdout
 
 
-def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
+def test_wheel_contains_only_the_package(wheel: Path) -> None:
     inside = set(zipfile.ZipFile(wheel).namelist())
     ours = {
         f"cellwright/{path.relative_to(PACKAGE).as_posix()}"
@@ -97,7 +97,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     assert wheel.name.endswith("-py3-none-any.whl")
 
 
-def test_the_sdist_builds_the_same_wheel(built: Path, wheel: Path, backend: Path, tmp_path: Path) -> None:
+def test_sdist_builds_same_wheel(built: Path, wheel: Path, backend: Path, tmp_path: Path) -> None:
     (sdist,) = built.glob("*.tar.gz")
     run(["tar", "-xf", str(sdist)], tmp_path)  # tarfile of Debian's Python 3.11.2 does not know the filter yet
     (source,) = tmp_path.iterdir()
@@ -164,7 +164,7 @@ def installed(scripts: Path) -> Iterator[WarmStart]:
     start.close()
 
 
-def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) -> None:
+def test_wheel_runs_in_fresh_environment(scripts: Path, tmp_path: Path) -> None:
     cellwright = str(scripts / "cellwright")
     assert run([cellwright, "check", "lesson"], tmp_path) == "ok\n"
     command = [cellwright, "run", "lesson", "--until", "5", "--agent", "none", "--listen", "all", "--json"]
@@ -185,7 +185,7 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
-def test_commands_of_the_readme_work_there(
+def test_readme_commands_work_in_fresh_environment(
     arguments: list[str], expected: str, installed: WarmStart, scripts: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
@@ -197,18 +197,18 @@ def test_commands_of_the_readme_work_there(
     assert expected in printed
 
 
-def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:
+def test_types_of_wheel_are_used_by_mypy(scripts: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
         "from cellwright.util.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
     )
     options = ["--strict", "--cache-dir", os.devnull, "--python-executable", str(scripts / "python")]
-    said = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)
-    assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in said
-    assert "Found 1 error" in said
+    output = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)
+    assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in output
+    assert "Found 1 error" in output
 
 
 @pytest.mark.ros1
-def test_the_launcher_of_the_wheel_is_run_by_its_environment(scripts: Path, tmp_path: Path) -> None:
+def test_launcher_of_wheel_uses_python_of_environment(scripts: Path, tmp_path: Path) -> None:
     """As ROS starts it: an executable, from another folder, with other modules on the path of Python."""
     lines = run([str(scripts / "cellwright"), "ros1-env", "--dir", str(tmp_path / "tree")], tmp_path)
     (gear,) = tmp_path.glob("tree/*/share/osrf_gear/script/gear.py")

@@ -128,13 +128,13 @@ assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
 
 
 @pytest.mark.slow
-def test_every_module_can_be_imported(tmp_path: Path) -> None:
+def test_modules_import_without_posix(tmp_path: Path) -> None:
     """All but the bridge's and the ROS packages' own, which are for ROS's Python."""
     python(tmp_path, EVERYTHING)
 
 
 @pytest.mark.slow
-def test_a_run_its_log_and_a_checkpoint(cellwright: Elsewhere, tmp_path: Path) -> None:
+def test_run_writes_log_and_checkpoint(cellwright: Elsewhere, tmp_path: Path) -> None:
     (tmp_path / "配.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     looks = ["--log", "run.jsonl", "--checkpoint", "1:half.npz", "--listen", "all", "--no-picture"]
@@ -149,7 +149,7 @@ def test_a_run_its_log_and_a_checkpoint(cellwright: Elsewhere, tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_an_agent_in_a_process_of_its_own_over_a_socket(cellwright: Elsewhere, tmp_path: Path) -> None:
+def test_remote_agent_over_socket_has_in_process_result(cellwright: Elsewhere, tmp_path: Path) -> None:
     """The cell is served on the loopback, in lockstep; the same run as in one process."""
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
@@ -162,7 +162,7 @@ def test_an_agent_in_a_process_of_its_own_over_a_socket(cellwright: Elsewhere, t
 
 
 @pytest.mark.slow
-def test_runs_are_judged_and_a_stuck_one_is_ended(cellwright: Elsewhere, tmp_path: Path) -> None:
+def test_eval_scores_runs_and_ends_stuck_one(cellwright: Elsewhere, tmp_path: Path) -> None:
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     asked = ["eval", "trial.yaml", "--out", "results", "--agent"]
@@ -176,11 +176,11 @@ def test_runs_are_judged_and_a_stuck_one_is_ended(cellwright: Elsewhere, tmp_pat
     assert (tmp_path / "results" / "report.html").is_file()
     stuck = cellwright(*asked, "agents.py:Stuck", "--time-limit", "1", status=1)
     assert "wall limit" in stuck.stdout + stuck.stderr
-    assert "memory of a run is not limited" in stuck.stdout + stuck.stderr
+    assert "cannot limit the memory of a run" in stuck.stdout + stuck.stderr
 
 
 @pytest.mark.slow
-def test_a_robot_takes_steps(cellwright: Elsewhere) -> None:
+def test_robot_node_simulates(cellwright: Elsewhere) -> None:
     ran = cellwright("teleop", "qinglong", "--until", "0.5", "--speed", "max", "--sim-time", "--port", "0", "--json")
     assert json.loads(ran.stdout)["simulated"] == pytest.approx(0.5, abs=0.01)
 
@@ -209,7 +209,7 @@ for what in (((), (), ()), ([0], (), ())):
 
 
 @pytest.mark.slow
-def test_the_pretence_holds(tmp_path: Path) -> None:
+def test_imitation_refuses_posix_features(tmp_path: Path) -> None:
     """The imitation refuses what Windows would refuse; otherwise the tests above would show nothing."""
     python(tmp_path, REFUSED)
     assert not list(tmp_path.iterdir())

@@ -26,7 +26,7 @@ def setup(*marks: str) -> None:
 
 
 @each_marker
-def test_skipped_with_the_reason(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_requirement_skips_with_reason(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(required, "reason_to_skip", lambda name: f"nothing of {name}")
     monkeypatch.delenv("CI", raising=False)
     with pytest.raises(pytest.skip.Exception, match=f"nothing of {marker}"):
@@ -34,7 +34,7 @@ def test_skipped_with_the_reason(marker: str, monkeypatch: pytest.MonkeyPatch) -
 
 
 @each_marker
-def test_a_failure_in_ci(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_requirement_in_ci_fails(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(required, "reason_to_skip", lambda _: "nothing of it")
     monkeypatch.setenv("CI", "true")
     with pytest.raises(pytest.fail.Exception, match=f"CI has to see {MARKERS[marker]}, but there is nothing of it"):
@@ -43,11 +43,11 @@ def test_a_failure_in_ci(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @each_marker
-def test_runs_where_all_is_there(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_met_requirement_runs_test(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(required, "reason_to_skip", lambda _: None)
     setup(marker)
 
 
-def test_a_display_needs_its_program(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_display_without_program_names_install_script(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "/nowhere")
     assert "scripts/install-display" in str(reason_to_skip("display"))

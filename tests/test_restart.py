@@ -11,7 +11,7 @@ from cellwright.util.files import read_json_lines
 from tests.cells import KITTING, call
 
 
-def test_it_restarts_once_and_ends_when_it_would_have(tmp_path: Path) -> None:
+def test_restarted_run_ends_at_same_time(tmp_path: Path) -> None:
     cell = Cell(KITTING)
     times: list[float] = []
 

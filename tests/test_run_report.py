@@ -25,12 +25,12 @@ ROOT = Path(__file__).parents[1]
         (["sh", "-c", "python"], "other program"),
     ],
 )
-def test_kinds(command: list[str], kind: str) -> None:
+def test_kind_of_command(command: list[str], kind: str) -> None:
     assert kind_of(command) == kind
 
 
 @pytest.mark.slow
-def test_failures_come_last_with_the_command_that_repeats_each(tmp_path: Path) -> None:
+def test_failures_are_last_with_command_to_repeat(tmp_path: Path) -> None:
     (tmp_path / "test_red.py").write_text(
         "import pytest, subprocess\n"
         "@pytest.mark.parametrize('it', ['a b'])\n"

@@ -59,18 +59,18 @@ def run(names: list[str], count: int) -> list[list[str]]:
     return [[names[index] for index in worker.sent] for worker in workers]
 
 
-def test_order() -> None:
+def test_in_order_sorts_tests_by_kind() -> None:
     assert [NAMES.index(name) for name in in_order(NAMES)] == [5, 6, 3, 1, 2, 0, 4]
 
 
-def test_those_of_the_page_come_when_the_lessons_are_over() -> None:
+def test_page_tests_run_after_lessons() -> None:
     page = [f"{TOGETHER}test_a.py::x", f"{TOGETHER}test_b.py::x"]
     others = [f"tests/d.py::{number}" for number in range(10)]
     names = in_order([*page, f"{LESSON}::u", *others])
     assert names == [f"{LESSON}::u", *others[:5], *page, *others[5:]]
 
 
-def test_files_whose_tests_share_something_stay_whole() -> None:
+def test_files_with_shared_fixtures_stay_whole() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     assert scheduling._split_scope(f"{SHARING[0]}::y") == SHARING[0]
     assert [scheduling._split_scope(f"{name}::y") for name in WHOLE] == [*WHOLE]
@@ -78,17 +78,17 @@ def test_files_whose_tests_share_something_stay_whole() -> None:
     assert scheduling._split_scope("tests/kitting/test_b.py::y") == "tests/kitting/test_b.py::y"
 
 
-def test_those_of_the_page_go_to_one_worker() -> None:
+def test_page_tests_go_to_one_worker() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     assert scheduling._split_scope("tests/browser/test_a.py::y") == TOGETHER
     assert scheduling._split_scope("tests/browser/test_b.py::z") == TOGETHER
 
 
-def test_those_of_the_workspace_go_to_one_worker() -> None:
+def test_workspace_tests_go_to_one_worker() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     unit = scheduling._split_scope(f"{WORKSPACE[0]}_as_a_page")
     assert unit == scheduling._split_scope("tests/ros1/test_catkin.py::y")
-    assert unit != scheduling._split_scope("tests/docs/test_lesson.py::test_the_notebook_is_the_page")
+    assert unit != scheduling._split_scope("tests/docs/test_lesson.py::test_notebook_equals_page")
     folder, _, name = WORKSPACE[0].partition("::")
     assert f"def {name}" in (ROOT / folder).read_text(encoding="utf-8")
 
@@ -98,14 +98,14 @@ def test_named_files_exist(name: str) -> None:
     assert (ROOT / name).exists()
 
 
-def test_two_workers_take_everything_in_order() -> None:
+def test_two_workers_run_all_tests_in_order() -> None:
     names = in_order(NAMES)
     one, other = run(names, 2)
     assert sorted([*one, *other]) == sorted(names)
     assert names.index(one[0]) + names.index(other[0]) == 1
 
 
-def test_the_last_of_three_waits_while_the_others_compute() -> None:
+def test_last_of_three_workers_takes_waiting_tests() -> None:
     names = in_order([*NAMES, *(f"tests/d.py::{number}" for number in range(40))])
     *others, last = run(names, 3)
     waiting = [name for name in names if name.startswith((LESSON, CATKIN, LATER))]
@@ -114,7 +114,7 @@ def test_the_last_of_three_waits_while_the_others_compute() -> None:
     assert sorted(chain(*others, last)) == sorted(names)
 
 
-def test_a_worker_without_computing_tests_takes_waiting_ones() -> None:
+def test_worker_without_computing_tests_takes_waiting_tests() -> None:
     names = in_order([f"{LESSON}::{number}" for number in range(30)])
     shares = run(names, 3)
     assert sorted(chain(*shares)) == sorted(names)

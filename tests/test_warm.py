@@ -24,7 +24,7 @@ from tests.warm import WarmStart
         ("import here; here.say()", 0, "said\n", ""),
     ],
 )
-def test_a_program_ends_as_it_says(
+def test_program_exits_with_its_status(
     warm: WarmStart, program: str, status: int, out: str | None, err: str, tmp_path: Path
 ) -> None:
     (tmp_path / "here.py").write_text("def say() -> None:\n    print('said')\n")
@@ -33,7 +33,7 @@ def test_a_program_ends_as_it_says(
     assert ran.stdout == (f"{tmp_path.name} ['a', 'b c'] hello\n" if out is None else out)
 
 
-def test_an_error_is_printed_as_usual_and_the_next_program_runs(warm: WarmStart, tmp_path: Path) -> None:
+def test_error_is_printed_and_next_program_runs(warm: WarmStart, tmp_path: Path) -> None:
     ran = warm.run("x = 1\n1 / 0", folder=tmp_path)
     assert ran.returncode == 1
     assert 'File "<string>", line 2, in <module>' in ran.stderr
@@ -41,7 +41,7 @@ def test_an_error_is_printed_as_usual_and_the_next_program_runs(warm: WarmStart,
     assert warm.run("print('x' in vars())", folder=tmp_path).stdout == "False\n"
 
 
-def test_a_program_that_runs_on_is_read_signalled_and_waited_for(warm: WarmStart, tmp_path: Path) -> None:
+def test_running_program_can_be_read_signalled_and_awaited(warm: WarmStart, tmp_path: Path) -> None:
     program = "import sys; print('ready', sys.argv[1:]); sys.stdin.read(); import signal; signal.pause()"
     process = Process([sys.executable, "-c", program, "a"], os.environ, tmp_path, warm=warm)
     process.wait_for(r"^ready \['a'\]$")
@@ -51,7 +51,7 @@ def test_a_program_that_runs_on_is_read_signalled_and_waited_for(warm: WarmStart
     assert not process.running
 
 
-def test_two_programs_run_side_by_side(warm: WarmStart, tmp_path: Path) -> None:
+def test_two_programs_run_concurrently(warm: WarmStart, tmp_path: Path) -> None:
     program = "import signal, sys; print('up'); signal.pause()"
     first, second = (Process([sys.executable, "-c", program], os.environ, tmp_path, warm=warm) for _ in range(2))
     second.wait_for("up")
@@ -62,7 +62,7 @@ def test_two_programs_run_side_by_side(warm: WarmStart, tmp_path: Path) -> None:
     assert (first.finish(), second.finish()) == (-signal.SIGKILL, -signal.SIGKILL)
 
 
-def test_a_module_and_a_file_run_as_the_main_one_with_their_modules(warm: WarmStart, tmp_path: Path) -> None:
+def test_module_and_file_run_as_main_module(warm: WarmStart, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "said.py").write_text("WORD = 'hello'\n")
     text = "import sys\nfrom said import WORD\nif __name__ == '__main__':\n    print(WORD, sys.argv[1:])\n"

@@ -47,7 +47,7 @@ LATE: list[Action] = [
 @example(actions=LATE, watch=WATCHERS[0])
 @example(actions=LATE, watch=WATCHERS[1])
 @example(actions=LATE, watch=WATCHERS[2])
-def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action], watch: Watcher) -> None:
+def test_observed_random_agent_has_same_state(tmp_path: Path, actions: list[Action], watch: Watcher) -> None:
     found = []
     for look in (unwatched, watch):
         cell = Cell(TRIAL)
@@ -57,7 +57,7 @@ def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action
     assert watched == alone
 
 
-def test_late_subscribers_get_the_newest_message_of_latched_topics() -> None:
+def test_late_subscriber_of_latched_topic_gets_newest_message() -> None:
     heard = work(InProcess(Cell(TRIAL)), LATE)
     first: dict[str, int] = {}
     for time, topic, _ in heard:
@@ -95,7 +95,7 @@ def agent_of(source: str, folder: Path) -> Agent:
         "docs/how-to/find-a-part.md Finder",
     ],
 )
-def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) -> None:
+def test_observed_agents_of_docs_have_same_state(tmp_path: Path, source: str) -> None:
     trial = load_trial("lesson")
     found = []
     for watch in (unwatched, all_topics, recording):
@@ -108,7 +108,7 @@ def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize("watch", [unwatched, *WATCHERS])
-def test_over_a_socket_it_is_the_same(tmp_path: Path, watch: Watcher) -> None:
+def test_observed_agent_over_socket_has_same_state(tmp_path: Path, watch: Watcher) -> None:
     cell = Cell(TRIAL)
     expected = work(InProcess(cell), LATE)
     other = Cell(TRIAL)

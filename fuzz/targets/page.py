@@ -53,7 +53,7 @@ WORDS = (
     *("GuiUpdateMessage", "GuiButtonHoldMessage", "GuiFormDirtyMessage", "GuiFormSubmitMessage", "GuiRemoveMessage"),
     *("TransformControlsUpdateMessage", "TransformControlsDragStartMessage", "TransformControlsDragEndMessage"),
     *("ViewerCameraMessage", "FileTransferStartUpload", "FileTransferPart", "ScenePointerMessage", "ShareUrlRequest"),
-    *("Pause", "Go on", "Tick", "max", "Start", "AGV 1", "tray 2", "Open", "/scene", "/scene/operator/0/handle"),
+    *("Pause", "Resume", "Step", "max", "Start", "AGV 1", "tray 2", "Open", "/scene", "/scene/operator/0/handle"),
 )
 _MAX_MESSAGES = 20
 _PATIENCE = 60.0  # [s]

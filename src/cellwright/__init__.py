@@ -158,7 +158,7 @@ class _Moved:
     def exec_module(self, module: ModuleType) -> None:
         """Replace the module by the present one."""
         old, new = module.__name__, str(getattr(module.__spec__, "origin", None))
-        warnings.warn(f"{old} is {new} now", DeprecationWarning, stacklevel=2)
+        warnings.warn(f"{old} is deprecated; use {new}", DeprecationWarning, stacklevel=2)
         sys.modules[old] = import_module(new)
 
 
@@ -173,7 +173,9 @@ if not TYPE_CHECKING:  # so that a type checker reports unknown names
         if name == "errors":
             return import_module("cellwright.util.errors")
         if name == "OpenedRecording":  # its name in version 0.1
-            warnings.warn("cellwright.OpenedRecording is Recording now", DeprecationWarning, stacklevel=2)
+            warnings.warn(
+                "cellwright.OpenedRecording is deprecated; use cellwright.Recording", DeprecationWarning, stacklevel=2
+            )
             name = "Recording"
         if name not in _HOMES:
             raise AttributeError(f"module 'cellwright' has no attribute {name!r}")

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 """Absolute path of the folder `cellwright`."""
 
@@ -24,7 +24,7 @@ def former_names(module: str, **present: str) -> Callable[[str], Any]:
     def find(name: str) -> Any:
         if name not in present:
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
-        warnings.warn(f"{module}.{name} is {present[name]} now", DeprecationWarning, stacklevel=2)
+        warnings.warn(f"{module}.{name} is deprecated; use {present[name]}", DeprecationWarning, stacklevel=2)
         return getattr(sys.modules[module], present[name])
 
     return find

@@ -81,7 +81,7 @@ def seconds(visitor: Visitor) -> float:
     return float(visitor.read(CLOCK)[1])
 
 
-def test_it_appears_as_rays_see_it(visitor: Visitor, cast: Pixels) -> None:
+def test_page_shows_cell_as_ray_renderer_does(visitor: Visitor, cast: Pixels) -> None:
     seen = visitor.scene()
     for name, hues in {"belt": GREEN, "AGV 1": ORANGE, "AGV 2": BLUE}.items():
         assert middle(seen, hues) == pytest.approx(middle(cast, hues), abs=0.06), name
@@ -89,27 +89,25 @@ def test_it_appears_as_rays_see_it(visitor: Visitor, cast: Pixels) -> None:
     assert distance(seen, cast) < 0.5
 
 
-def test_time_passes_stands_and_passes_as_one_likes(visitor: Visitor) -> None:
+def test_pause_and_step_buttons_control_time(visitor: Visitor) -> None:
     begin = seconds(visitor)
     visitor.wait(lambda: seconds(visitor) > begin, "time that passes")
     visitor.press("Pause")
     visitor.read("^paused$")
     before = seconds(visitor)
     visitor.press("10")
-    visitor.read("asked 10 ×")  # a round trip, in which no time passes
+    visitor.read("target 10 ×")  # a round trip, in which no time passes
     assert seconds(visitor) == before
     visitor.press("1 s")
     visitor.wait(lambda: seconds(visitor) == pytest.approx(before + 1.0, abs=0.011), "second more")
 
 
-def test_another_who_comes_later_sees_the_present_and_both_may_act(
-    page: WebPage, visitor: Visitor, visit_all: Visit
-) -> None:
+def test_second_browser_sees_present_state_and_may_control(page: WebPage, visitor: Visitor, visit_all: Visit) -> None:
     stands = seconds(visitor)
     late = visit_all(page.url)
     late.read("^paused$")
     assert seconds(late) == stands
-    late.press("Go on")
+    late.press("Resume")
     visitor.read("^running$")
     visitor.wait(lambda: seconds(visitor) > stands + 1.0, "time that goes on")
     visitor.press("Pause")
@@ -117,7 +115,7 @@ def test_another_who_comes_later_sees_the_present_and_both_may_act(
     late.close()
 
 
-def test_one_that_was_gone_and_comes_back_is_another(cell: Process, visitor: Visitor, tmp_path: Path) -> None:
+def test_page_shows_new_cell_after_reconnect(cell: Process, visitor: Visitor, tmp_path: Path) -> None:
     before = visitor.scene()
     cell.kill()
     visitor.read("Not connected:")

@@ -80,9 +80,9 @@ def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
 
 
 @QUICK_PAGES
-def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
+def test_robot_is_driven_from_browser(visit: Visit, robot: Robot) -> None:
     visitor = visit(robot.url)
-    visitor.read("^waits")
+    visitor.read("^idle")
     left = robot.panel()["tips"]
     drag_a_hand_up(visitor, robot)
     moved = [now[2] - then[2] for now, then in zip(robot.panel()["tips"], left, strict=True)]
@@ -100,5 +100,5 @@ def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
     visitor.press("STOP")
     visitor.wait(lambda: robot.panel()["stopped"], "emergency stop")
     visitor.read("emergency stop by /browser_operator")
-    visitor.press("End the emergency stop")
+    visitor.press("Clear emergency stop")
     visitor.wait(lambda: not robot.panel()["stopped"], "end of the stop")

@@ -13,7 +13,7 @@ from tests.browser.serving import viewed
 pytestmark = pytest.mark.browser
 
 
-def test_a_robot_appears_with_its_controls(tmp_path: Path, visit: Visit) -> None:
+def test_page_shows_robot_with_controls(tmp_path: Path, visit: Visit) -> None:
     with viewed(tmp_path, "teleop", "qinglong", "--port", "0") as robot:
         visitor = visit(robot.url)
         visitor.read("(?i)stop")
@@ -21,13 +21,13 @@ def test_a_robot_appears_with_its_controls(tmp_path: Path, visit: Visit) -> None
         assert 0.002 < (seen.max(axis=-1) < 110).mean() < 0.5  # something dark before a light background
 
 
-def test_without_the_token_there_is_nothing_to_see(tmp_path: Path, visit: Visit) -> None:
+def test_page_without_token_is_refused(tmp_path: Path, visit: Visit) -> None:
     with viewed(tmp_path, "serve", "lesson", "--port", "0", "--view-host", "0.0.0.0") as cell:
         address, _, token = cell.url.partition("/?token=")
         assert len(token) > 20
         address = f"http://127.0.0.1:{address.rpartition(':')[2]}/"
         stranger = visit(address)
-        assert "needs the token" in stranger.text()
+        assert "wrong token" in stranger.text()
         for wrong in (address, f"{address}?token={token[:-1]}x"):
             assert stranger.page.request.get(wrong).status == 403
             with pytest.raises(Error, match="refused"):

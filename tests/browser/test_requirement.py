@@ -7,7 +7,7 @@ import pytest
 from tests.browser import requirement
 
 
-def test_the_one_that_is_named_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_browser_named_by_variable_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     found = requirement.browser_path.__wrapped__
     for name in ("google-chrome", "mine"):
         (tmp_path / name).touch(0o755)
@@ -20,6 +20,6 @@ def test_the_one_that_is_named_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_
     assert found() is None
 
 
-def test_what_is_lacking_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_browser_is_named_with_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(requirement, "browser_path", lambda: None)
     assert "scripts/install-browser" in str(requirement.lacking())

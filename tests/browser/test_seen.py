@@ -24,18 +24,18 @@ def with_box(colour: tuple[int, int, int]) -> Pixels:
     return picture
 
 
-def test_a_png_is_read() -> None:
+def test_pixels_of_png_match_picture() -> None:
     kept = io.BytesIO()
     Image.fromarray(with_box((10, 200, 30))).save(kept, "png")
     assert np.array_equal(pixels(kept.getvalue()), with_box((10, 200, 30)))
 
 
-def test_an_empty_page_has_no_variety() -> None:
+def test_variety_of_empty_page_is_one() -> None:
     assert variety(canvas()) == 1
     assert variety(with_box((10, 200, 30))) == 2
 
 
-def test_a_thing_is_found_by_its_colour() -> None:
+def test_share_and_middle_find_box_by_colour() -> None:
     picture = with_box((10, 200, 30))
     assert share(picture, GREEN) == pytest.approx(0.1)
     assert share(picture, ORANGE) == 0.0
@@ -44,7 +44,7 @@ def test_a_thing_is_found_by_its_colour() -> None:
 
 
 @given(st.tuples(*[st.integers(0, 255)] * 3))
-def test_hues_are_the_usual_ones(colour: tuple[int, int, int]) -> None:
+def test_share_of_hue_matches_colorsys(colour: tuple[int, int, int]) -> None:
     import colorsys
 
     hue, saturation, value = colorsys.rgb_to_hsv(*(part / 255 for part in colour))
@@ -53,13 +53,13 @@ def test_hues_are_the_usual_ones(colour: tuple[int, int, int]) -> None:
         assert share(canvas(colour), GREEN) == (far < 25 and saturation > 0.3 and value > 0.15)
 
 
-def test_what_has_changed() -> None:
+def test_change_is_share_of_changed_pixels() -> None:
     assert change(canvas(), canvas()) == 0.0
     assert change(canvas(), with_box((10, 200, 30))) == pytest.approx(0.1)
     assert change(canvas(), canvas((225, 230, 235))) == 0.0
 
 
-def test_colours_apart() -> None:
+def test_distance_measures_difference_of_colours() -> None:
     assert distance(with_box((10, 200, 30)), with_box((10, 200, 30))) == 0.0
     assert distance(canvas(), with_box((10, 200, 30))) == pytest.approx(0.1)
     assert distance(canvas(), canvas((0, 0, 0))) == 1.0

@@ -17,9 +17,7 @@ from tests.waiting import TIMEOUT
 pytestmark = pytest.mark.browser
 
 
-def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_again(
-    tmp_path: Path, visit: Visit
-) -> None:
+def test_page_shows_score_orders_and_trays_live_and_from_recording(tmp_path: Path, visit: Visit) -> None:
     with viewed(tmp_path, "serve", "lesson", "--lockstep", "--port", "0", "--record", "run.mcap") as cell:
         visitor = visit(cell.url)
         visitor.read(r"^0\s+points")
@@ -43,7 +41,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
     replayed(tmp_path, visit)
 
 
-def test_a_run_that_is_over_says_so_and_its_page_says_when_it_has_ended(tmp_path: Path, visit: Visit) -> None:
+def test_page_of_finished_run_shows_end_of_run_and_of_page(tmp_path: Path, visit: Visit) -> None:
     """An AGV is moving at that moment: the page shows its place, and does not claim that it still moves."""
     (tmp_path / "sends.py").write_text(SENDS)
     command = ("run", "lesson", "--agent", "sends.py:Sends", "--no-picture", "--speed", "0.02")
@@ -55,10 +53,10 @@ def test_a_run_that_is_over_says_so_and_its_page_says_when_it_has_ended(tmp_path
         visitor.read("^delivering at the end$")
         visitor.read("the run is over: done")
         visitor.read(r"^0 of 12 points")
-        visitor.read("all is shown as it stood at the end")
+        visitor.read("the page shows the final state")
         assert visitor.find("^running$") is None
         assert not visitor.button("Pause").is_visible()
-        assert visitor.button("Begin anew").is_disabled()  # it is a competition
+        assert visitor.button("Restart").is_disabled()  # it is a competition
         before = visitor.canvas()
         visitor.frames(10)
         assert change(before, visitor.canvas()) < 1e-3
@@ -80,7 +78,7 @@ def replayed(folder: Path, visit: Visit) -> None:
     with viewed(folder, "view", "run.mcap") as recording:
         visitor = visit(recording.url)
         visitor.read("^paused$")
-        visitor.read(r"at \[s\]")
+        visitor.read(r"time \[s\]")
         early = visitor.scene()
         handle = visitor.page.get_by_role("slider").first
         handle.focus()

@@ -31,7 +31,7 @@ def page() -> Iterator[str]:
     server.stop()
 
 
-def test_a_visitor_sees_reads_presses_and_tells_what_does_not_come(page: str, visit: Visit) -> None:
+def test_visitor_sees_reads_presses_and_reports_timeout(page: str, visit: Visit) -> None:
     visitor = visit(page)
     visitor.read("^waiting$")
     picture = visitor.scene(min_colours=3)

@@ -21,7 +21,7 @@ def refused(ran: object) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("option", "value", "said"),
+    ("option", "value", "message"),
     [
         ("--speed", "0", "--speed 0: give a factor above 0, such as 1 for real time, or max"),
         ("--speed", "nan", "--speed nan: give a factor above 0, such as 1 for real time, or max"),
@@ -60,25 +60,27 @@ def refused(ran: object) -> str:
         ("--agent", "wrong.py:Agent", "wrong.py:1: cannot be imported: SyntaxError: '(' was never closed"),
         ("--agent", "exits.py:Agent", "exits.py:1: cannot be imported: SystemExit: 3"),
         ("--agent", "nowhere:Agent", "nowhere: cannot be imported: ModuleNotFoundError: No module named 'nowhere'"),
-        ("--agent", "none", "--agent none: without an agent a run has no end; say --until SECONDS"),
+        ("--agent", "none", "--agent none requires --until SECONDS: without an agent a run has no end"),
         ("--seed", "-1", "--seed -1: give a whole number from 0 to 2**63 - 1"),
         ("--seed", str(2**63), f"--seed {2**63}: give a whole number from 0 to 2**63 - 1"),
         ("--seed", "x", "Invalid value for '--seed'"),
         ("--bogus", "1", "No such option: --bogus"),
     ],
 )
-def test_options(option: str, value: str, said: str, cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
+def test_run_with_invalid_option_is_refused(
+    option: str, value: str, message: str, cellwright: CommandLine, agents: str, tmp_path: Path
+) -> None:
     (tmp_path / "raises.py").write_text("import os\nimport nowhere\n")
     (tmp_path / "wrong.py").write_text("x = (\n")
     (tmp_path / "exits.py").write_text("raise SystemExit(3)\n")
     for folder in ("folder.png", "folder.py"):
         (tmp_path / folder).mkdir()
-    assert refused(cellwright("run", "lesson", "--no-picture", option, value)).startswith(said)
+    assert refused(cellwright("run", "lesson", "--no-picture", option, value)).startswith(message)
     assert not (tmp_path / "lesson.png").exists()
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("no.yaml", "no.yaml: there is no such file"),
         ("no/trial", "no/trial: there is no such file"),
@@ -91,24 +93,26 @@ def test_options(option: str, value: str, said: str, cellwright: CommandLine, ag
     ],
 )
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_files(command: str, name: str, said: str, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_unusable_trial_file_is_refused(
+    command: str, name: str, message: str, cellwright: CommandLine, tmp_path: Path
+) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "latin.yaml").write_bytes("options: {}\n# für\n".encode("latin-1"))
     (tmp_path / "broken.yaml").write_text("options: [")
     (tmp_path / "wrong.yaml").write_text("options:\n  belt_population_cycles: many\n")
     ran = cellwright(command, name)
     if command == "run":
-        assert refused(ran) == said
+        assert refused(ran) == message
     else:
-        assert (ran.status, ran.out, ran.err) == (2, f"error: {said}\n1 error\n", "")
+        assert (ran.status, ran.out, ran.err) == (2, f"error: {message}\n1 error\n", "")
 
 
-def test_a_folder_does_not_hide_a_bundled_trial(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_bundled_trial_wins_over_folder_of_same_name(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "lesson").mkdir()
     assert cellwright("check", "lesson").out == "ok\n"
 
 
-def test_every_error_has_its_line(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_each_error_of_a_file_is_printed_with_its_line(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("option: {}\ntime_limit: x\n")
     ran = cellwright("run", "a.yaml")
     assert ran.status == 2
@@ -119,24 +123,26 @@ def test_every_error_has_its_line(cellwright: CommandLine, tmp_path: Path) -> No
     ]
 
 
-def test_topics(cellwright: CommandLine) -> None:
-    said = refused(cellwright("run", "lesson", *UNTIL, "--listen", "/ariac/order"))
-    assert said.startswith("--listen: unknown topic '/ariac/order'; did you mean /ariac/orders (known: ")
+def test_unknown_topic_of_listen_is_refused_with_suggestion(cellwright: CommandLine) -> None:
+    message = refused(cellwright("run", "lesson", *UNTIL, "--listen", "/ariac/order"))
+    assert message.startswith("--listen: unknown topic '/ariac/order'; did you mean /ariac/orders (known: ")
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
-        (("run",), "give a trial, such as lesson"),
+        (("run",), "no trial given; name one such as lesson"),
         (("rn",), "No such command 'rn'"),
         (("check",), "Missing argument 'TRIAL'"),
     ],
 )
-def test_commands(arguments: tuple[str, ...], said: str, cellwright: CommandLine) -> None:
-    assert refused(cellwright(*arguments)).startswith(said)
+def test_invalid_arguments_of_a_command_are_refused(
+    arguments: tuple[str, ...], message: str, cellwright: CommandLine
+) -> None:
+    assert refused(cellwright(*arguments)).startswith(message)
 
 
-def test_checkpoints_of_another_cell(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_checkpoint_of_another_cell_is_refused(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("arm: {type: ur10}\n")
     assert cellwright("run", "a.yaml", *UNTIL, "--checkpoint", "0.05:a.npz").status == 0
     ran = cellwright("run", "lesson", *UNTIL, "--resume", "a.npz")
@@ -145,7 +151,7 @@ def test_checkpoints_of_another_cell(cellwright: CommandLine, tmp_path: Path) ->
     assert cellwright("run", "lesson", *UNTIL, "--resume", "no.npz").err.startswith("error: no.npz: not a checkpoint")
 
 
-def test_a_model_that_the_engine_refuses(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_model_refused_by_engine_is_reported_as_error(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "knob.xml").write_text("<mujoco><worldbody><geom type='bx'/></worldbody></mujoco>")
     (tmp_path / "a.yaml").write_text("cellwright: {parts: {knob_part: {file: knob.xml}}}\n")
     ran = cellwright("check", "a.yaml")

@@ -13,14 +13,14 @@ def text(console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_bar_off_a_terminal_does_not_show() -> None:
+def test_progress_bar_without_terminal_is_not_shown() -> None:
     console = Console(file=io.StringIO())
     with progress_bar(console, "drawing", 1.0) as tell:
         assert tell is None
     assert text(console) == ""
 
 
-def test_on_a_terminal_it_says_how_far_it_is_and_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_bar_on_terminal_shows_progress_and_disappears(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
     with progress_bar(console, "drawing", 1.0) as tell:

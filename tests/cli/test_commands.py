@@ -10,24 +10,24 @@ GROUP = typer.main.get_command(app)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_it_is_loaded_under_its_name(name: str) -> None:
+def test_command_is_loaded_by_name(name: str) -> None:
     command = GROUP.get_command(None, name)  # type: ignore[attr-defined]
     assert command.name == name
     assert command is GROUP.get_command(None, name)  # type: ignore[attr-defined]
 
 
-def test_an_unknown_command_is_reported_with_a_suggestion(cellwright: CommandLine) -> None:
+def test_unknown_command_is_refused_with_suggestion(cellwright: CommandLine) -> None:
     ran = cellwright("trails")
     assert ran.status == 2
     assert "No such command 'trails'. Did you mean 'trials'?" in ran.err
 
 
-def test_no_other_can_be_put_in() -> None:
+def test_table_of_commands_is_read_only() -> None:
     with pytest.raises(TypeError):
         GROUP.add_command(GROUP, "own")  # type: ignore[attr-defined]
 
 
-def test_the_former_command_of_benchmarks_says_what_to_run(cellwright: CommandLine) -> None:
+def test_removed_bench_command_names_replacement(cellwright: CommandLine) -> None:
     ran = cellwright("bench", "step")
     assert ran.status == 2
-    assert ran.err == "error: bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright\n"
+    assert ran.err == "error: bench: command removed; run `python -m benchmarks` in a checkout of Cellwright\n"

@@ -17,7 +17,7 @@ from tests.cli.conftest import CommandLine
 GIVES_UP = ("run", "lesson", "--agent", "agents.py:GivesUp", "--no-picture")
 
 
-def test_the_lesson_is_worth_8_of_12_for_any_agent(cellwright: CommandLine, agents: str) -> None:
+def test_lesson_has_8_of_12_reachable_points(cellwright: CommandLine, agents: str) -> None:
     assert agents == "agents.py"
     ran = cellwright(*GIVES_UP)
     assert "order_0, kit order_0_kit_0: not submitted, no points" in ran.out
@@ -33,7 +33,7 @@ def test_the_lesson_is_worth_8_of_12_for_any_agent(cellwright: CommandLine, agen
 
 
 @pytest.mark.usefixtures("agents")
-def test_the_score_of_the_finals_is_printed_when_averages_are_given(cellwright: CommandLine) -> None:
+def test_averages_print_finals_score(cellwright: CommandLine) -> None:
     ran = cellwright(*GIVES_UP, "--averages", "1300,100")
     assert "finals      0.00 = cost 0.00 (factor 1.00) + order_0 0.00 (time 0.00)" in ran.out
     score = json.loads(cellwright(*GIVES_UP, "--averages", "2600,100", "--json").out)["score"]["trial_score"]
@@ -41,7 +41,7 @@ def test_the_score_of_the_finals_is_printed_when_averages_are_given(cellwright: 
 
 
 @pytest.mark.usefixtures("agents")
-def test_a_log_tells_agent_seed_and_outcome(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_log_contains_agent_seed_and_outcome(cellwright: CommandLine, tmp_path: Path) -> None:
     plain = json.loads(cellwright(*GIVES_UP, "--json").out)
     ran = cellwright(*GIVES_UP, "--log", "a.jsonl", "--json")
     assert json.loads(ran.out)["state_hash"] == plain["state_hash"]
@@ -53,7 +53,7 @@ def test_a_log_tells_agent_seed_and_outcome(cellwright: CommandLine, tmp_path: P
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("agents")
-def test_a_varied_run_says_so_and_is_another_one_by_seed(cellwright: CommandLine) -> None:
+def test_varied_run_is_marked_and_differs_by_seed(cellwright: CommandLine) -> None:
     assert cellwright(*GIVES_UP, "--vary").out.startswith("trial lesson, varied, agent agents.py:GivesUp, seed 0")
     documents = [json.loads(cellwright(*GIVES_UP, "--json", *more).out) for more in VARIED]
     plain, first, again, _ = documents
@@ -67,7 +67,7 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "said"),
+    ("option", "value", "message"),
     [
         ("--log", "a.txt", "--log a.txt: give a file whose name ends in .jsonl"),
         ("--log", "no/a.jsonl", "--log no/a.jsonl: there is no folder no"),
@@ -77,19 +77,20 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
     ],
 )
 @pytest.mark.usefixtures("agents")
-def test_a_log_or_averages_that_are_not_valid_are_refused(
-    option: str, value: str, said: str, cellwright: CommandLine
-) -> None:
+def test_invalid_log_or_averages_are_refused(option: str, value: str, message: str, cellwright: CommandLine) -> None:
     ran = cellwright(*GIVES_UP, option, value)
-    assert (ran.status, ran.out, ran.err) == (2, "", f"error: {said}\n")
+    assert (ran.status, ran.out, ran.err) == (2, "", f"error: {message}\n")
 
 
-def test_points_in_no_time_have_no_score_in_the_finals(capsys: pytest.CaptureFixture[str]) -> None:
+def test_finals_score_of_points_in_zero_time_is_missing_with_warning(capsys: pytest.CaptureFixture[str]) -> None:
     placed = PartFinding("gear_part", Pose(), Verdict.PLACED, Fit("bin5|gear_part_1", 0.0, 1.0, 0.0))
     order = OrderScore("order_0", (KitScore("order_0_kit_0", is_submitted=True, parts=(placed,)),))
     trial = Trial("t", sensors=(SensorConfig("a", "break_beam", Pose()),))
     assert finals_score(trial, GameScore((order,)), Averages(100.0, (1.0,))) is None
-    assert capsys.readouterr().err == "warning: the trial has no score: order 'order_0' earned 3.0 points in 0.0 s\n"
+    assert (
+        capsys.readouterr().err
+        == "warning: the trial has no finals score: order 'order_0' earned 3.0 points in 0.0 s\n"
+    )
     timed = replace(order, time_taken=10**9)
     found = finals_score(trial, GameScore((timed,)), Averages(100.0, (1.0,)))
     assert found is not None

@@ -29,20 +29,20 @@ def on_a_full_disk(name: str) -> str:
 @pytest.mark.slow
 @full
 @pytest.mark.parametrize(
-    ("option", "name", "said"),
+    ("option", "name", "message"),
     [
-        ("--log", "a.jsonl", "warning: a.jsonl: can be written no more: No space left on device"),
-        ("--record", "a.mcap", "warning: a.mcap: can be written no more: No space left on device"),
+        ("--log", "a.jsonl", "warning: a.jsonl: cannot be written any more: No space left on device"),
+        ("--record", "a.mcap", "warning: a.mcap: cannot be written any more: No space left on device"),
         ("--snapshot", "a.png", "warning: cannot write the picture a.png: No space left on device"),
         ("--checkpoint", "a.npz", "checkpoint a.npz: cannot be written: No space left on device"),
     ],
 )
 @pytest.mark.usefixtures("small_pictures")
-def test_a_file_that_finds_no_room(option: str, name: str, said: str, cellwright: CommandLine) -> None:
+def test_file_on_full_disk_is_reported(option: str, name: str, message: str, cellwright: CommandLine) -> None:
     file = on_a_full_disk(name)
     ran = cellwright(*RUN, "--no-picture", "--json", option, file if option in PLAIN else f"0.1:{file}")
     assert ran.status == 1
-    assert ran.err.count(said) == 1
+    assert ran.err.count(message) == 1
     document = json.loads(ran.out)  # the result is whole
     assert document["exit_status"] == 1
     assert document["simulated"] == pytest.approx(0.2)
@@ -50,7 +50,7 @@ def test_a_file_that_finds_no_room(option: str, name: str, said: str, cellwright
 
 @full
 @pytest.mark.usefixtures("small_pictures")
-def test_a_picture_of_a_robot_that_finds_no_room(cellwright: CommandLine) -> None:
+def test_robot_picture_on_full_disk_is_reported(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--port", "0", "--until", "0.1", "--snapshot", on_a_full_disk("a.png"))
     assert (ran.status, ran.err) == (1, "error: cannot write the picture a.png: No space left on device\n")
 
@@ -60,7 +60,7 @@ def test_a_picture_of_a_robot_that_finds_no_room(cellwright: CommandLine) -> Non
     [("--log", "x.jsonl"), ("--record", "x.bag"), ("--snapshot", "x.png"), ("--checkpoint", "x.npz")],
 )
 @pytest.mark.parametrize("folder", ["none", "a" * 300, "file"])
-def test_a_place_where_nothing_can_be_is_refused(folder: str, option: str, file: str, cellwright: CommandLine) -> None:
+def test_file_below_a_file_is_refused(folder: str, option: str, file: str, cellwright: CommandLine) -> None:
     Path("file").write_text("")
     place = f"{folder}/{file}"
     ran = cellwright(*RUN, "--no-picture", option, place if option in PLAIN else f"0.1:{place}")
@@ -69,14 +69,14 @@ def test_a_place_where_nothing_can_be_is_refused(folder: str, option: str, file:
     assert len(ran.err.splitlines()) == 1
 
 
-def test_a_name_too_long_is_refused(cellwright: CommandLine) -> None:
+def test_too_long_file_name_is_refused(cellwright: CommandLine) -> None:
     ran = cellwright(*RUN, "--log", "a" * 300 + ".jsonl")
     assert (ran.status, ran.out) == (2, "")
     assert len(ran.err.splitlines()) == 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such rights there")
-def test_a_folder_that_may_not_be_written_is_refused(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_read_only_folder_is_refused(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cellwright.cli.options.os.access", lambda _path, _mode: False)  # root may write everywhere
     ran = cellwright(*RUN, "--log", "a.jsonl")
     assert (ran.status, ran.err) == (2, "error: --log a.jsonl: a.jsonl cannot be written\n")
@@ -84,7 +84,7 @@ def test_a_folder_that_may_not_be_written_is_refused(cellwright: CommandLine, mo
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) -> None:
+def test_eval_with_unwritable_reports_still_prints_results(cellwright: CommandLine) -> None:
     Path("tiny.yaml").write_text(TRIAL)
     Path("programs.py").write_text(PROGRAMS)
     for name in ("junit.xml", "report.html"):
@@ -98,7 +98,7 @@ def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) 
     assert json.loads(Path("evaluation/summary.json").read_text())["exit_status"] == 1
 
 
-def test_a_program_that_cannot_be_read_is_reported(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreadable_agent_file_is_reported(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("tiny.yaml").write_text(TRIAL)
     Path("programs.py").write_text(PROGRAMS)
 

@@ -38,7 +38,7 @@ COMMANDS = [
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("option", ["--help", "-h"])
-def test_help_reads_as_it_did(command: str, option: str, cellwright: CommandLine) -> None:
+def test_help_equals_stored_text(command: str, option: str, cellwright: CommandLine) -> None:
     ran = cellwright(*command.split(), option)
     text = "".join(f"{line.rstrip()}\n" for line in ran.out.splitlines())
     file = HELP / f"{command.replace(' ', '-') or 'cellwright'}.txt"
@@ -50,18 +50,18 @@ def test_help_reads_as_it_did(command: str, option: str, cellwright: CommandLine
 
 
 @pytest.mark.parametrize("file", sorted(HELP.glob("*.txt")), ids=lambda file: file.stem)
-def test_help_fits_and_is_not_cut(file: Path) -> None:
+def test_help_fits_80_columns_without_ellipsis(file: Path) -> None:
     text = file.read_text(encoding="utf-8")
     assert max(map(len, text.splitlines())) <= 80
     assert not re.search(r"\w…", text)
 
 
-def test_without_a_command_the_help_is_shown(cellwright: CommandLine) -> None:
+def test_command_line_without_command_prints_help(cellwright: CommandLine) -> None:
     ran = cellwright()
     assert ran.status == 2
     assert "cellwright run lesson" in ran.out + ran.err
 
 
-def test_version(cellwright: CommandLine) -> None:
+def test_version_option_prints_version(cellwright: CommandLine) -> None:
     ran = cellwright("--version")
     assert (ran.status, ran.out, ran.err) == (0, f"cellwright {package.__version__}\n", "")

@@ -16,12 +16,12 @@ class Served:
     busy_port = 0
 
 
-def test_a_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+def test_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
     output.warn(ValueError("so it is"))
     assert capsys.readouterr() == ("", "warning: so it is\n")
 
 
-def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
+def test_files_are_printed_one_per_line_with_brackets_kept() -> None:
     out = StringIO()
     output.print_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
     assert out.getvalue() == "picture     a.png\npicture     [red]a long name of a picture.png\n"
@@ -32,36 +32,36 @@ def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
     [
         (1.0, False, "real time"),
         (2.5, False, "2.5 x real time"),
-        (None, False, "as fast as it goes"),
+        (None, False, "as fast as possible"),
         (None, True, "lockstep"),
     ],
 )
-def test_the_ready_line_shows_address_and_rate(speed: float | None, lockstep: bool, expected: str) -> None:
+def test_ready_line_shows_address_and_rate(speed: float | None, lockstep: bool, expected: str) -> None:
     served = Served()
     served.lockstep = lockstep
     assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {expected}"  # type: ignore[arg-type]
 
 
-def test_a_default_port_in_use_is_reported() -> None:
+def test_ready_line_reports_default_port_in_use() -> None:
     served = Served()
     served.address, served.busy_port = ("127.0.0.1", 11400), 11399
     line = output.ready_line("lesson", served, 1.0)  # type: ignore[arg-type]
     assert line == "ready: lesson at 127.0.0.1:11400 (11399 is in use), real time"
 
 
-def test_the_pace_has_its_unit() -> None:
+def test_pace_text_has_units() -> None:
     stood = PaceFigures(0.5, 0.0123, 2.04)
-    assert output.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
-    assert output.pace_text(PaceFigures(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
+    assert output.pace_text(stood).endswith(" ms late, 2.0 s paused for slow clients")
+    assert output.pace_text(PaceFigures(0.99996, 0.0123)) == "1.0000 x real time, latest step 12.3 ms late"
 
 
-def test_a_line_is_said_as_it_is() -> None:
+def test_line_is_printed_without_markup() -> None:
     out = StringIO()
     output.print_line(Console(file=out, width=10), "[red] is no markup, and nothing is folded", "yellow")
     assert out.getvalue() == "[red] is no markup, and nothing is folded\n"
 
 
-def test_a_table_has_its_columns_and_rows() -> None:
+def test_table_has_columns_and_rows() -> None:
     out = StringIO()
     columns = {"name": output.FOLD, "figure": output.RIGHT, "more": output.WHOLE}
     Console(file=out, width=40).print(output.table(columns, [("a", "1", "x y"), ("b", "22")]))
@@ -71,7 +71,7 @@ def test_a_table_has_its_columns_and_rows() -> None:
     assert lines[2].index("1") == lines[3].index("22") + 1
 
 
-def test_a_result_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
+def test_unwritable_result_file_is_reported(tmp_path: Path) -> None:
     assert output.write_result(tmp_path / "a.txt", "done") == []
     assert (tmp_path / "a.txt").read_text() == "done"
     (problem,) = output.write_result(tmp_path / "none" / "a.txt", b"done")

@@ -13,17 +13,17 @@ from cellwright.util.errors import UnknownNameError, UsageError
 
 
 @pytest.mark.parametrize("value", [None, 1, 3, 2.5, Fraction(3, 2)])
-def test_in_range_returns_what_is_allowed(value: float | None) -> None:
+def test_in_range_returns_allowed_value(value: float | None) -> None:
     assert in_range("--n", value, 1, 3, "a number") is value
 
 
 @pytest.mark.parametrize("value", [0, 4, 0.999, math.nan, math.inf])
-def test_in_range_refuses_the_rest(value: float) -> None:
+def test_in_range_refuses_other_values(value: float) -> None:
     with pytest.raises(UsageError, match=re.escape(f"--n {value}: give a number from 1 to 3")):
         in_range("--n", value, 1, 3, "a number from 1 to 3")
 
 
-def test_in_range_shows_whole_numbers_whole_and_text_as_it_was_given() -> None:
+def test_in_range_error_shows_integers_and_text_unchanged() -> None:
     with pytest.raises(UsageError, match="--n 12345678: give"):
         in_range("--n", 12345678, 0, 1, "less")
     with pytest.raises(UsageError, match=r"--n 1\.50: give"):
@@ -33,7 +33,7 @@ def test_in_range_shows_whole_numbers_whole_and_text_as_it_was_given() -> None:
 
 
 @pytest.mark.parametrize(("value", "is_allowed"), [(0.0, False), (5e-324, True), (1.7e308, True), (math.inf, False)])
-def test_bounds_can_leave_out_0_and_infinity(value: float, *, is_allowed: bool) -> None:
+def test_bounds_exclude_0_and_infinity(value: float, *, is_allowed: bool) -> None:
     assert (ABOVE_0 <= value <= FINITE) == is_allowed
 
 
@@ -44,18 +44,18 @@ def test_bounds_can_leave_out_0_and_infinity(value: float, *, is_allowed: bool) 
         (UnknownNameError("view", "tp", ["top"]), "--o: unknown view 'tp'; did you mean top (known: top)"),
     ],
 )
-def test_errors_of_names_the_option(error: Exception, text: str) -> None:
+def test_errors_of_prefixes_option(error: Exception, text: str) -> None:
     with pytest.raises(UsageError) as raised, errors_of("--o"):
         raise error
     assert str(raised.value) == text
 
 
-def test_errors_of_leaves_other_errors_alone() -> None:
+def test_errors_of_passes_other_errors_through() -> None:
     with pytest.raises(ZeroDivisionError), errors_of("--o"):
         raise ZeroDivisionError
 
 
-def test_one_of_finds_a_name_or_tells_the_known_ones() -> None:
+def test_one_of_returns_name_or_lists_known_ones() -> None:
     assert one_of("--o", "view", "top", ("side", "top")) == "top"
     with pytest.raises(UsageError, match=r"--o: unknown view 'below' \(known: side, top\)"):
         one_of("--o", "view", "below", ("side", "top"))

@@ -32,7 +32,7 @@ def run(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProce
 
 
 @pytest.mark.slow
-def test_statuses_reach_the_shell(tmp_path: Path) -> None:
+def test_exit_status_reaches_shell(tmp_path: Path) -> None:
     until = ("--agent", "none", "--until", "0.1", "--no-picture")
     assert run("run", "lesson", *until, "--min-score", "1", folder=tmp_path).returncode == 1
     refused = run("run", "no.yaml", folder=tmp_path)
@@ -40,7 +40,7 @@ def test_statuses_reach_the_shell(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_same_run_in_two_processes(tmp_path: Path) -> None:
+def test_same_run_in_two_processes_has_same_state_hash(tmp_path: Path) -> None:
     hashes = set()
     for more in ((), ("--listen", "all")):
         ran = run("run", "lesson", "--until", "4", "--no-picture", *more, folder=tmp_path, PYTHONHASHSEED="random")
@@ -49,7 +49,7 @@ def test_the_same_run_in_two_processes(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
+def test_ascii_terminal_gets_escaped_output(tmp_path: Path) -> None:
     ran = run(
         "run", "lesson", "--until", "0.1", "--agent", "none", "--no-picture", folder=tmp_path, PYTHONIOENCODING="ascii"
     )
@@ -60,7 +60,7 @@ def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_a_signal_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None:
+def test_signal_ends_run_with_score(number: str, tmp_path: Path) -> None:
     process = Process(
         [*COMMAND, "run", "lesson", "--agent", "none", "--until", "1e6", "--speed", "1", "--log", "a.jsonl"],
         os.environ,
@@ -84,7 +84,7 @@ def test_a_signal_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
-def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, tmp_path: Path) -> None:
+def test_page_without_terminal_stays_until_signal(number: str, tmp_path: Path) -> None:
     process = Process(
         [
             *(*COMMAND, "run", "lesson", "--agent", "none", "--until", "0.1", "--speed", "max", "--no-picture"),
@@ -96,7 +96,7 @@ def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, 
     )
     try:
         url = process.wait_for(r"^page: (\S+)$")[1]
-        process.wait_for("^state hash(.*\n)+^the page stays open; Ctrl-C ends$")
+        process.wait_for("^state hash(.*\n)+^the page stays open until Ctrl-C$")
         with urllib.request.urlopen(url, timeout=TIMEOUT) as answer:
             assert answer.status == 200
         process.signal(getattr(signal, number))
@@ -108,7 +108,7 @@ def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_a_process_that_ignores_a_closed_terminal_goes_on(tmp_path: Path) -> None:
+def test_run_under_nohup_survives_closed_terminal(tmp_path: Path) -> None:
     ran = subprocess.run(
         [
             *("sh", "-c", 'trap "" HUP; "$@" & kill -HUP $!; wait $!', "sh", *COMMAND),
@@ -125,7 +125,7 @@ def test_a_process_that_ignores_a_closed_terminal_goes_on(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")
-def test_a_run_without_a_reader_goes_on(tmp_path: Path) -> None:
+def test_run_without_reader_of_stdout_continues(tmp_path: Path) -> None:
     run_it = '"$0" -m cellwright run lesson --agent none --until 5 --no-picture --log a.jsonl'
     command = f"exec 3>&1; {{ {run_it}; echo $? >&3; }} | head -n 1"
     ran = subprocess.run(
@@ -142,7 +142,7 @@ def test_a_run_without_a_reader_goes_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_pipe_that_closes_early(tmp_path: Path) -> None:
+def test_early_closed_pipe_prints_no_traceback(tmp_path: Path) -> None:
     ran = subprocess.run(
         ["sh", "-c", '"$0" -m cellwright check lesson --json | head -n 1', sys.executable],
         cwd=tmp_path,

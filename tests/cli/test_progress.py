@@ -34,7 +34,7 @@ def lesson() -> Cell:
     return Cell(load_trial([find_trial("lesson")]).trial)
 
 
-def test_plain_lines_come_every_two_seconds_of_wall_time() -> None:
+def test_progress_without_terminal_prints_line_every_two_seconds() -> None:
     console, clock, cell = Console(file=io.StringIO(), width=80), WallClock(), lesson()
     progress = RunProgress(console, clock=clock)
     with progress.running(cell):
@@ -45,7 +45,7 @@ def test_plain_lines_come_every_two_seconds_of_wall_time() -> None:
     assert text(console).splitlines() == ["    0.044 s  0.0 x real time, init", "    0.086 s  0.0 x real time, init"]
 
 
-def test_no_time_between_two_looks_is_no_reason_to_fail() -> None:
+def test_progress_updated_twice_at_same_time_does_not_fail() -> None:
     console, clock, cell = Console(file=io.StringIO()), WallClock(), lesson()
     progress = RunProgress(console, clock=clock)
     with progress.running(cell):
@@ -55,7 +55,7 @@ def test_no_time_between_two_looks_is_no_reason_to_fail() -> None:
     assert "x real time" not in text(console)
 
 
-def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_on_terminal_is_a_line_that_disappears(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
     clock, cell = WallClock(), lesson()
@@ -76,14 +76,14 @@ def logged(level: Callable[[str], None], *, verbose: bool) -> str:
     return text(console)
 
 
-def test_a_log_message_is_printed_with_its_time() -> None:
+def test_log_message_is_printed_with_simulation_time() -> None:
     log = logging.getLogger("an.agent")
     assert logged(log.info, verbose=True) == "    0.000 s  two\n    0.000 s  lines [bold]\n"
     assert logged(log.info, verbose=False) == ""
     assert logged(log.warning, verbose=False).startswith("    0.000 s  two\n")
 
 
-def test_sentences() -> None:
+def test_effect_sentence_describes_each_effect() -> None:
     assert effect_sentence(StateChanged(CompetitionState.GO)) == "competition: go"
     assert effect_sentence(ConveyorPower(100.0)) == ""
     refused = KitScore("kit", refusal=Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit", None, ("order_0_kit_0",)))

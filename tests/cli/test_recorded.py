@@ -19,7 +19,7 @@ SHORT = ("--until", "0.1", "--agent", "none", "--no-picture")
 ROBOT = ("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0")
 
 
-def test_a_run(cellwright: CommandLine) -> None:
+def test_recorded_run_has_same_state_hash(cellwright: CommandLine) -> None:
     bare = json.loads(cellwright("run", "lesson", *SHORT, "--json", "--vary").out)
     ran = cellwright("run", "lesson", *SHORT, "--json", "--vary", "--record", "a.mcap", "--record", "a.bag")
     document = json.loads(ran.out)
@@ -34,7 +34,7 @@ def test_a_run(cellwright: CommandLine) -> None:
     assert "recording   b.mcap\n" in cellwright("run", "lesson", *SHORT, "--record", "b.mcap").out
 
 
-def test_other_programs_decode_every_channel(cellwright: CommandLine) -> None:
+def test_mcap_library_decodes_every_channel(cellwright: CommandLine) -> None:
     cellwright("run", "lesson", *SHORT, "--record", "cell.mcap")
     cellwright(*ROBOT, "--record", "robot.mcap")
     for name in ("cell.mcap", "robot.mcap"):
@@ -53,7 +53,7 @@ def test_other_programs_decode_every_channel(cellwright: CommandLine) -> None:
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) -> None:
+def test_run_of_remote_agent_is_recorded(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright(
         "run",
         "lesson",
@@ -73,7 +73,7 @@ def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) 
     assert COMMAND in recording.topics
 
 
-def test_a_cell_that_is_served(cellwright: CommandLine) -> None:
+def test_served_cell_is_recorded(cellwright: CommandLine) -> None:
     ran = cellwright(
         "serve", "lesson", "--speed", "max", "--until", "0.1", "--port", "0", "--json", "--record", "a.mcap"
     )
@@ -83,7 +83,7 @@ def test_a_cell_that_is_served(cellwright: CommandLine) -> None:
         assert recording.end_time == 100_000_000
 
 
-def test_a_robot(cellwright: CommandLine) -> None:
+def test_robot_node_is_recorded(cellwright: CommandLine) -> None:
     ran = cellwright(*ROBOT, "--max-age", "2", "--json", "--record", "a.mcap", "--record", "a.bag")
     document = json.loads(ran.out)
     assert document["recordings"] == ["a.mcap", "a.bag"]
@@ -102,11 +102,13 @@ def test_a_robot(cellwright: CommandLine) -> None:
     ("files", "reason"),
     [
         (["a.txt"], "--record a.txt: give a file such as run.mcap"),
-        (["a.mcap", "b.mcap"], "b.mcap: one recording of a kind is enough"),
+        (["a.mcap", "b.mcap"], "b.mcap: only one .mcap file is possible"),
         (["none/a.mcap"], "--record none/a.mcap: there is no folder none"),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(files: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_record_file_prints_one_line_and_exits_with_2(
+    files: list[str], reason: str, cellwright: CommandLine
+) -> None:
     ran = cellwright("run", "lesson", *SHORT, *(word for file in files for word in ("--record", file)))
     assert (ran.status, ran.out, ran.err.count("\n")) == (2, "", 1)
     assert reason in ran.err

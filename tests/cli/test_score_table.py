@@ -48,7 +48,7 @@ def printed(found: KitEvidence, width: int = 80) -> list[str]:
     return [line.rstrip() for line in text.splitlines()]
 
 
-def test_a_row_says_what_was_found_and_what_was_lost() -> None:
+def test_row_shows_found_part_and_lost_points() -> None:
     rows = printed(kit(part(Verdict.TOO_FAR), part(Verdict.PLACED, distance=0.0012), part(Verdict.MISSING)), width=90)
     assert rows[0].split() == ["part", "found", "off", "mm", "turn", "mrad", "there", "pose", "lost"]
     assert rows[2].split() == ["piston_rod_part", "bin7|piston_rod_part_5", "31.2", "215", "1", "0", "too", "far"]
@@ -58,7 +58,7 @@ def test_a_row_says_what_was_found_and_what_was_lost() -> None:
 
 @pytest.mark.parametrize("off_plate", [0.0, 0.5])
 @pytest.mark.parametrize("verdict", list(Verdict))
-def test_nothing_is_cut_in_80_columns(verdict: Verdict, off_plate: float) -> None:
+def test_table_in_80_columns_cuts_nothing(verdict: Verdict, off_plate: float) -> None:
     rows = printed(kit(part(verdict, LONG, distance=1.23456), off_plate=off_plate))
     assert max(map(len, rows)) <= 80
     assert "…" not in "".join(rows)
@@ -76,7 +76,7 @@ def test_nothing_is_cut_in_80_columns(verdict: Verdict, off_plate: float) -> Non
         ("bin7|anamewithoutawordinwhichitcouldbebroken", ["bin7|", "anamewithoutawordinwhichitcouldbebroken"]),
     ],
 )
-def test_a_long_name_is_broken_between_its_words_or_widens_the_table(name: str, lines: list[str]) -> None:
+def test_long_name_is_folded_between_words_or_widens_table(name: str, lines: list[str]) -> None:
     kind = "anamewithoutawordinwhichitcouldbebroken" if "broken" in name else "hydraulic_manifold_part"
     fit = Fit(name, 123.4567, 0.99, 3.1)
     rows = printed(kit(PartFinding(kind, Pose(), Verdict.TOO_FAR, fit), part(Verdict.MISSING)))
@@ -86,7 +86,7 @@ def test_a_long_name_is_broken_between_its_words_or_widens_the_table(name: str, 
     assert all(word in text for word in ("123456.7", "3100", "too far", "missing"))
 
 
-def test_a_kit_of_a_long_name_stands_in_one_line() -> None:
+def test_long_kit_name_stays_on_one_line() -> None:
     console = Console(file=io.StringIO(), width=80, highlight=False)
     name = "order_of_a_name_that_goes_on_and_on_beyond_all_measure_in_the_second_qualification_kit_0"
     place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
@@ -96,7 +96,7 @@ def test_a_kit_of_a_long_name_stands_in_one_line() -> None:
 
 
 @pytest.mark.parametrize("is_announced", [True, False])
-def test_a_kit_that_was_not_judged_still_lists_its_parts(is_announced: bool) -> None:
+def test_kit_without_score_lists_its_parts(is_announced: bool) -> None:
     found = unjudged(is_announced=is_announced)
     rows = printed(found)
     assert max(map(len, rows)) <= 80
@@ -105,7 +105,7 @@ def test_a_kit_that_was_not_judged_still_lists_its_parts(is_announced: bool) -> 
     assert list(summary.kit_lines(found)) == ["", f"  {cause}: {REASONS[cause]}"]
 
 
-def test_every_loss_has_a_reason() -> None:
+def test_each_loss_has_a_reason() -> None:
     causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, NOT_ANNOUNCED, OFF_TRAY}
     assert set(REASONS) == causes - {Verdict.PLACED, BonusVerdict.EARNED}
     lost = kit(*(part(verdict) for verdict in Verdict))
@@ -114,7 +114,7 @@ def test_every_loss_has_a_reason() -> None:
     assert list(summary.loss_lines(kit(part(Verdict.PLACED)))) == []
 
 
-def test_fates_of_missing_parts_stand_below_the_reason() -> None:
+def test_fates_of_missing_parts_are_below_reason() -> None:
     fates = [
         Fate(FateKind.NEVER_HELD),
         Fate(FateKind.NEVER_HELD),
@@ -129,7 +129,7 @@ def test_fates_of_missing_parts_stand_below_the_reason() -> None:
     ]
 
 
-def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:
+def test_place_off_the_tray_is_listed_as_out_of_reach() -> None:
     lines = list(summary.loss_lines(kit(part(Verdict.TOO_FAR, distance=0.6), off_plate=0.5)))
     assert lines == [
         "off tray: its place lies off the tray (0.5 x 0.7 m), out of reach of any part",
@@ -138,7 +138,7 @@ def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:
     assert max(map(len, summary.kit_lines(kit(part(Verdict.MISSING), off_plate=0.5)))) <= 80
 
 
-def test_other_objects_on_the_tray_cost_the_bonus() -> None:
+def test_extra_objects_on_tray_lose_bonus() -> None:
     extra = ExtraObject("bin8|gear_part_1", "gear_part", ExtraReason.WRONG_TYPE)
     text = "\n".join(summary.kit_lines(kit(part(Verdict.PLACED), extras=(extra,))))
     assert "there 1 of 1, pose 1 of 1, bonus 0 of 1" in text

@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.engine.loop import StopCondition
-from cellwright.running.run.session import restored_environment
+from cellwright.running.run.agent_work import restored_environment
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 
@@ -26,7 +26,7 @@ def heard() -> Iterator[list[int]]:
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_the_first_signal_is_a_request_and_the_second_has_its_usual_effect(number: int, heard: list[int]) -> None:
+def test_first_signal_requests_stop_and_second_has_default_effect(number: int, heard: list[int]) -> None:
     stop = StopCondition()
     with stopped_by_signals(stop.request):
         signal.raise_signal(number)
@@ -37,7 +37,7 @@ def test_the_first_signal_is_a_request_and_the_second_has_its_usual_effect(numbe
 
 
 @pytest.mark.parametrize("number", NUMBERS[1:])
-def test_others_do_what_ctrl_c_does(number: int, heard: list[int]) -> None:
+def test_other_signals_act_as_ctrl_c(number: int, heard: list[int]) -> None:
     with pytest.raises(KeyboardInterrupt), ended_as_by_ctrl_c():
         signal.raise_signal(number)
     signal.raise_signal(number)
@@ -45,7 +45,7 @@ def test_others_do_what_ctrl_c_does(number: int, heard: list[int]) -> None:
 
 
 @pytest.mark.parametrize("number", NUMBERS[1:])
-def test_so_they_do_where_handlers_are_put_back_after_an_agent(number: int, heard: list[int]) -> None:
+def test_other_signals_act_as_ctrl_c_after_agent_changed_handlers(number: int, heard: list[int]) -> None:
     def work() -> None:
         with restored_environment():
             signal.raise_signal(number)
@@ -59,7 +59,7 @@ def test_so_they_do_where_handlers_are_put_back_after_an_agent(number: int, hear
     assert heard == [number, number]
 
 
-def test_a_signal_that_is_ignored_stays_so() -> None:
+def test_ignored_signal_stays_ignored() -> None:
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     with stopped_by_signals(lambda: pytest.fail("it was to be ignored")), ended_as_by_ctrl_c():
         signal.raise_signal(signal.SIGHUP)

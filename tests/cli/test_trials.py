@@ -21,17 +21,17 @@ def of(listed: dict[str, Any], name: str) -> dict[str, Any]:
     return dict(found)
 
 
-def test_all_are_listed(listed: dict[str, Any]) -> None:
+def test_json_lists_all_bundled_trials(listed: dict[str, Any]) -> None:
     assert [trial["name"] for trial in listed["trials"]] == bundled()
     assert len(bundled()) == 29
 
 
-def test_finals_in_their_scenarios(listed: dict[str, Any]) -> None:
+def test_json_has_scenario_of_each_final(listed: dict[str, Any]) -> None:
     scenarios = [trial["scenario"] for trial in listed["trials"] if trial["name"].startswith("final")]
     assert scenarios == (["final, baseline"] * 5 + ["final, dropped part"] * 5 + ["final, in-process kit change"] * 5)
 
 
-def test_a_final_for_programs(listed: dict[str, Any]) -> None:
+def test_json_describes_a_final(listed: dict[str, Any]) -> None:
     final = of(listed, "final14")
     assert final["time_limit"] == 500
     assert not final["has_arm"]
@@ -42,7 +42,7 @@ def test_a_final_for_programs(listed: dict[str, Any]) -> None:
     assert of(listed, "lesson")["time_limit"] is None
 
 
-def test_sensors_and_what_they_cost(listed: dict[str, Any]) -> None:
+def test_json_lists_sensor_files_with_cost(listed: dict[str, Any]) -> None:
     (kitter,) = listed["sensors"]
     kinds = list(kitter["sensors"].values())
     assert kitter["name"] == "kitter_sensors"
@@ -53,7 +53,7 @@ def test_sensors_and_what_they_cost(listed: dict[str, Any]) -> None:
 
 
 @pytest.mark.slow
-def test_the_list_for_people(cellwright: CommandLine) -> None:
+def test_table_lists_orders_and_difficulties(cellwright: CommandLine) -> None:
     ran = cellwright("trials")
     lines = [line.rstrip() for line in ran.out.splitlines()]
     assert (ran.status, ran.err) == (0, "")
@@ -63,22 +63,22 @@ def test_the_list_for_people(cellwright: CommandLine) -> None:
     assert lines[-1].startswith("kitter_sensors: an arm, ")
 
 
-def test_a_trial_without_an_arm_names_the_remedy(cellwright: CommandLine) -> None:
+def test_bundled_agent_on_trial_without_arm_is_refused_with_remedy(cellwright: CommandLine) -> None:
     ran = cellwright("run", "final01", "--agent", "lesson")
     assert (ran.status, ran.out) == (2, "")
     assert ran.err == (
-        "error: final01: the trial has no arm for the agent lesson to work with; "
-        "give a file with one as well, such as: cellwright run final01 kitter_sensors\n"
+        "error: final01: the trial has no arm, and agent lesson requires one; "
+        "add a file with one, such as: cellwright run final01 kitter_sensors\n"
     )
 
 
-def test_an_agent_of_ones_own_may_do_without(cellwright: CommandLine, agents: str) -> None:
+def test_own_agent_on_trial_without_arm_gets_warning(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "final01", "--agent", f"{agents}:Ends", "--no-picture")
     assert ran.status == 0
-    assert ran.err.startswith("warning: final01: the trial has no arm; give a file")
+    assert ran.err.startswith("warning: final01: the trial has no arm; add a file")
 
 
-def test_a_trial_runs_with_the_bundled_sensors(cellwright: CommandLine, agents: str) -> None:
+def test_final_with_bundled_sensors_runs(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "final01", "kitter_sensors", "--agent", f"{agents}:Ends", "--no-picture", "--json")
     assert ran.status == 0
     assert "warning" not in ran.err

@@ -22,15 +22,17 @@ SMALL = ("--video-size", "64x48")
         (["--video", "a.avi"], "--video a.avi: give a file whose name ends in .mp4"),
         (["--video", "no/a.mp4"], "there is no folder no"),
         (["--video", "a.mp4", "--video-camera", "nowhere"], "--video-camera: unknown view 'nowhere'"),
-        (["--video", "a.mp4", "--video-camera", "1,2:3"], "--video-camera 1,2:3: give where it stands"),
-        (["--video", "a.mp4", "--video-camera", "1,2,3:1,2,3"], "cannot look at the point where it stands"),
-        (["--video", "a.mp4", "--video-speed", "0"], "--video-speed: the speed of a video is a number above 0"),
+        (["--video", "a.mp4", "--video-camera", "1,2:3"], "--video-camera 1,2:3: not a camera; give its position"),
+        (["--video", "a.mp4", "--video-camera", "1,2,3:1,2,3"], "camera position and target must differ"),
+        (["--video", "a.mp4", "--video-speed", "0"], "--video-speed: video speed must be above 0"),
         (["--video", "a.mp4", "--video-size", "64"], "--video-size 64: give width and height"),
-        (["--video", "a.mp4", "--video-size", "65x48"], "the width of a video is an even number from 16 to 4096"),
-        (["--video-speed", "2"], "go with --video FILE.mp4"),
+        (["--video", "a.mp4", "--video-size", "65x48"], "video width must be an even number from 16 to 4096"),
+        (["--video-speed", "2"], "require --video FILE.mp4"),
     ],
 )
-def test_bad_input_is_one_line(command: str, options: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_video_options_print_one_line(
+    command: str, options: list[str], reason: str, cellwright: CommandLine
+) -> None:
     ran = cellwright(*command.split(), *options)
     assert (ran.status, ran.out) == (2, "")
     assert reason in ran.err
@@ -47,7 +49,7 @@ def test_bad_input_is_one_line(command: str, options: list[str], reason: str, ce
         "eval lesson --with camera.yaml --seeds 1",
     ],
 )
-def test_a_way_to_draw_that_does_not_exist_is_refused(
+def test_unknown_rendering_backend_is_refused(
     command: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pose = "{xyz: [-0.3, 0.23, 1.7], rpy: [0, pi/2, 0]}"
@@ -57,13 +59,13 @@ def test_a_way_to_draw_that_does_not_exist_is_refused(
     ran = cellwright(*command.split())
 
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith("error: CELLWRIGHT_RENDERING=opengl: give one of egl, ")
+    assert ran.err.startswith("error: CELLWRIGHT_RENDERING=opengl: unknown backend; set one of egl, ")
     assert ran.err.count("\n") == 1
     assert [each.name for each in Path().iterdir()] == ["camera.yaml"]
 
 
 @pytest.mark.slow
-def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_run_writes_video(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("run", "lesson", "--agent", "lesson", "--until", "0.4", "--no-picture")
     ran = cellwright(*options, "--json", "--video", "a.mp4", *SMALL, "--video-camera", "-4,-3,3:0,0,0.6:40")
     result = json.loads(ran.out)
@@ -75,7 +77,7 @@ def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_served_cell_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_served_cell_writes_video(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright(
         "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.2", "--video", "a.mp4", *SMALL, "--json"
     )
@@ -84,7 +86,7 @@ def test_a_served_cell_has_a_video(cellwright: CommandLine, tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_a_robot_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_robot_node_writes_video(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("--port", "0", "--sim-time", "--speed", "max", "--until", "0.2", "--json")
     ran = cellwright("teleop", "tandem", *options, "--video", "a.mp4", *SMALL)
     assert (ran.status, json.loads(ran.out)["videos"]) == (
@@ -97,7 +99,7 @@ def test_a_robot_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_full_disk_loses_video_and_keeps_run(cellwright: CommandLine, tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
     (tmp_path / "a.mp4").symlink_to("/dev/full")
@@ -108,7 +110,7 @@ def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tm
 
 
 @pytest.mark.slow
-def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_replay_writes_video_of_recording(cellwright: CommandLine, tmp_path: Path) -> None:
     cellwright(
         *("run", "lesson", "--agent", "lesson", "--until", "0.28", "--no-picture", *SMALL),
         *("--record", "run.mcap", "--video", "live.mp4"),
@@ -126,4 +128,4 @@ def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path:
     assert ran.err == "error: --start 50: run.mcap ends at 0.280 s\n"
     for other in ("--serve", "--verify"):
         ran = cellwright("replay", "run.mcap", "--video", "c.mp4", other)
-        assert (ran.status, "make the video alone" in ran.err) == (2, True)
+        assert (ran.status, "--video excludes playback and --verify" in ran.err) == (2, True)

@@ -40,13 +40,13 @@ print(json.dumps([status, sorted(set(sys.modules) & set(json.loads(sys.argv[1]))
 @pytest.mark.parametrize(
     ("options", "loaded"), [((), []), (("--record", "run.mcap"), ["mcap"])], ids=["plain", "recorded"]
 )
-def test_a_run_loads_nothing_of_looking_on(options: tuple[str, ...], loaded: list[str], tmp_path: Path) -> None:
+def test_run_loads_no_viewer_modules(options: tuple[str, ...], loaded: list[str], tmp_path: Path) -> None:
     asked = json.dumps([*HEAVY, *OF_OURS, "mcap"])
     run = ["run", "lesson", "--agent", "none", "--until", "0.01", "--no-picture", *options]
     assert _ended(asked, run, tmp_path) == [0, loaded]
 
 
-def test_modules_of_other_commands_are_not_loaded(tmp_path: Path) -> None:
+def test_command_loads_no_modules_of_other_commands(tmp_path: Path) -> None:
     assert _ended(json.dumps(["mujoco", "numpy"]), ["--version"], tmp_path) == [0, []]
 
 

@@ -1,7 +1,7 @@
-"""A page whose commands are typed into terminals, as a notebook.
+"""Conversion of a page whose commands are typed into terminals to a notebook.
 
-A cell of shell commands has no memory of the one before. So what a terminal has read and where it stands is said again
-at the beginning of each of its cells; what goes on running writes into a file named after its terminal.
+A cell of shell commands does not keep the state of the cell before. So each cell first restores the folder and the
+sourced files of its terminal. A program that keeps running writes into a file named after its terminal.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tests.docs.pages import INTERRUPT, Command, File, Step, pieces
 from tests.docs.terminal import plain
 
 LIMIT = 60
-"""How long a cell waits for a program that goes on running to print what it prints first [s]."""
+"""Time [s] that a cell waits for the first output of a program that keeps running."""
 
 _PREPARE = """\
 # For all the cells below: plain text, and the command `cellwright` of this Python's environment.
@@ -30,7 +30,7 @@ for name in ("FORCE_COLOR", "CLICOLOR_FORCE"):
 if shutil.which("cellwright") is None:
     os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]"""
 
-_REMEMBERED = re.compile("cd |source |export |eval ")  # what changes the shell itself
+_REMEMBERED = re.compile("cd |source |export |eval ")  # commands that change the shell itself
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Cell:
     """One cell.
 
     Attributes:
-        source: what stands in it.
+        source: its content.
         is_code: whether it is run.
-        shown: what the page shows as its output; empty where it shows nothing.
+        shown: its output as the page shows it; empty if the page shows none.
     """
 
     source: str
@@ -50,7 +50,7 @@ class Cell:
 
 @dataclass
 class _Shell:
-    """What a terminal would remember."""
+    """State of a terminal that its cells restore."""
 
     name: str
     read: list[str] = field(default_factory=list)
@@ -91,7 +91,7 @@ def document(made: list[Cell], outputs: dict[int, list[Any]] | None = None) -> d
 
     Args:
         made: its cells.
-        outputs: what was printed, by number of cell.
+        outputs: printed output by number of cell.
     """
     return {
         "cells": [_as_json(number, cell, (outputs or {}).get(number, [])) for number, cell in enumerate(made)],
@@ -110,20 +110,20 @@ def as_text(notebook: dict[str, Any]) -> str:
 
 
 def printed(outputs: list[dict[str, Any]]) -> str:
-    """What the outputs of a cell say."""
+    """Return the text of the outputs of a cell."""
     return plain("".join("".join(output.get("text", "")) for output in outputs))
 
 
-def as_output(said: str, names: Mapping[str, str]) -> list[dict[str, Any]]:
+def as_output(text: str, names: Mapping[str, str]) -> list[dict[str, Any]]:
     """Text as the output of a cell.
 
     Args:
-        said: the text.
-        names: folders of this machine, and what to call them, in this order.
+        text: the text.
+        names: folders of this machine and their replacements, in this order.
     """
     for name, better in names.items():
-        said = said.replace(name, better)
-    return [{"name": "stdout", "output_type": "stream", "text": said.splitlines(keepends=True)}]
+        text = text.replace(name, better)
+    return [{"name": "stdout", "output_type": "stream", "text": text.splitlines(keepends=True)}]
 
 
 def _as_json(number: int, cell: Cell, outputs: list[Any]) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def _cells(block: list[Step], shells: dict[str, _Shell]) -> list[Cell]:
 
 
 def _shares(command: Command) -> bool:
-    """Whether a command may stand in a cell with others."""
+    """Return whether a command may share a cell with others."""
     return not command.goes_on and command.line not in ("", INTERRUPT) and _REMEMBERED.match(command.line) is None
 
 
@@ -190,7 +190,7 @@ def _start(shell: _Shell, command: Command) -> Cell:
 
 
 def _look(shell: _Shell, command: Command) -> list[str]:
-    """Lines that show what goes on in a terminal, once the last that the page shows is there."""
+    """Lines that show what goes on in a terminal, once the last line that the page shows is printed."""
     sign = max(re.split("…", [line for line in command.output if line != "…"][-1]), key=len).strip()
     wait = f"until grep -q {shlex.quote(sign)} {shell.log}.log; do sleep 0.2; done"
     return [f"timeout {LIMIT} sh -c {shlex.quote(wait)}", f"cat {shell.log}.log"]

@@ -1,14 +1,18 @@
-"""The steps that a page of the documentation asks its reader to take.
+"""Steps that a page of the documentation asks its reader to take.
 
-What counts: a fenced block under `<!-- file: NAME -->` is a file to write; any other `python` block is a program to
-run; each line `$ cellwright …` in a `console` block is a command to give, and the lines below it are what it prints, in
-that order, where `…` stands for anything and a line `…` for any lines. `<!-- status: N -->` above a block says how its
-commands exit, 0 when left out. Blocks of other languages are for reading, and so is one under
-`<!-- not run: REASON -->`.
+| in the page | step |
+|---|---|
+| fenced block under `<!-- file: NAME -->` | a file to write |
+| other `python` block | a program to run |
+| line `$ cellwright …` in a `console` block | a command; the lines below it are its output, in order |
+| block in another language, or under `<!-- not run: REASON -->` | none: it is for reading |
 
-A page with `<!-- terminal: NAME -->` above its blocks is one whose commands are typed into terminals, whatever they
-are. `^C` presses Ctrl-C. A command that Ctrl-C ends later on runs meanwhile, while other terminals are used; a block
-that begins with no command shows what it has printed by then. `<!-- exits: N -->` above that comment is its status.
+In output, `…` stands for any text, and a line `…` for any lines. `<!-- status: N -->` above a block is the exit status
+of its commands, 0 by default.
+
+Under `<!-- terminal: NAME -->`, the commands are typed into a terminal of that name, whatever they are. `^C` presses
+Ctrl-C. A command that a later Ctrl-C ends keeps running while other terminals are used. A block that begins with no
+command shows the output so far. `<!-- exits: N -->` above that comment is its status.
 """
 
 import re
@@ -23,7 +27,7 @@ _BLOCK = re.compile(
 )
 
 INTERRUPT = "^C"
-"""Stands where Ctrl-C is pressed."""
+"""Line that presses Ctrl-C."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ Step = File | Program | Command
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block: its language, what stands in it, and why it is for reading where that is said."""
+    """A fenced block: its language, its content, and the reason if it is not run."""
 
     language: str
     body: str
@@ -60,30 +64,30 @@ class Block:
 
 
 def blocks(page: Path) -> list[Block]:
-    """Every fenced block of a page."""
+    """Return every fenced block of a page."""
     text = page.read_text(encoding="utf-8")
     return [Block(each["language"], each["body"], each["key"], each["why"]) for each in _BLOCK.finditer(text)]
 
 
 def steps(page: Path) -> list[Step]:
-    """The steps of a page, in order."""
+    """Return the steps of a page, in order."""
     return [step for piece in pieces(page.read_text(encoding="utf-8")) if not isinstance(piece, str) for step in piece]
 
 
 def pieces(text: str) -> list[str | list[Step]]:
-    """A page cut where its steps are: what is for reading, and the steps of each block, in order."""
+    """Split a page at its steps: text for reading, and the steps of each block, in order."""
     found: list[str | list[Step]] = []
     since = 0
     for block in _BLOCK.finditer(text):
         if taken := _steps(block):
             found += [text[since : block.start()], taken]
             since = block.end()
-    _mark_what_goes_on([piece for piece in found if not isinstance(piece, str)])
+    _mark_running_commands([piece for piece in found if not isinstance(piece, str)])
     return [*found, text[since:]]
 
 
-def _mark_what_goes_on(blocks: list[list[Step]]) -> None:
-    """Mark each command that is still looked at, or ended, by the next step in its terminal."""
+def _mark_running_commands(blocks: list[list[Step]]) -> None:
+    """Mark each command whose output is read, or which is ended, by the next step in its terminal."""
     following: dict[str, str] = {}
     for block in reversed(blocks):
         for number in reversed(range(len(block))):
@@ -116,9 +120,9 @@ def _commands(body: str, status: int, terminal: str) -> list[Command]:
 
 
 def missing(expected: tuple[str, ...], printed: str) -> str | None:
-    """The first expected line that was not printed where it should be; None when all were.
+    """Return the first expected line that was not printed at its place; None if all were.
 
-    Between two lines with no `…` between them nothing else may stand but empty lines.
+    Two lines without `…` between them may be separated only by empty lines.
     """
     lines = [line.rstrip() for line in printed.splitlines() if line.strip()]
     at, anywhere = 0, False

@@ -15,12 +15,12 @@ SHORT = ("check *", "operate *", "robot *", "teleop *--check-driver*", "teleop *
 
 @contextmanager
 def shell(home: Path, programs: Path, warm: WarmStart) -> Iterator[dict[str, str]]:
-    """The environment of a shell, for as long as a block lasts.
+    """Yield the environment of a shell.
 
     Args:
         home: its home folder.
         programs: a folder for its programs.
-        warm: runs commands that end by themselves.
+        warm: runs commands that end without input.
     """
     programs.mkdir(exist_ok=True)
     path = f"{programs}:{os.environ['PATH']}"
@@ -29,7 +29,7 @@ def shell(home: Path, programs: Path, warm: WarmStart) -> Iterator[dict[str, str
 
 
 def at(port: int, step: Step) -> Step:
-    """A step with another port in place of the one that a single robot has."""
+    """Return a step with another port than the default one of a robot."""
     if not isinstance(step, Command):
         return step
     more = {
@@ -38,5 +38,5 @@ def at(port: int, step: Step) -> Step:
         "python wave.py": f" 127.0.0.1:{port}",
     }
     return replace(
-        step, line=step.line + next((what for start, what in more.items() if step.line.startswith(start)), "")
+        step, line=step.line + next((added for start, added in more.items() if step.line.startswith(start)), "")
     )

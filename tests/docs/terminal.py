@@ -1,4 +1,4 @@
-"""A terminal such as a person has in front of them: bash on a pseudo-terminal, typed into and read from."""
+"""Interactive terminal: bash on a pseudo-terminal."""
 
 import codecs
 import os
@@ -16,7 +16,7 @@ from tests.waiting import TIMEOUT, wait_until
 
 _PROMPT = re.compile(r"«(\d+)»$")
 _ESCAPES = re.compile(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;?]*[A-Za-z]")
-# Nothing is echoed, so that what is read is what commands print; the prompt says how the last one exited.
+# Without echo, only the output of commands is read; the prompt holds the exit status of the last one.
 _PREPARE = r"stty -echo -onlcr cols 200; unset PROMPT_COMMAND; PS2=; PS1='«$?»'; bind 'set enable-bracketed-paste off'"
 
 
@@ -26,7 +26,7 @@ def plain(text: str) -> str:
 
 
 class Terminal:
-    """One bash, with job control: what it starts gets Ctrl-C as it would from a keyboard.
+    """Bash with job control: the programs that it starts get Ctrl-C as from a keyboard.
 
     Args:
         folder: where it starts.
@@ -36,7 +36,7 @@ class Terminal:
     def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
         self._leader, follower = pty.openpty()
         self._process = subprocess.Popen(
-            # A session of its own that the pseudo-terminal controls: else Ctrl-C would be a character like any other.
+            # A session of its own that the pseudo-terminal controls; otherwise Ctrl-C would be an ordinary character.
             ["setsid", "--ctty", "bash", "--norc", "--noprofile", "-i"],
             cwd=folder,
             env={**environment, "TERM": "dumb"},
@@ -52,18 +52,18 @@ class Terminal:
 
     @property
     def printed(self) -> str:
-        """What the last command has printed so far, without colours."""
+        """Output of the last command so far, without colours."""
         return _PROMPT.sub("", plain(self._printed))
 
     @property
     def status(self) -> int | None:
-        """How the last command exited; None while it runs."""
+        """Exit status of the last command; None while it runs."""
         found = _PROMPT.search(self._printed)
         return int(found[1]) if found else None
 
     @property
     def foreground(self) -> str:
-        """Name of the program that gets Ctrl-C; of the shell itself where none runs."""
+        """Name of the program that gets Ctrl-C; the shell itself if none runs."""
         return Path(f"/proc/{os.tcgetpgrp(self._leader)}/comm").read_text(encoding="utf-8").strip()
 
     def give(self, command: str) -> None:
@@ -76,18 +76,18 @@ class Terminal:
         self._printed = ""
         os.write(self._leader, b"\x03")
 
-    def wait(self, condition: Callable[[], object], what: str, timeout: float = TIMEOUT) -> None:
+    def wait(self, condition: Callable[[], object], name: str, timeout: float = TIMEOUT) -> None:
         """Read until a condition holds.
 
         Args:
-            condition: asked whenever something was printed.
-            what: noun of what is expected.
+            condition: checked after each output.
+            name: noun of the expected event, for the error.
             timeout: bound [s].
 
         Raises:
             AssertionError: the condition never held; the text has what was printed.
         """
-        wait_until(condition, what, seen=lambda: self.printed, between=self._read, timeout=timeout)
+        wait_until(condition, name, seen=lambda: self.printed, between=self._read, timeout=timeout)
 
     def __enter__(self) -> "Terminal":
         return self
@@ -112,7 +112,7 @@ class Terminal:
         os.write(self._leader, line.encode() + b"\n")
 
     def _read(self) -> None:
-        """Read what there is, or comes within a second."""
+        """Read the available output, or the next within a second."""
         if not select.select([self._leader], [], [], 1.0)[0]:
             return
         try:

@@ -20,7 +20,7 @@ PAGE = ROOT / "docs" / "adapt-a-robot.md"
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix" or shutil.which("setsid") is None, reason="needs terminals")
-def test_the_page_can_be_followed(tmp_path: Path, warm: WarmStart) -> None:
+def test_adapt_page_followed_in_terminals_prints_what_it_shows(tmp_path: Path, warm: WarmStart) -> None:
     home, programs = tmp_path / "home", tmp_path / "bin"
     shutil.copytree(ROOT / "docs" / "examples" / "adapt_a_robot", home)
     shutil.copy(ROOT / "examples" / "my_driver.py", home)

@@ -33,7 +33,7 @@ FOR_READING = ("yaml", "toml", "xml", "csv", "text", "cmake")
 COMMANDS = typer.main.get_command(app)
 
 
-def test_a_mark_is_that_of_the_block_below_it(tmp_path: Path) -> None:
+def test_mark_applies_to_block_below_it_only(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("<!-- not run: it is long -->\n```sh\none\n```\n\n```console\n$ two\n```\n")
     assert [(each.language, each.why) for each in blocks(page)] == [("sh", "it is long"), ("console", None)]
@@ -41,7 +41,7 @@ def test_a_mark_is_that_of_the_block_below_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_block_is_run_or_says_why_not(page: Path) -> None:
+def test_block_of_page_is_run_or_gives_reason(page: Path) -> None:
     for block in blocks(page):
         assert block.language in (*TO_RUN, *FOR_READING), block.body
         is_run = page in FOLLOWED and block.language in RUN
@@ -50,7 +50,7 @@ def test_every_block_is_run_or_says_why_not(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_what_is_said_to_be_run_elsewhere_is_there(page: Path) -> None:
+def test_path_in_reason_of_block_exists(page: Path) -> None:
     for block in blocks(page):
         for path in re.findall(r"\b(?:tests|docs)/[\w./-]*\w", block.why or ""):
             assert (ROOT / path).exists(), path
@@ -68,7 +68,7 @@ def given(page: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_command_is_one_that_there_is(page: Path) -> None:
+def test_command_in_page_exists_with_its_options(page: Path) -> None:
     for line in given(page):
         words = shlex.split(re.split(r" # |[;|>&]", line)[0])
         check_command(COMMANDS, words[1:], line)
@@ -88,7 +88,7 @@ def check_command(command: Any, words: list[str], line: str) -> None:
             assert name in {*options, "--help"}, f"no such option {name}: {line}"
 
 
-def test_a_command_that_there_is_not_is_found() -> None:
+def test_check_of_unknown_command_or_option_fails() -> None:
     check_command(COMMANDS, ["run", "lesson", "--agent", "none"], "")
     check_command(COMMANDS, ["operate", "signal", "--wave", "step"], "")
     with pytest.raises(AssertionError, match="no such command"):

@@ -53,41 +53,41 @@ def near(one: Any, other: Any, within: float = 6e-4) -> bool:
     return bool(np.allclose(sorted(np.ravel(one)), sorted(np.ravel(other)), atol=within))
 
 
-def test_places(cell: Cell) -> None:
-    told = {row[0]: row[1:] for row in rows("Places")}
+def test_table_of_places_equals_model(cell: Cell) -> None:
+    documented = {row[0]: row[1:] for row in rows("Places")}
     bin5, bin1 = (around(cell, name) for name in ("bin5", "bin1"))
     floor = corners(cell, int(cell.simulation.model.body("bin5").geomadr[0]))
-    height = numbers(told["bins 5 to 8: where parts lie"][2])
+    height = numbers(documented["bins 5 to 8: where parts lie"][2])
     assert near(height, [floor[1][2], bin5[1][2]])
-    assert near(numbers(told["bins 5 to 8: where parts lie"][0]), floor[:, 0])
-    assert near(numbers(told["bins 5 to 8: where parts lie"][1])[0], (floor[1][1] - floor[0][1]) / 2)
-    assert near(np.array(numbers(told["bins 1 to 4"][0])) - floor[:, 0], [bin1[0][0] - bin5[0][0]] * 2)
+    assert near(numbers(documented["bins 5 to 8: where parts lie"][0]), floor[:, 0])
+    assert near(numbers(documented["bins 5 to 8: where parts lie"][1])[0], (floor[1][1] - floor[0][1]) / 2)
+    assert near(np.array(numbers(documented["bins 1 to 4"][0])) - floor[:, 0], [bin1[0][0] - bin5[0][0]] * 2)
     belt = around(cell, "conveyor_belt")
-    assert near(numbers(told["belt"][0]), belt[:, 0])
-    assert near(numbers(told["belt"][1]), belt[:, 1])
-    assert near(numbers(told["belt"][2]), belt[1][2])
+    assert near(numbers(documented["belt"][0]), belt[:, 0])
+    assert near(numbers(documented["belt"][1]), belt[:, 1])
+    assert near(numbers(documented["belt"][2]), belt[1][2])
     wall = corners(cell, int(cell.simulation.model.geom("deletion_wall").id))
-    assert near(numbers(told["parts leave the belt"][0]), wall[:, 0])
-    assert near(numbers(told["parts leave the belt"][1]), wall[1][1])
+    assert near(numbers(documented["parts leave the belt"][0]), wall[:, 0])
+    assert near(numbers(documented["parts leave the belt"][1]), wall[1][1])
     plates = [corners(cell, int(cell.simulation.model.geom(f"kit_tray_{number}_plate").id)) for number in (1, 2)]
-    what = told["trays, at the load points"]
+    what = documented["trays, at the load points"]
     assert near(numbers(what[0]), plates[0][:, 0], 1e-3)
     assert near(numbers(what[1]), np.concatenate([plates[0][:, 1], plates[1][:, 1]]), 1e-3)
     rim = around(cell, "agv1::kit_tray_1::kit_tray_1::tray")[1][2]
     assert near(numbers(what[2]), [plates[0][1][2], rim])
     beam = corners(cell, int(cell.simulation.model.body("linear_arm_actuator").geomadr[0]))
-    assert near([numbers(cell_) for cell_ in told["beam of the rail"]], beam.T)
+    assert near([numbers(cell_) for cell_ in documented["beam of the rail"]], beam.T)
     posts = [around(cell, f"camera_frame_{number}") for number in (2, 1)]
-    what = told["rows of posts, 0.05 thick"]
+    what = documented["rows of posts, 0.05 thick"]
     assert near(numbers(what[0]), [post[:, 0].mean() for post in posts], 6e-3)
     assert near(numbers(what[1]), [posts[0][0][1] + 0.025, posts[0][1][1] - 0.025], 3e-3)
     assert near(numbers(what[2])[1], posts[0][1][2] - 0.025)
     fence = around(cell, "conveyor_frame")
-    assert near(numbers(told["fence, 0.05 thick"][0]), fence[:, 0].mean(), 2e-3)
-    assert near(numbers(told["fence, 0.05 thick"][2])[0], fence[1][2])
+    assert near(numbers(documented["fence, 0.05 thick"][0]), fence[:, 0].mean(), 2e-3)
+    assert near(numbers(documented["fence, 0.05 thick"][2])[0], fence[1][2])
 
 
-def test_frames(cell: Cell) -> None:
+def test_table_of_frames_equals_published_transforms(cell: Cell) -> None:
     sent: dict[str, Pose] = {}
 
     def take(message: Any) -> None:
@@ -100,15 +100,17 @@ def test_frames(cell: Cell) -> None:
     for topic in ("/tf", "/tf_static"):
         client.subscribe(topic, take)
     client.sleep(0.2)
-    told = rows("Frames")
+    documented = rows("Frames")
     own = {f"{sensor.name}_frame" for sensor in cell.trial.sensors}
-    assert {row[0] for row in told} == {name for name in sent if name not in own and "quality_control" not in name}
-    for name, *figures in told:
+    assert {row[0] for row in documented} == {
+        name for name in sent if name not in own and "quality_control" not in name
+    }
+    for name, *figures in documented:
         assert near([float(figure) for figure in figures[:3]], sent[name].position), name
         assert float(figures[3]) == pytest.approx(abs(sent[name].yaw), abs=6e-4), name
 
 
-def test_parts() -> None:
+def test_table_of_parts_equals_part_types() -> None:
     for name, mass, size, ends, top in rows("Parts"):
         kind = part_type(name)
         lower, upper = (np.array(corner) * 1e3 for corner in kind.box)

@@ -11,7 +11,7 @@ import cellwright
 SOURCE = Path(cellwright.__file__).parent
 PAGE = (Path(__file__).parents[2] / "docs" / "design.md").read_text(encoding="utf-8")
 ROWS = [line.split("|")[1] for line in PAGE.splitlines() if re.match(r"\| (· )?`", line)]
-TOLD = {name for row in ROWS for name in re.findall(r"`([\w/.]+)`", row)}
+NAMED = {name for row in ROWS for name in re.findall(r"`([\w/.]+)`", row)}
 PROJECT = tomllib.loads((SOURCE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
 CONTRACTS = {each["name"]: each for each in PROJECT["tool"]["importlinter"]["contracts"]}
 """Those of import-linter."""
@@ -25,16 +25,16 @@ def within(room: str = "") -> set[str]:
     return {f"{room}.{name}".lstrip(".") for name in found}
 
 
-def test_every_room_has_its_row() -> None:
-    assert within() == {name for name in TOLD if "/" not in name}
+def test_package_of_source_has_row_in_table() -> None:
+    assert within() == {name for name in NAMED if "/" not in name}
 
 
-def test_what_is_told_of_rooms_within_rooms_is_there() -> None:
-    for name in TOLD:
+def test_path_in_table_exists_in_source() -> None:
+    for name in NAMED:
         assert (SOURCE / name).exists(), name
 
 
-def test_an_arrow_runs_from_a_room_to_those_above_it_in_the_table() -> None:
+def test_order_of_table_equals_import_layers() -> None:
     """The order of the table is that of the layers, which import-linter checks, read from the bottom."""
     layers = [layer.split(" | ") for layer in CONTRACTS["Arrows between rooms run one way"]["layers"]]
     height = {name: index for index, layer in enumerate(reversed(layers)) for name in layer}
@@ -54,7 +54,7 @@ def test_an_arrow_runs_from_a_room_to_those_above_it_in_the_table() -> None:
         ),
     ],
 )
-def test_what_knows_few_rooms_is_kept_from_all_others(contract: str, opened: tuple[str, ...], known: set[str]) -> None:
+def test_import_contract_forbids_all_other_packages(contract: str, opened: tuple[str, ...], known: set[str]) -> None:
     rooms = (within() - set(opened)).union(*map(within, opened)) - known
     if "middleware.ros1" in known:
         rooms |= within("middleware.ros1") - {"middleware.ros1.bridge"}

@@ -20,7 +20,9 @@ LONGEST = 60
 @QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_can_be_followed(page: Path, tmp_path: Path, warm: WarmStart, cellwright: CommandLine) -> None:
+def test_how_to_page_followed_prints_what_it_shows(
+    page: Path, tmp_path: Path, warm: WarmStart, cellwright: CommandLine
+) -> None:
     taken = steps(page)
     for file in taken:
         if isinstance(file, File) and file.name == "pyproject.toml":  # as `pip install -e .` would, from a folder
@@ -31,5 +33,5 @@ def test_a_page_can_be_followed(page: Path, tmp_path: Path, warm: WarmStart, cel
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_is_short(page: Path) -> None:
+def test_how_to_page_stays_below_line_limit(page: Path) -> None:
     assert len(page.read_text(encoding="utf-8").splitlines()) < LONGEST

@@ -44,7 +44,7 @@ nbformat.write(book, sys.argv[1])
 """
 
 WRITE = "CELLWRIGHT_WRITE_NOTEBOOK"
-"""With this variable set, the notebook is written anew, with what it prints."""
+"""With this variable set, the notebook is written again, with its outputs."""
 
 
 GEARS = ("belt_population_cycles: 20", "belt_population_cycles: 5")
@@ -55,7 +55,7 @@ PATIENCE = 'rospy.get_param("~patience", 20.0)'
 
 
 @pytest.mark.ros1
-def test_the_lesson_can_be_followed_as_a_page_and_as_a_notebook(
+def test_lesson_followed_as_page_and_notebook_prints_what_it_shows(
     newcomer: dict[str, str], first_step: FirstStep
 ) -> None:
     """One after the other in one home, so that the workspace is built once; the notebook writes its own package."""
@@ -72,10 +72,10 @@ def test_the_lesson_can_be_followed_as_a_page_and_as_a_notebook(
     try:
         follow(others, home, environment)
         shutil.rmtree(package)
-        said = run_notebook(home, environment)
+        printed = run_notebook(home, environment)
     finally:
         shutil.rmtree(package, ignore_errors=True)
-    assert "built in " in said, "the notebook builds the workspace a second time"
+    assert "built in " in printed, "the notebook builds the workspace a second time"
     assert header.stat().st_mtime_ns == built, "and then makes nothing again"
     assert not list((first_step.workspace / "src").rglob("*~"))
 
@@ -130,15 +130,15 @@ def check(made: list[notebook.Cell], outputs: dict[int, str], more: str = "") ->
         assert missing(cell.shown, text) is None, f"{cell.source}\n{text}\n{outputs}\n{more}"
 
 
-def test_the_notebook_is_the_page() -> None:
+def test_notebook_equals_page() -> None:
     made = notebook.cells(PAGE.read_text(encoding="utf-8"))
     stored = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
     outputs: dict[int, Any] = {n: cell["outputs"] for n, cell in enumerate(stored["cells"]) if cell.get("outputs")}
-    assert stored == notebook.document(made, outputs), f"write it anew: {WRITE}=1 pytest {Path(__file__).name}"
+    assert stored == notebook.document(made, outputs), f"write it again: {WRITE}=1 pytest {Path(__file__).name}"
     check(made, {number: notebook.printed(each) for number, each in outputs.items()})
 
 
-def test_the_page_writes_the_example() -> None:
+def test_files_of_page_equal_example_package() -> None:
     written: dict[str, list[str]] = {}
     for step in steps(PAGE):
         if isinstance(step, File):
@@ -150,7 +150,7 @@ def test_the_page_writes_the_example() -> None:
     assert os.access(PACKAGE / "scripts" / "tasker.py", os.X_OK)
 
 
-def test_the_example_is_the_bundled_trial_and_its_agent() -> None:
+def test_example_package_equals_bundled_trial_and_agent() -> None:
     mine, bundled = (load_trial([path]) for path in (PACKAGE / "config" / "my_config.yaml", find_trial("lesson")))
     assert resolved(mine) == resolved(bundled)
     assert mine.trial.sensors == bundled.trial.sensors

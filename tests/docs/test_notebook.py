@@ -62,7 +62,7 @@ def waited_for(sign: str) -> str:
     return f"timeout {LIMIT} sh -c 'until grep -q {sign} ~/terminal-one.log; do sleep 0.2; done'"
 
 
-def test_each_cell_says_what_its_terminal_remembers() -> None:
+def test_cell_restores_state_of_its_terminal() -> None:
     made = cells(PAGE)
     code = [cell.source for cell in made if cell.is_code][1:]
     assert code[0] == "%%writefile ~/a/b.txt\nhello"
@@ -87,13 +87,13 @@ def test_each_cell_says_what_its_terminal_remembers() -> None:
     ]
 
 
-def test_what_is_still_looked_at_goes_on() -> None:
+def test_command_with_later_output_keeps_running() -> None:
     commands = [step for piece in pieces(PAGE) if not isinstance(piece, str) for step in piece]
     going = [step.line for step in commands if isinstance(step, Command) and step.goes_on]
     assert going == ["serve --all", ""]
 
 
-def test_a_program_is_started_looked_at_and_ended(tmp_path: Path) -> None:
+def test_program_in_cells_is_started_watched_and_interrupted(tmp_path: Path) -> None:
     page = """Begin.
 
 <!-- terminal: one -->
@@ -110,7 +110,7 @@ bye
 ```
 """
     code = [cell for cell in cells(page) if cell.is_code][1:]
-    said = ""
+    output = ""
     for cell in code:
         script = cell.source.removeprefix("%%bash\n")
         ran = subprocess.run(
@@ -122,11 +122,11 @@ bye
             check=False,
         )
         assert ran.returncode == 0, ran.stderr
-        said += ran.stdout
-    assert said == "ready: now\nready: now\nbye\n"
+        output += ran.stdout
+    assert output == "ready: now\nready: now\nbye\n"
 
 
-def test_outputs_are_kept_without_colours_and_folders_of_this_machine() -> None:
+def test_output_is_stored_without_colours_and_local_folders() -> None:
     made = [Cell("words"), Cell("1", is_code=True)]
     outputs: list[dict[str, Any]] = [{"text": ["\x1b[1mat /tmp/x/home\x1b[0m/a\n"]}, {"text": "b\n"}]
     kept = as_output(printed(outputs), {"/tmp/x/home": "/home/you"})
@@ -136,6 +136,6 @@ def test_outputs_are_kept_without_colours_and_folders_of_this_machine() -> None:
     assert printed(kept) == "at /home/you/a\nb\n"
 
 
-def test_identities_of_cells_are_their_own() -> None:
+def test_cell_ids_are_unique() -> None:
     ids = [cell["id"] for cell in document(cells(PAGE))["cells"]]
     assert len(set(ids)) == len(ids)

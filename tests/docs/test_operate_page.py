@@ -18,7 +18,7 @@ PAGE = ROOT / "docs" / "operate.md"
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix" or shutil.which("setsid") is None, reason="needs terminals")
-def test_the_page_can_be_followed(tmp_path: Path, warm: WarmStart) -> None:
+def test_operate_page_followed_in_terminals_prints_what_it_shows(tmp_path: Path, warm: WarmStart) -> None:
     home = tmp_path / "home"
     home.mkdir()
     port = free_port()
@@ -27,7 +27,7 @@ def test_the_page_can_be_followed(tmp_path: Path, warm: WarmStart) -> None:
 
 
 @pytest.mark.slow
-def test_its_program_runs(tmp_path: Path, warm: WarmStart) -> None:
+def test_program_of_page_prints_measured_delay(tmp_path: Path, warm: WarmStart) -> None:
     (program,) = [step for step in steps(PAGE) if isinstance(step, Program)]
     ran = warm.run(program.text, folder=tmp_path)
     assert ran.returncode == 0, ran.stderr

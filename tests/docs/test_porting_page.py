@@ -25,7 +25,7 @@ def codes(cell: str) -> list[str]:
 
 
 def is_python(text: str) -> bool:
-    """Whether it can be read as Python 3, a clause alone included."""
+    """Return whether a text parses as Python 3; a single clause counts too."""
     text = text.replace("…", "each")
     try:
         ast.parse(f"try:\n    pass\n{text}\n    pass\n" if text.startswith("except") else text)
@@ -34,13 +34,13 @@ def is_python(text: str) -> bool:
     return True
 
 
-def test_the_page_has_its_tables() -> None:
+def test_page_has_expected_sections_and_rows() -> None:
     assert len(ROWS) > 15
     assert {"print", "Lists in messages", "Division", "The first line"} <= set(SECTION.findall(PAGE))
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])
-def test_what_to_write_can_be_read(row: list[str]) -> None:
+def test_python3_code_of_table_parses(row: list[str]) -> None:
     assert codes(row[1])
     for code in codes(row[1]):
         assert is_python(code), code
@@ -49,12 +49,12 @@ def test_what_to_write_can_be_read(row: list[str]) -> None:
 @pytest.mark.parametrize(
     "gone", ['print "state:", state', "except rospy.ServiceException, error:", 'raise ValueError, "no part"', "0755"]
 )
-def test_what_is_said_to_fail_does(gone: str) -> None:
+def test_python2_code_of_page_does_not_parse(gone: str) -> None:
     assert f"`{gone}`" in PAGE
     assert not is_python(gone)
 
 
-def test_lists_division_and_comparison_are_as_said() -> None:
+def test_lists_division_and_comparison_behave_as_documented() -> None:
     assert list({f"point_{n}": n for n in range(11)}.values()) == list(range(11))
     half: Any = len("abc") / 2
     with pytest.raises(TypeError, match="'float' object cannot be interpreted as an integer"):
@@ -64,25 +64,25 @@ def test_lists_division_and_comparison_are_as_said() -> None:
         assert nothing < 3
 
 
-def send_what_is_no_list() -> list[str]:
-    """What rospy says to messages with a map, and with the values of a dictionary."""
+def send_map_and_dict_values() -> list[str]:
+    """Return the answers of rospy to messages with a map, and with the values of a dictionary."""
     import io
 
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-    said = []
+    answers = []
     point = JointTrajectoryPoint(positions=map(float, ["1"]))
     for points in ([point], {"point_0": JointTrajectoryPoint()}.values()):
         try:
             JointTrajectory(points=points).serialize(io.BytesIO())
-            said.append("sent")
+            answers.append("sent")
         except Exception as error:
-            said.append(str(error))
-    return said
+            answers.append(str(error))
+    return answers
 
 
 @pytest.mark.ros1
-def test_rospy_refuses_what_is_said_to_be_refused(no_master: Ground) -> None:
-    refusal, answer = no_master.client(send_what_is_no_list).value()
+def test_rospy_refuses_map_as_documented(no_master: Ground) -> None:
+    refusal, answer = no_master.client(send_map_and_dict_values).value()
     assert f"`{refusal}`" in PAGE.replace("\n", " ")
     assert answer == "sent"

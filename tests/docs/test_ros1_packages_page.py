@@ -13,7 +13,7 @@ from cellwright.middleware.ros1.packages.contents import PACKAGES, package_files
 PAGE = (Path(__file__).parents[2] / "docs" / "ros1-packages.md").read_text(encoding="utf-8")
 
 
-def test_the_options_are_those_of_the_launcher(capsys: pytest.CaptureFixture[str]) -> None:
+def test_table_of_options_equals_launcher_help(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         parse(["--help"], {})
     taken = set(re.findall(r"--[a-z][a-z-]+", capsys.readouterr().out)) - {"--help"}
@@ -21,13 +21,13 @@ def test_the_options_are_those_of_the_launcher(capsys: pytest.CaptureFixture[str
     assert set(re.findall(r"--[a-z][a-z-]+", table)) == taken
 
 
-def test_the_files_are_those_that_are_written() -> None:
+def test_table_of_files_equals_written_files() -> None:
     table = PAGE[PAGE.index("| file |") : PAGE.index("The score goes to")]
     names = re.findall(r"^\| `([^`]+)`", table, re.MULTILINE)
     assert names == list(launch_files(load_trial(text=""), "", competition=True))
 
 
-def test_the_launch_file_starts_what_is_there() -> None:
+def test_launch_file_of_page_starts_existing_program() -> None:
     found = re.search(r"```xml\n(.*?)```", PAGE, re.DOTALL)
     assert found
     (node,) = ET.fromstring(found[1]).iter("node")
@@ -39,7 +39,7 @@ def test_the_launch_file_starts_what_is_there() -> None:
     assert f"config/{Path(arguments.file[-1]).name}" in files
 
 
-def test_packages_and_files_that_are_named_are_there() -> None:
+def test_named_packages_and_files_exist() -> None:
     for package in ("osrf_gear", "control_msgs", "ariac_example"):
         assert f"`{package}`" in PAGE
         assert package in PACKAGES

@@ -18,7 +18,7 @@ PAGES = ["ros1.md", "robot-node-ros1.md"]
 
 @pytest.mark.ros1
 @pytest.mark.parametrize("page", PAGES)
-def test_the_page_can_be_followed(no_master: Ground, page: str) -> None:
+def test_ros1_page_followed_prints_what_it_shows(no_master: Ground, page: str) -> None:
     served: Process | None = None
     taken = [step for step in steps(DOCS / page) if isinstance(step, Command)]
     assert len(taken) >= 4

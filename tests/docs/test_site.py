@@ -39,7 +39,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_every_page_is_there(site: Path) -> None:
+def test_site_has_every_page(site: Path) -> None:
     pages = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").rglob("*.md")}
     made = {path.relative_to(site) for path in site.rglob("*.html")}
     joined = {Path("index.html"), Path("contributing.html"), Path("changelog.html"), Path("404.html")}
@@ -47,14 +47,14 @@ def test_every_page_is_there(site: Path) -> None:
     assert (site / "images" / "cell.png").is_file()
 
 
-def test_it_can_be_read_without_a_network(site: Path) -> None:
+def test_site_loads_nothing_from_network(site: Path) -> None:
     for page in site.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert not re.findall(r'<(?:script|img|iframe)[^>]*\ssrc="?https?://[^"> ]*', text)
         assert not re.findall(r'<link[^>]*rel="?(?:stylesheet|preconnect|preload)[^>]*https?://', text)
 
 
-def test_links_out_of_the_folder_of_pages_are_led_anew(site: Path) -> None:
+def test_link_out_of_docs_folder_is_redirected(site: Path) -> None:
     page = (site / "adapt-a-robot.html").read_text(encoding="utf-8")
     assert 'href="index.html#two-commands"' in page
     assert 'href="../' not in page
@@ -64,19 +64,19 @@ def test_links_out_of_the_folder_of_pages_are_led_anew(site: Path) -> None:
     assert 'src="images/cell.png"' in start
 
 
-def test_a_block_that_is_a_file_says_its_name(site: Path) -> None:
+def test_block_of_file_shows_file_name(site: Path) -> None:
     page = (site / "how-to" / "add-a-sensor.html").read_text(encoding="utf-8")
     names = re.findall(r'<span class="filename">([^<]*)</span>', page)
     assert names == ["level.py", "pyproject.toml", "with_level.yaml"]
 
 
-def test_the_public_names_are_in_the_reference(site: Path) -> None:
+def test_reference_has_all_public_names(site: Path) -> None:
     page = (site / "api.html").read_text(encoding="utf-8")
     anchors = {anchor.rpartition(".")[2] for anchor in re.findall(r'id="(cellwright\.[\w.]+)"', page)}
     assert set(cellwright.__all__) - {"__version__", "errors"} <= anchors  # errors: the module, whose classes are there
 
 
-def test_a_link_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
+def test_build_with_broken_link_fails(tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
     (tmp_path / "docs" / "index.md").write_text("# Here\n\n[there](there.md), [below](#below)\n")
     shutil.copy(ROOT / "mkdocs.yml", tmp_path / "mkdocs.yml")

@@ -25,18 +25,18 @@ def ran(terminal: Terminal, command: str) -> tuple[str, int | None]:
     return terminal.printed, terminal.status
 
 
-def test_it_remembers_what_it_was_told(terminal: Terminal, tmp_path: Path) -> None:
+def test_terminal_keeps_folder_and_variables(terminal: Terminal, tmp_path: Path) -> None:
     assert ran(terminal, "cd /; word=there") == ("", 0)
     assert ran(terminal, "pwd; echo $word") == ("/\nthere\n", 0)
     assert ran(terminal, "echo gone >&2; false") == ("gone\n", 1)
 
 
-def test_a_command_can_have_many_lines_and_prints_colours(terminal: Terminal) -> None:
+def test_command_of_many_lines_prints_without_colours(terminal: Terminal) -> None:
     assert ran(terminal, "printf '%s,' \\\na 'b\nc'") == ("a,b\nc,", 0)
     assert ran(terminal, r"printf '\033[31mred\033[0m\033]2;title\007 …\n'") == ("red …\n", 0)
 
 
-def test_ctrl_c_ends_what_runs(terminal: Terminal) -> None:
+def test_ctrl_c_ends_running_program(terminal: Terminal) -> None:
     terminal.give("trap 'echo caught' INT; sleep 60")
     terminal.wait(lambda: terminal.foreground == "sleep", "program in the foreground")
     assert terminal.status is None
@@ -45,7 +45,7 @@ def test_ctrl_c_ends_what_runs(terminal: Terminal) -> None:
     assert terminal.status == 130
 
 
-def test_closing_it_ends_what_runs(tmp_path: Path) -> None:
+def test_close_of_terminal_ends_running_program(tmp_path: Path) -> None:
     with Terminal(tmp_path, {"PATH": os.environ["PATH"]}) as terminal:
         terminal.give("echo $$; exec sleep 60")
         terminal.wait(lambda: terminal.printed.endswith("\n"), "number of the process")
@@ -62,7 +62,7 @@ def followed(folder: Path, *taken: Step) -> None:
     follow(taken, folder, {"PATH": os.environ["PATH"], "HOME": str(folder)})
 
 
-def test_a_page_is_followed_in_as_many_terminals_as_it_names(tmp_path: Path) -> None:
+def test_page_is_followed_in_its_named_terminals(tmp_path: Path) -> None:
     followed(
         tmp_path,
         File("wait.sh", "echo waiting\nuntil test -e sign; do sleep 0.05; done\necho seen\nexec sleep 60\n"),
@@ -84,11 +84,11 @@ def test_a_page_is_followed_in_as_many_terminals_as_it_names(tmp_path: Path) -> 
         (shown("echo one", "one", status=2), "exit status 0"),
     ],
 )
-def test_what_a_page_shows_is_compared(command: Command, complaint: str, tmp_path: Path) -> None:
+def test_output_or_status_other_than_page_fails(command: Command, complaint: str, tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match=complaint):
         followed(tmp_path, command)
 
 
-def test_a_command_that_takes_too_long_is_a_failure(tmp_path: Path) -> None:
+def test_command_over_time_limit_fails(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match=r"no end of \'sleep 60\'.* within 0\.3 s"):
         follow([shown("sleep 60")], tmp_path, {"PATH": os.environ["PATH"]}, 0.3)

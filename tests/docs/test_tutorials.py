@@ -1,4 +1,4 @@
-"""What the documentation asks its readers to type does what it says."""
+"""Tutorials: their commands and programs print what the pages show."""
 
 import re
 import shlex
@@ -48,7 +48,9 @@ PAGES = [
 @QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_can_be_followed(name: str, tmp_path: Path, warm: WarmStart, cellwright: CommandLine) -> None:
+def test_tutorial_followed_prints_what_it_shows(
+    name: str, tmp_path: Path, warm: WarmStart, cellwright: CommandLine
+) -> None:
     taken = steps(ROOT / name)
     if name == "docs/plugins.md":
         install(tmp_path)
@@ -86,7 +88,7 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: Comma
                 assert missing(output, done.out) is None, f"{line}\n{done.out}"
 
 
-def test_the_output_of_a_command_is_compared() -> None:
+def test_missing_output_returns_first_absent_line() -> None:
     printed = "one\n\ntwo  3 s\nthree\n"
     assert missing(("one", "two  … s", "three"), printed) is None
     assert missing(("one", "…"), printed) is None
@@ -99,13 +101,13 @@ def test_the_output_of_a_command_is_compared() -> None:
 
 
 @pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")], ids=lambda page: page.name)
-def test_links_lead_somewhere(page: Path) -> None:
+def test_link_of_page_leads_to_existing_file(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):
         if "://" not in target:
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
-def test_the_picture_is_small_enough_for_a_page() -> None:
+def test_picture_of_cell_is_small_png() -> None:
     data = (ROOT / "docs" / "images" / "cell.png").read_bytes()
     assert data.startswith(b"\x89PNG")
     assert len(data) <= 500_000  # as `cellwright run --snapshot` writes it

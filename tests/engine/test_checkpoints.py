@@ -21,7 +21,7 @@ def make_run(path: Path | None, *, declared: bool = True, report: list[str] | No
     return simulation
 
 
-def test_a_run_continues_from_its_checkpoint(tmp_path: Path) -> None:
+def test_run_continues_identically_from_its_checkpoint(tmp_path: Path) -> None:
     path = tmp_path / "moment.npz"
     simulation = make_run(path)
     simulation.step_until(END)
@@ -32,7 +32,7 @@ def test_a_run_continues_from_its_checkpoint(tmp_path: Path) -> None:
     assert continued.state_hash() == simulation.state_hash()
 
 
-def test_the_times_belong_to_the_run_and_the_files_do_not(tmp_path: Path) -> None:
+def test_state_hash_depends_on_checkpoint_times_and_not_files(tmp_path: Path) -> None:
     written, unwritten = make_run(tmp_path / "moment.npz"), make_run(None)
     undeclared = make_run(None, declared=False)
     for simulation in (written, unwritten, undeclared):
@@ -40,7 +40,7 @@ def test_the_times_belong_to_the_run_and_the_files_do_not(tmp_path: Path) -> Non
     assert written.state_hash() == unwritten.state_hash() != undeclared.state_hash()
 
 
-def test_events_of_the_same_tick_are_not_lost(tmp_path: Path) -> None:
+def test_events_in_tick_of_checkpoint_are_saved(tmp_path: Path) -> None:
     path = tmp_path / "moment.npz"  # the shaker pushes at the very tick of the checkpoint
     simulation = make_run(path)
     simulation.step_until(MOMENT)
@@ -52,7 +52,7 @@ def test_events_of_the_same_tick_are_not_lost(tmp_path: Path) -> None:
     assert continued.state_hash() == simulation.state_hash()
 
 
-def test_a_file_that_cannot_be_written_is_reported_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_unwritable_checkpoint_is_reported_and_run_continues(tmp_path: Path) -> None:
     report: list[str] = []
     simulation = make_run(tmp_path / "no such folder" / "moment.npz", report=report)
     simulation.step_until(END)
@@ -74,7 +74,7 @@ def test_checkpoints_are_taken_in_every_run(tmp_path: Path, times: int) -> None:
         assert path.exists()
 
 
-def test_what_was_withdrawn_is_saved_no_more(tmp_path: Path) -> None:
+def test_withdrawn_checkpoint_is_not_written(tmp_path: Path) -> None:
     path = tmp_path / "moment.npz"
     simulation = make_run(path)
     checkpoints = simulation.device("checkpoints")

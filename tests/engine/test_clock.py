@@ -11,14 +11,14 @@ timesteps = st.sampled_from([Fraction(1, 500), Fraction(1, 240), Fraction(1, 100
 
 
 @given(timesteps, st.integers(0, 10**7))
-def test_time_is_the_rounded_product_and_never_accumulates(timestep: Fraction, tick: int) -> None:
+def test_clock_time_is_rounded_product_of_tick_and_timestep(timestep: Fraction, tick: int) -> None:
     clock = Clock(timestep)
     clock.set_tick(tick)
     assert abs(clock.now - tick * 10**9 * timestep) <= Fraction(1, 2)
 
 
 @given(timesteps)
-def test_advancing_equals_setting(timestep: Fraction) -> None:
+def test_clock_advance_equals_set_tick(timestep: Fraction) -> None:
     walked, set_ = Clock(timestep), Clock(timestep)
     for tick in range(1, 1000):
         set_.set_tick(tick)
@@ -26,7 +26,7 @@ def test_advancing_equals_setting(timestep: Fraction) -> None:
 
 
 @given(timesteps, st.integers(0, 10**12))
-def test_first_tick_at_is_the_first(timestep: Fraction, time: int) -> None:
+def test_first_tick_at_is_first_tick_not_before_time(timestep: Fraction, time: int) -> None:
     clock = Clock(timestep)
     tick = clock.first_tick_at(time)
     assert clock.time_of(tick) >= time
@@ -34,20 +34,20 @@ def test_first_tick_at_is_the_first(timestep: Fraction, time: int) -> None:
 
 
 @given(st.sampled_from([Fraction(1, 100), Fraction(1, 3), Fraction(1, 20), Fraction(7, 11)]), st.integers(0, 10**12))
-def test_first_sample_at_is_the_first(period: Fraction, time: int) -> None:
+def test_cadence_first_at_is_first_sample_not_before_time(period: Fraction, time: int) -> None:
     cadence = Cadence(period)
     index = cadence.first_at(time)
     assert cadence.due(index) >= time
     assert index == 0 or cadence.due(index - 1) < time
 
 
-def test_seconds_and_nanoseconds() -> None:
+def test_seconds_and_nanoseconds_are_converted() -> None:
     assert nanoseconds(0.1) == 100_000_000
     assert nanoseconds(Fraction(1, 3)) == 333_333_333
     assert seconds(2_500_000_000) == 2.5
 
 
-def test_lengths_of_time_are_above_zero() -> None:
+def test_timestep_and_period_not_above_zero_are_refused() -> None:
     with pytest.raises(UsageError, match="timestep"):
         Clock(Fraction(0))
     with pytest.raises(UsageError, match="period"):

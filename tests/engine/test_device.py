@@ -21,7 +21,7 @@ class Lamp(Device):
         self._level, self.colour = level, colour
 
 
-def test_plain_state_holds_what_is_named_and_comes_back() -> None:
+def test_plain_state_saves_and_restores_named_attributes() -> None:
     lamp, other = Lamp(), Lamp()
     lamp.colour, lamp._level, lamp.bulbs = "green", 5, 7
     assert lamp.get_state() == {"colour": "green", "level": 5}
@@ -30,7 +30,7 @@ def test_plain_state_holds_what_is_named_and_comes_back() -> None:
     assert Device("bare").get_state() == {}
 
 
-def test_an_event_is_handled_by_the_method_of_its_name() -> None:
+def test_event_calls_handler_of_its_name_or_is_refused() -> None:
     lamp = Lamp()
     lamp.handle("dim", (1, "blue"))
     assert (lamp.colour, lamp._level) == ("blue", 1)

@@ -29,14 +29,14 @@ def test_events_come_by_time_priority_and_order_of_scheduling(waiting: list[tupl
 
 
 @given(entries, st.integers(0, 20))
-def test_only_what_is_due_comes(waiting: list[tuple[int, int, str]], now: int) -> None:
+def test_pop_due_returns_only_due_events(waiting: list[tuple[int, int, str]], now: int) -> None:
     queue = fill(waiting)
     assert len(drain(queue, now)) == sum(time <= now for time, *_ in waiting)
     assert queue.next_due == min((time for time, *_ in waiting if time > now), default=NEVER)
 
 
 @given(entries, st.integers(0, 20))
-def test_a_restored_queue_continues_identically(waiting: list[tuple[int, int, str]], now: int) -> None:
+def test_restored_event_queue_continues_identically(waiting: list[tuple[int, int, str]], now: int) -> None:
     queue = fill(waiting)
     drain(queue, now)
     other = EventQueue()
@@ -46,7 +46,7 @@ def test_a_restored_queue_continues_identically(waiting: list[tuple[int, int, st
     assert drain(queue) == drain(other)
 
 
-def test_cancelling_takes_out_one_kind_of_one_device() -> None:
+def test_cancel_removes_one_kind_of_one_device() -> None:
     queue = EventQueue()
     queue.schedule(1, "a", "x", (), 0)
     queue.schedule(2, "a", "y", (), 0)
@@ -57,7 +57,7 @@ def test_cancelling_takes_out_one_kind_of_one_device() -> None:
     assert [event.device for event in drain(queue)] == ["a", "b"]
 
 
-def test_clear_forgets_everything() -> None:
+def test_clear_empties_event_queue() -> None:
     queue = fill([(1, 0, "a")])
     queue.clear()
     assert queue.get_state() == {"serial": 0, "events": []}

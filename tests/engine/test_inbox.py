@@ -4,7 +4,7 @@ from threading import Thread
 from cellwright.engine.clock import Inbox
 
 
-def test_commands_are_carried_out_in_order() -> None:
+def test_inbox_executes_commands_in_order() -> None:
     inbox = Inbox()
     got: list[int] = []
     for number in range(5):
@@ -14,7 +14,7 @@ def test_commands_are_carried_out_in_order() -> None:
     assert got == [0, 1, 2, 3, 4]
 
 
-def test_what_arrives_meanwhile_waits_for_the_next_border() -> None:
+def test_command_put_during_empty_waits_for_next_call() -> None:
     inbox = Inbox()
     got: list[int] = []
 
@@ -29,7 +29,7 @@ def test_what_arrives_meanwhile_waits_for_the_next_border() -> None:
     assert len(inbox) == 1
 
 
-def test_any_thread_may_put() -> None:
+def test_inbox_accepts_commands_from_several_threads() -> None:
     inbox = Inbox()
     got: list[int] = []
 

@@ -30,7 +30,7 @@ def run_until(loop: SimulationLoop, deadline: int) -> None:
     loop.run()
 
 
-def moving() -> Talk:
+def moved_robot() -> Talk:
     """Return a node whose robot is away from home."""
     talk = Talk()
     talk.joints({"waist": 0.9})
@@ -46,8 +46,8 @@ def answer(client: Talker, number: int) -> Frame | None:
     )
 
 
-def answered(client: Talker, number: int) -> Frame:
-    """Wait for an answer to a client that was sent already."""
+def wait_for_answer(client: Talker, number: int) -> Frame:
+    """Wait for an answer that is on its way to a client."""
     found = wait_until(lambda: answer(client, number), f"answer {number}", seen=lambda: client.heard)
     assert found is not None
     return found
@@ -69,10 +69,10 @@ class Wall:
         self.time += seconds
 
 
-def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loop_follows_wall_clock_and_serves_clients(monkeypatch: pytest.MonkeyPatch) -> None:
     talk, polls = Talk(), list[float]()
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         wall = Wall(hall)
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         monkeypatch.setattr(hall.server, "wait", wall.wait)
@@ -80,13 +80,13 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
         loop = SimulationLoop(talk.node.simulation, hall.server, on_poll=lambda: polls.append(wall.time))
         loop.pacer = RealTimePacer(talk.node.simulation, loop.rate, clock=wall.perf_counter, sleep=loop._serve)
         run_until(loop, SECOND // 2)
-        assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
+        assert wall.time == pytest.approx(0.5, abs=0.01), "the loop does not follow the wall clock"
         assert loop.pacer.factor == pytest.approx(1.0)
         client.wait_until(lambda: len(client.messages(5)) >= 45)
-    assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "ten times a second"
+    assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "not polled ten times a second"
 
 
-def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
+def test_stop_request_ends_loop_before_next_tick() -> None:
     talk = Talk()
     with served(talk.node) as hall:
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
@@ -103,64 +103,64 @@ def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
     assert talk.node.simulation.clock.tick == 10
 
 
-def test_a_slow_answer_delays_no_other_client() -> None:
-    talk = moving()
+def test_pending_response_delays_no_other_client() -> None:
+    talk = moved_robot()
     with served(talk.node) as hall:
-        waiting, other = hall.guest("/waiting"), hall.guest("/other")
+        waiting, other = hall.connect("/waiting"), hall.connect("/other")
         waiting.say(CALL)
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
-        begun = talk.node.simulation.now
-        run_until(loop, begun + SECOND // 10)
+        started = talk.node.simulation.now
+        run_until(loop, started + SECOND // 10)
         assert answer(waiting, 7) is None
         message = to_cdr(joint_state(["waist"], [0.5], time=0))
         assert other.ask(Frame(FrameKind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is FrameKind.DONE
-        run_until(loop, begun + 2 * SECOND)
-        found = answered(waiting, 7)
+        run_until(loop, started + 2 * SECOND)
+        found = wait_for_answer(waiting, 7)
         assert from_cdr(found.payload, TriggerResponse).success
     assert talk.node.commander.ignored == 1
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
-    talk = moving()
+def test_client_that_leaves_before_response_does_not_stop_loop() -> None:
+    talk = moved_robot()
     with served(talk.node) as hall:
-        gone, other = hall.guest("/gone"), hall.guest("/other")
+        gone, other = hall.connect("/gone"), hall.connect("/other")
         gone.say(CALL)
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
-        begun = talk.node.simulation.now
-        run_until(loop, begun + SECOND // 10)
+        started = talk.node.simulation.now
+        run_until(loop, started + SECOND // 10)
         gone.connection.close()
         other.say(CALL)
-        run_until(loop, begun + 2 * SECOND)
-        found = answered(other, 7)
+        run_until(loop, started + 2 * SECOND)
+        found = wait_for_answer(other, 7)
         assert from_cdr(found.payload, TriggerResponse).success
-    assert talk.node.simulation.now >= begun + 2 * SECOND
+    assert talk.node.simulation.now >= started + 2 * SECOND
 
 
-def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> None:
-    talk = moving()
-    begun = talk.node.simulation.now
+def test_lockstep_advances_on_request_and_answers() -> None:
+    talk = moved_robot()
+    started = talk.node.simulation.now
     with served(talk.node, lockstep=True) as hall:
-        client = hall.guest()
-        client.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
+        client = hall.connect()
+        client.say(CALL, advance(8, started + SECOND // 10, each_tick=False))
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, timeout=0.05)
-        run_until(loop, begun + SECOND // 10)
-        granted = answered(client, 8)
-        assert read_time(granted) == begun + SECOND // 10
-        pending = answered(client, 7)
+        run_until(loop, started + SECOND // 10)
+        granted = wait_for_answer(client, 8)
+        assert read_time(granted) == started + SECOND // 10
+        pending = wait_for_answer(client, 7)
         assert pending.kind is FrameKind.DONE
         client.heard.remove(pending)
         assert answer(client, 7) is None
-        client.say(advance(9, begun + 3 * SECOND, each_tick=False))
-        run_until(loop, begun + 2 * SECOND)
-        found = answered(client, 7)
+        client.say(advance(9, started + 3 * SECOND, each_tick=False))
+        run_until(loop, started + 2 * SECOND)
+        found = wait_for_answer(client, 7)
         assert from_cdr(found.payload, TriggerResponse).success
 
 
-def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() -> None:
+def test_lockstep_stops_in_tick_of_message_to_client() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, on_poll=lambda: stop_after_the_answer())
 
@@ -169,15 +169,15 @@ def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() ->
                 loop.stop.request()  # not earlier, even on a slow machine
 
         run_until(loop, SECOND)
-        granted = answered(client, 8)
+        granted = wait_for_answer(client, 8)
         assert read_time(granted) == 12_500_000
         client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
-def test_a_node_that_ends_answers_first() -> None:
-    talk = moving()
+def test_closing_node_answers_waiting_clients() -> None:
+    talk = moved_robot()
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(CALL)
         client.ask(
             Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states")
@@ -190,10 +190,10 @@ def test_a_node_that_ends_answers_first() -> None:
         assert ended.kind is FrameKind.ENDED
 
 
-def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
+def test_paused_loop_serves_clients_and_single_steps() -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         tempo, ticks, polls = RateControl(None, paused=True), list[int](), 0
 
@@ -208,15 +208,15 @@ def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
 
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll)
         run_until(loop, SECOND)
-        answered(client, 5)
+        wait_for_answer(client, 5)
     assert ticks[:2] == [0, 0]
     assert talk.node.simulation.clock.tick == 3
 
 
-def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
+def test_lockstep_pause_delays_advance_requests() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        client, tempo, polls = hall.guest(), RateControl(None, paused=True), 0
+        client, tempo, polls = hall.connect(), RateControl(None, paused=True), 0
 
         def poll() -> None:
             nonlocal polls
@@ -228,16 +228,16 @@ def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
         client.say(advance(8, SECOND // 10, each_tick=False))
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, timeout=0.05)
         run_until(loop, SECOND // 10)
-        granted = answered(client, 8)
+        granted = wait_for_answer(client, 8)
         assert read_time(granted) == SECOND // 10
     assert polls >= 2
 
 
 @given(st.lists(st.sampled_from(["pause", "step", "fast", "max"]), max_size=6))
 @settings(max_examples=8, deadline=None)
-def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> None:
+def test_changed_rate_keeps_state_hash(changes: list[str]) -> None:
     def hash_of(tempo: RateControl, on_poll: Callable[[], None]) -> str:
-        talk = moving()
+        talk = moved_robot()
         with served(talk.node) as hall:
             end = talk.node.simulation.now + SECOND // 10
             SimulationLoop(

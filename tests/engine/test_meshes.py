@@ -24,7 +24,7 @@ def volume(mesh: Mesh) -> float:
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_each_edge_joins_two_triangles(name: str) -> None:
+def test_each_mesh_edge_joins_two_triangles(name: str) -> None:
     _, triangles = MESHES[name]
     edges = Counter((int(a), int(b)) for t in triangles for a, b in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0])))
     assert set(edges.values()) == {1}
@@ -32,16 +32,16 @@ def test_each_edge_joins_two_triangles(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_triangles_look_outward(name: str) -> None:
+def test_mesh_triangles_face_outward(name: str) -> None:
     assert volume(MESHES[name]) > 0
 
 
-def test_volume_of_a_ring_and_a_drum() -> None:
+def test_ring_and_drum_have_analytic_volume() -> None:
     assert volume(MESHES["plain ring"]) == pytest.approx(math.pi * (0.1**2 - 0.05**2) * 0.02, rel=2e-3)
     assert volume(MESHES["drum"]) == pytest.approx(math.pi * 0.1**2 * 0.2, rel=3e-3)
 
 
-def test_gear_has_its_teeth() -> None:
+def test_gear_outline_has_18_teeth() -> None:
     radii = np.array([gear_outline(a) for a in np.linspace(0, 2 * math.pi, 3600, endpoint=False)])
     assert radii.max() == pytest.approx(0.0392)
     assert radii.min() == pytest.approx(0.0345)

@@ -23,7 +23,7 @@ class WallClock:
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
-def test_time_goes_at_the_asked_speed(speed: float) -> None:
+def test_pacer_keeps_requested_speed(speed: float) -> None:
     simulation, wall = make_simulation(), WallClock(work=1e-5)
     simulation.reset()
     pacer = RealTimePacer(simulation, speed, clock=wall.read, sleep=wall.sleep)
@@ -33,7 +33,7 @@ def test_time_goes_at_the_asked_speed(speed: float) -> None:
     assert wall.slept > 0
 
 
-def test_a_slow_host_does_not_rush_after_a_pause() -> None:
+def test_pacer_does_not_catch_up_after_long_delay() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
@@ -46,7 +46,7 @@ def test_a_slow_host_does_not_rush_after_a_pause() -> None:
     assert wall.slept - before == pytest.approx(1.0, abs=0.01)
 
 
-def test_what_passed_before_the_begin_is_not_made_good() -> None:
+def test_pacer_does_not_catch_up_time_before_begin() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
@@ -59,12 +59,12 @@ def test_what_passed_before_the_begin_is_not_made_good() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_speed_is_above_zero(speed: float) -> None:
+def test_pacer_refuses_speed_not_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):
         RealTimePacer(make_simulation(), speed)
 
 
-def test_the_factor_counts_up_to_the_newest_tick() -> None:
+def test_real_time_factor_counts_up_to_newest_tick() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, 2.0, clock=wall.read, sleep=wall.sleep)
@@ -75,7 +75,7 @@ def test_the_factor_counts_up_to_the_newest_tick() -> None:
     assert pacer.factor == pytest.approx(2.0)
 
 
-def test_the_factor_tells_of_a_host_that_is_too_slow() -> None:
+def test_real_time_factor_is_below_one_on_slow_host() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.004)
     simulation.reset()
     pacer = RealTimePacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)

@@ -10,7 +10,7 @@ def run(watches: PeriodicCallbacks, clock: Clock, until: int) -> None:
             watches.run_due(now, clock.tick)
 
 
-def test_samples_come_at_the_first_tick_at_or_after_they_are_due() -> None:
+def test_samples_run_at_first_tick_when_due() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 240))
     got: list[tuple[int, int]] = []
     watches.add("laser", Fraction(1, 100), lambda index: got.append((index, clock.now)), now=0)
@@ -20,7 +20,7 @@ def test_samples_come_at_the_first_tick_at_or_after_they_are_due() -> None:
         assert 0 <= time - index * 10_000_000 < 4_166_668
 
 
-def test_a_late_watch_takes_up_the_common_count() -> None:
+def test_late_watch_continues_common_sample_numbers() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 500))
     clock.set_tick(777)
     got: list[int] = []
@@ -29,7 +29,7 @@ def test_a_late_watch_takes_up_the_common_count() -> None:
     assert got == [16, 17, 18, 19, 20]
 
 
-def test_a_period_shorter_than_a_tick_gives_one_sample_a_tick() -> None:
+def test_period_shorter_than_tick_gives_one_sample_per_tick() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     watches.add("fast", Fraction(1, 1000), got.append, now=0)
@@ -38,7 +38,7 @@ def test_a_period_shorter_than_a_tick_gives_one_sample_a_tick() -> None:
     assert got == sorted(set(got))
 
 
-def test_rank_orders_what_is_due_together_and_each_tick_comes_last() -> None:
+def test_rank_orders_watches_due_together() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[str] = []
     watches.add("each", None, lambda _: got.append("each"), now=0)
@@ -48,7 +48,7 @@ def test_rank_orders_what_is_due_together_and_each_tick_comes_last() -> None:
     assert got == ["first", "second", "each"]
 
 
-def test_a_rank_below_zero_comes_before_what_is_periodic() -> None:
+def test_rank_below_zero_runs_before_periodic_watches() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[str] = []
     watches.add("sample", Fraction(1, 100), lambda _: got.append("sample"), now=0)
@@ -61,7 +61,7 @@ def test_a_rank_below_zero_comes_before_what_is_periodic() -> None:
     assert got[3:] == ["sample", "last"]
 
 
-def test_cancelled_watches_stop_and_cost_nothing() -> None:
+def test_cancelled_watches_are_never_due() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     periodic = watches.add("a", Fraction(1, 50), got.append, now=0)
@@ -73,7 +73,7 @@ def test_cancelled_watches_stop_and_cost_nothing() -> None:
     assert watches.next_due == NEVER
 
 
-def test_a_watch_may_cancel_itself() -> None:
+def test_watch_may_cancel_itself() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
 
@@ -86,7 +86,7 @@ def test_a_watch_may_cancel_itself() -> None:
     assert got == [1]
 
 
-def test_after_a_jump_in_time_watches_go_on_from_there() -> None:
+def test_reschedule_continues_watches_from_new_time() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     watches.add("a", Fraction(1, 10), got.append, now=0)
@@ -97,7 +97,7 @@ def test_after_a_jump_in_time_watches_go_on_from_there() -> None:
     assert got == [*range(1, 11), 1, 2, 3]
 
 
-def test_a_watch_of_each_tick_comes_and_goes() -> None:
+def test_watch_added_in_a_tick_runs_from_next_tick() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[str] = []
 
@@ -116,7 +116,7 @@ def test_a_watch_of_each_tick_comes_and_goes() -> None:
     assert got == ["begin -1", "begin 0", "each -1", "each 0"]
 
 
-def test_after_the_last_watch_nothing_is_due() -> None:
+def test_queue_without_watches_is_never_due() -> None:
     watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     watch = watches.add("each", None, got.append, now=0)

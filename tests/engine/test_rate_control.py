@@ -14,7 +14,7 @@ from tests.engine.scene import make_simulation
 from tests.engine.test_pacing import WallClock
 
 
-def test_time_passes_until_a_pause() -> None:
+def test_ticks_pass_until_pause_and_after_resume() -> None:
     rate_control = RateControl()
     assert rate_control.take()
     rate_control.pause()
@@ -23,12 +23,12 @@ def test_time_passes_until_a_pause() -> None:
     assert rate_control.take()
 
 
-def test_a_tempo_may_begin_with_a_pause() -> None:
+def test_rate_control_may_start_paused() -> None:
     assert not RateControl(paused=True).take()
 
 
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=4))
-def test_as_many_ticks_pass_as_were_requested(requested: list[int]) -> None:
+def test_single_steps_pass_requested_number_of_ticks(requested: list[int]) -> None:
     rate_control = RateControl(paused=True)
     for ticks in requested:
         rate_control.step(ticks)
@@ -39,13 +39,13 @@ def test_as_many_ticks_pass_as_were_requested(requested: list[int]) -> None:
     assert rate_control.is_paused
 
 
-def test_a_step_while_time_passes_is_the_last_one() -> None:
+def test_step_while_running_pauses_after_one_tick() -> None:
     rate_control = RateControl()
     rate_control.step()
     assert [rate_control.take() for _ in range(3)] == [True, False, False]
 
 
-def test_a_pause_takes_back_the_ticks_that_were_asked_for() -> None:
+def test_pause_discards_remaining_steps() -> None:
     rate_control = RateControl(paused=True)
     rate_control.step(100)
     rate_control.pause()
@@ -53,7 +53,7 @@ def test_a_pause_takes_back_the_ticks_that_were_asked_for() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_speed_is_above_zero(speed: float) -> None:
+def test_rate_control_refuses_speed_not_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):
         RateControl(speed)
     rate_control = RateControl(2.0)
@@ -62,19 +62,19 @@ def test_a_speed_is_above_zero(speed: float) -> None:
     assert rate_control.speed == 2.0
 
 
-def test_less_than_a_tick_cannot_be_asked_for() -> None:
-    with pytest.raises(UsageError, match="at least one tick"):
+def test_step_of_less_than_one_tick_is_refused() -> None:
+    with pytest.raises(UsageError, match="ticks must be at least 1"):
         RateControl().step(0)
 
 
-def test_no_tick_is_lost_between_threads() -> None:
+def test_steps_from_several_threads_are_all_counted() -> None:
     rate_control, taken = RateControl(paused=True), 0
 
-    def ask() -> None:
+    def request_steps() -> None:
         for _ in range(200):
             rate_control.step()
 
-    threads = [Thread(target=ask) for _ in range(4)]
+    threads = [Thread(target=request_steps) for _ in range(4)]
     for thread in threads:
         thread.start()
     while any(thread.is_alive() for thread in threads) or rate_control.ticks_left:
@@ -82,19 +82,19 @@ def test_no_tick_is_lost_between_threads() -> None:
     assert taken == 800
 
 
-def test_another_speed_holds_from_then_on_without_a_rush() -> None:
+def test_changed_speed_applies_without_catching_up() -> None:
     simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(0.1)
     simulation.reset()
     pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
     for speed, ticks in ((0.1, 50), (10.0, 500), (1.0, 100)):
         rate_control.set_speed(speed)
-        begun, since = wall.time, simulation.now
+        started, since = wall.time, simulation.now
         for _ in range(ticks):
             pacer.step()
-        assert wall.time - begun == pytest.approx((simulation.now - since) / 1e9 / speed, rel=0.01)
+        assert wall.time - started == pytest.approx((simulation.now - since) / 1e9 / speed, rel=0.01)
 
 
-def test_as_fast_as_it_goes_is_no_wait_at_all() -> None:
+def test_speed_none_never_waits() -> None:
     simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
@@ -106,7 +106,7 @@ def test_as_fast_as_it_goes_is_no_wait_at_all() -> None:
     assert pacer.max_lateness == 0.0
 
 
-def test_a_pause_is_not_made_good_and_does_not_count() -> None:
+def test_pause_is_not_caught_up_nor_counted() -> None:
     simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
@@ -121,7 +121,7 @@ def test_a_pause_is_not_made_good_and_does_not_count() -> None:
     assert pacer.factor == pytest.approx(1.0, rel=0.01)
 
 
-def test_a_reset_is_no_delay() -> None:
+def test_reset_is_not_counted_as_delay() -> None:
     simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, rate_control, clock=wall.read, sleep=wall.sleep)
@@ -135,7 +135,7 @@ def test_a_reset_is_no_delay() -> None:
     assert pacer.factor == pytest.approx(1.0, rel=0.01)
 
 
-def test_a_long_wait_ends_when_the_tempo_changes() -> None:
+def test_long_wait_ends_when_speed_changes() -> None:
     simulation, wall, rate_control = make_simulation(), WallClock(work=0.0), RateControl(0.001)
     simulation.reset()
 

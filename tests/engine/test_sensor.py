@@ -53,7 +53,7 @@ TIMESTEPS = [Fraction(1, 500), Fraction(1, 240), Fraction(1, 1000), Fraction(4, 
 
 @pytest.mark.parametrize("timestep", TIMESTEPS, ids=str)
 @pytest.mark.parametrize("rate", [10, 20, 100])
-def test_rate_holds_in_simulation_time(timestep: Fraction, rate: int) -> None:
+def test_sensor_keeps_rate_in_simulation_time(timestep: Fraction, rate: int) -> None:
     sensor = ruler(period=Fraction(1, rate))
     simulation = glide(sensor, timestep=timestep)
     got: list[Place] = []
@@ -70,7 +70,7 @@ def test_rate_holds_in_simulation_time(timestep: Fraction, rate: int) -> None:
         assert simulation.clock.time_of(tick) == reading.time_ns
 
 
-def test_a_reading_shows_the_tick_it_was_measured_in_and_not_the_one_before() -> None:
+def test_reading_shows_state_of_its_own_tick() -> None:
     sensor = ruler()
     simulation = glide(sensor)
     got: list[Place] = []
@@ -81,7 +81,7 @@ def test_a_reading_shows_the_tick_it_was_measured_in_and_not_the_one_before() ->
         assert reading.x == pytest.approx(SPEED * reading.time_ns / 1e9, abs=1e-12)
 
 
-def test_nothing_is_measured_without_a_listener() -> None:
+def test_sensor_without_listener_does_not_measure() -> None:
     sensor = ruler(latency=Fraction(1, 100))
     simulation = glide(sensor)
     simulation.step_until(10**9)
@@ -95,7 +95,7 @@ def test_nothing_is_measured_without_a_listener() -> None:
     assert sensor.measured == 20
 
 
-def test_many_listeners_share_one_measurement() -> None:
+def test_listeners_share_one_measurement() -> None:
     sensor = ruler()
     simulation = glide(sensor)
     one: list[Place] = []
@@ -110,7 +110,7 @@ def test_many_listeners_share_one_measurement() -> None:
 
 
 @pytest.mark.parametrize(("latency", "timestep"), [(0.001, 500), (0.03, 500), (0.05, 240), (0.12, 1000), (0.0333, 240)])
-def test_latency_delays_the_delivery_and_not_the_measurement(latency: float, timestep: int) -> None:
+def test_latency_delays_delivery_and_not_measurement(latency: float, timestep: int) -> None:
     sensor = ruler(latency=Fraction(str(latency)))
     simulation = glide(sensor, timestep=Fraction(1, timestep))
     got: list[tuple[int, Place]] = []
@@ -142,7 +142,7 @@ def test_readings_do_not_depend_on_other_listeners(latency: Fraction) -> None:
     assert alone[0].sample == 7
 
 
-def test_noise_belongs_to_the_sample_number() -> None:
+def test_noise_depends_on_sample_number() -> None:
     early, late = ruler(), ruler()
     first, second = glide(early), glide(late)
     a: dict[int, float] = {}
@@ -169,7 +169,7 @@ def test_noise_differs_between_seeds_and_names_and_scales() -> None:
     assert noise_of("a", 0, 0.0) == 0.0
 
 
-def test_read_is_what_a_listener_would_have_got() -> None:
+def test_read_equals_reading_of_a_listener() -> None:
     sensor = ruler()
     simulation = glide(sensor)
     assert sensor.read().sample == 0
@@ -183,7 +183,7 @@ def test_read_is_what_a_listener_would_have_got() -> None:
 
 
 @pytest.mark.parametrize("latency", [Fraction(0), Fraction(7, 100)])
-def test_switched_off_it_gives_no_readings(latency: Fraction) -> None:
+def test_disabled_sensor_gives_no_readings(latency: Fraction) -> None:
     sensor = ruler(latency=latency)
     simulation = glide(sensor)
     got: list[Place] = []
@@ -200,7 +200,7 @@ def test_switched_off_it_gives_no_readings(latency: Fraction) -> None:
     assert got[before].sample == 21
 
 
-def test_the_switch_is_state_and_listening_is_not() -> None:
+def test_state_hash_covers_switch_and_not_listeners() -> None:
     sensor = ruler()
     simulation = glide(sensor)
     quiet = simulation.state_hash()
@@ -227,7 +227,7 @@ def test_reset_restores_the_switch_and_keeps_listeners() -> None:
     assert [reading.time_ns for reading in got] == [50_000_000, 100_000_000, 150_000_000]
 
 
-def test_made_switched_off_it_begins_every_run_so() -> None:
+def test_sensor_created_disabled_is_disabled_after_reset() -> None:
     sensor = ruler(enabled=False)
     simulation = glide(sensor)
     assert not sensor.enabled
@@ -236,7 +236,7 @@ def test_made_switched_off_it_begins_every_run_so() -> None:
     assert not sensor.enabled
 
 
-def test_a_restored_run_gives_the_same_readings() -> None:
+def test_restored_run_gives_same_readings() -> None:
     sensor = ruler(latency=Fraction(3, 100))
     simulation = glide(sensor)
     got: list[Place] = []
@@ -257,7 +257,7 @@ def test_a_restored_run_gives_the_same_readings() -> None:
     assert first[-1].sample == 19
 
 
-def test_leaving_from_within_a_callback() -> None:
+def test_listener_may_leave_within_its_callback() -> None:
     sensor = ruler()
     simulation = glide(sensor)
     got: list[Place] = []
@@ -274,7 +274,7 @@ def test_leaving_from_within_a_callback() -> None:
     assert len(second) == 4
 
 
-def test_close_sends_all_away() -> None:
+def test_close_removes_all_listeners() -> None:
     sensor = ruler()
     simulation = glide(sensor)
     got: list[Place] = []
@@ -285,7 +285,7 @@ def test_close_sends_all_away() -> None:
     leave()
 
 
-def test_settings_that_mean_nothing_are_refused() -> None:
+def test_invalid_sensor_settings_are_refused() -> None:
     for settings in (
         {"period": Fraction(0)},
         {"latency": Fraction(-1, 10)},
@@ -295,13 +295,13 @@ def test_settings_that_mean_nothing_are_refused() -> None:
     ):
         with pytest.raises(UsageError):
             ruler(**settings)
-    with pytest.raises(UsageError, match="not finite"):
+    with pytest.raises(UsageError, match="must be finite"):
         Ruler("ruler", Pose((float("nan"), 0.0, 0.0)))
     with pytest.raises(UsageError, match="not been added"):
         ruler().listen(lambda _: None)
 
 
-def test_settings_can_be_read() -> None:
+def test_sensor_settings_are_readable() -> None:
     sensor = ruler(period=Fraction(1, 30), latency=Fraction(1, 100))
     assert (sensor.period, sensor.latency, sensor.frame) == (Fraction(1, 30), Fraction(1, 100), "ruler_frame")
     assert ruler().period == Ruler.default_period

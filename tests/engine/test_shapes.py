@@ -53,12 +53,12 @@ def test_bounds_touch_the_shape_and_contain_it(kind: ShapeKind, size: tuple[floa
     assert (points.max(axis=0) <= np.array(upper) + 1e-9).all()
 
 
-def test_bounds_of_several_shapes_are_those_of_all() -> None:
+def test_bounds_of_several_shapes_contain_all() -> None:
     shapes = (box(2, 2, 2, Pose((1, 0, 0)), GREY), cylinder(0.5, 1, Pose((0, 3, 0)), GREY))
     assert bounds(shapes) == ((-0.5, -1.0, -1.0), (2.0, 3.5, 1.0))
 
 
-def test_a_moved_shape_has_the_pose_of_its_frame() -> None:
+def test_moved_shape_has_pose_of_its_frame() -> None:
     frame = Pose.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
     moved = capsule(0.1, 1.0, Pose((1.0, 0.0, 0.0)), GREY).moved(frame)
     assert moved.pose.position == pytest.approx((1.0, 3.0, 3.0))
@@ -90,12 +90,12 @@ def touches(first: Touch, second: Touch) -> bool:
         (Touch.NOTHING, Touch.PART, False),
     ],
 )
-def test_what_touches_what(first: Touch, second: Touch, expected: bool) -> None:
+def test_contact_depends_on_classes_of_both_shapes(first: Touch, second: Touch, expected: bool) -> None:
     assert touches(first, second) is expected
     assert touches(second, first) is expected
 
 
-def test_what_is_only_seen_touches_nothing_and_has_its_group() -> None:
+def test_visual_shape_has_no_contacts() -> None:
     spec = mujoco.MjSpec()
     geom = add_shape(spec.worldbody, box(1, 2, 3, Pose(), GREY), Role.SEEN, Touch.PART, name="look")
     assert (geom.contype, geom.conaffinity, geom.group) == (0, 0, 2)
@@ -103,6 +103,6 @@ def test_what_is_only_seen_touches_nothing_and_has_its_group() -> None:
     assert spec.compile().geom("look").id == 0
 
 
-def test_a_mesh_shape_names_its_mesh() -> None:
+def test_mesh_shape_names_its_mesh() -> None:
     spec = mujoco.MjSpec()
     assert add_shape(spec.worldbody, mesh("gear", GREY), Role.SEEN).meshname == "gear"

@@ -11,7 +11,7 @@ from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
 from tests.engine.scene import Shaker, make_simulation
 
 
-def test_the_order_of_a_tick_is_fixed() -> None:
+def test_tick_runs_phases_in_fixed_order() -> None:
     simulation, got = make_simulation(), []
 
     class Clerk(Device):
@@ -34,7 +34,7 @@ def test_the_order_of_a_tick_is_fixed() -> None:
     assert got == ["inbox", "before", "after", "event", "watch"]
 
 
-def test_devices_that_do_not_step_are_not_called() -> None:
+def test_devices_not_stepping_are_not_called() -> None:
     simulation, got = make_simulation(), []
 
     class Sleepy(Device):
@@ -52,7 +52,7 @@ def test_devices_that_do_not_step_are_not_called() -> None:
     assert got == [1, 4]
 
 
-def test_events_happen_at_the_first_tick_at_or_after_they_are_due() -> None:
+def test_events_run_at_first_tick_when_due() -> None:
     simulation = make_simulation(Fraction(1, 240))
     shaker = Shaker()
     simulation.add(shaker)
@@ -66,10 +66,10 @@ def test_events_happen_at_the_first_tick_at_or_after_they_are_due() -> None:
     assert simulation.now == 10**9
 
 
-def test_names_are_unique_and_unknown_ones_are_reported() -> None:
+def test_duplicate_and_unknown_device_names_are_refused() -> None:
     simulation = make_simulation()
     simulation.add(Device("belt"))
-    with pytest.raises(UsageError, match="two devices named 'belt'"):
+    with pytest.raises(UsageError, match="two devices have the name 'belt'"):
         simulation.add(Device("belt"))
     with pytest.raises(UnknownNameError, match="did you mean belt"):
         simulation.device("bel")
@@ -79,7 +79,7 @@ def test_names_are_unique_and_unknown_ones_are_reported() -> None:
         simulation.device("belt").handle("dance", ())
 
 
-def test_adding_a_device_shifts_no_other_device() -> None:
+def test_added_device_does_not_change_streams_of_others() -> None:
     first, second = make_simulation(seed=5), make_simulation(seed=5)
     second.add(Device("another"))
     for simulation in (first, second):
@@ -89,7 +89,7 @@ def test_adding_a_device_shifts_no_other_device() -> None:
     assert np.array_equal(first.data.qpos, second.data.qpos)
 
 
-def test_seed_and_reset_decide_everything() -> None:
+def test_same_seed_and_reset_give_same_run() -> None:
     hashes = []
     for seed in (1, 1, 2):
         simulation = make_simulation(seed=seed)
@@ -102,7 +102,7 @@ def test_seed_and_reset_decide_everything() -> None:
     assert hashes[4] == hashes[5] != hashes[0]
 
 
-def test_the_hash_covers_what_devices_remember_and_what_is_added() -> None:
+def test_state_hash_covers_device_state_and_additions() -> None:
     simulation = make_simulation()
     shaker = Shaker()
     simulation.add(shaker)
@@ -114,7 +114,7 @@ def test_the_hash_covers_what_devices_remember_and_what_is_added() -> None:
     assert before != simulation.state_hash()
 
 
-def test_watching_changes_nothing() -> None:
+def test_watch_does_not_change_state() -> None:
     hashes = []
     for watched in (False, True):
         simulation = make_simulation()
@@ -144,7 +144,7 @@ def test_watching_changes_nothing() -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_refresh_brings_positions_up_to_date_once_a_tick() -> None:
+def test_refresh_updates_positions_once_per_tick() -> None:
     simulation = make_simulation()
     simulation.reset()
     body = simulation.model.body("block2").id
@@ -160,7 +160,7 @@ def test_refresh_brings_positions_up_to_date_once_a_tick() -> None:
     assert np.array_equal(simulation.data.xpos[body], simulation.data.qpos[address : address + 3])
 
 
-def test_an_unstable_state_ends_the_run_and_leaves_no_file(
+def test_unstable_state_ends_run_without_log_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)

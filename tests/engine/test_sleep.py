@@ -32,36 +32,36 @@ def make_belt() -> Simulation:
     return simulation
 
 
-def asleep(simulation: Simulation, body: str) -> bool:
+def is_asleep(simulation: Simulation, body: str) -> bool:
     tree = simulation.model.body_treeid[simulation.model.body(body).id]
     return bool(simulation.data.tree_asleep[tree] >= 0)
 
 
-def test_parts_at_rest_fall_asleep_and_a_touch_wakes_them() -> None:
+def test_resting_parts_sleep_until_touched() -> None:
     simulation = make_simulation()
     simulation.reset()
     simulation.step_until(10**9)
-    assert asleep(simulation, "block1")
+    assert is_asleep(simulation, "block1")
     address = simulation.model.jnt_qposadr[simulation.model.body_jntadr[simulation.model.body("block2").id]]
     simulation.data.qpos[address : address + 3] = (0.0, 0.0, 0.2)
     simulation.step_until(1_200_000_000)
-    assert not asleep(simulation, "block1")
+    assert not is_asleep(simulation, "block1")
 
 
-def test_a_changed_belt_speed_does_not_wake_and_wake_does() -> None:
+def test_changed_belt_speed_needs_wake_to_wake_parts() -> None:
     simulation = make_belt()
     simulation.step_until(10**9)
-    assert asleep(simulation, "part")
+    assert is_asleep(simulation, "part")
     start = float(simulation.data.qpos[0])
     simulation.model.geom_surfacevel[simulation.model.geom("belt").id, 0] = 0.2
     simulation.step_until(2 * 10**9)
-    assert float(simulation.data.qpos[0]) == start, "the engine mended this: `wake` may go"
+    assert float(simulation.data.qpos[0]) == start, "the engine has fixed this: remove `wake`"
     simulation.wake(simulation.model.body("part").id)
     simulation.step_until(3 * 10**9)
     assert simulation.data.qpos[0] - start == pytest.approx(0.2, abs=0.01)
 
 
-def test_waking_leaves_the_state_as_it_is() -> None:
+def test_wake_does_not_change_state() -> None:
     simulation = make_belt()
     simulation.step_until(10**9)
     before = simulation.state_hash()
@@ -73,7 +73,7 @@ def test_waking_leaves_the_state_as_it_is() -> None:
     assert moving.data.qvel[0] == 0.5
 
 
-def test_waking_something_that_cannot_move_does_nothing() -> None:
+def test_wake_of_fixed_body_does_nothing() -> None:
     simulation = make_belt()
     before = simulation.data.qvel.copy()
     simulation.wake(0)
@@ -83,7 +83,7 @@ def test_waking_something_that_cannot_move_does_nothing() -> None:
 
 @pytest.mark.parametrize("weld_name", ["grip", "hang"])
 @pytest.mark.parametrize("hold", [0.3, 1.0, 2.0])
-def test_a_part_let_go_in_mid_air_falls(hold: float, weld_name: str) -> None:
+def test_part_released_in_mid_air_falls(hold: float, weld_name: str) -> None:
     simulation = make_belt()
     model, data = simulation.model, simulation.data
     weld = model.equality(weld_name).id
@@ -97,7 +97,7 @@ def test_a_part_let_go_in_mid_air_falls(hold: float, weld_name: str) -> None:
     assert data.qpos[2] < 0.02
 
 
-def test_reset_takes_back_what_was_changed_in_the_model() -> None:
+def test_reset_restores_changed_model_fields() -> None:
     simulation = make_belt()
     belt = simulation.model.geom("belt").id
     simulation.model.geom_surfacevel[belt, 0] = 0.2

@@ -13,7 +13,7 @@ from tests.motion.samples import ABOVE_BIN, INITIAL
 
 @pytest.mark.slow
 @given(st.floats(-0.6, 0.0), st.floats(-1.6, 1.3), st.floats(0.73, 1.1), st.floats(-3.1, 3.1))
-def test_every_place_over_the_near_bins_is_reached_well(x: float, y: float, z: float, yaw: float) -> None:
+def test_solve_reaches_every_place_over_near_bins(x: float, y: float, z: float, yaw: float) -> None:
     joints = solve(tool_down(x, y, z, yaw), INITIAL)
     assert math.dist(face(forward(joints)), (x, y, z)) < 1e-9
     assert joints.within_limits()
@@ -21,38 +21,38 @@ def test_every_place_over_the_near_bins_is_reached_well(x: float, y: float, z: f
     assert discomfort(tool_down(x, y, z), joints.rail) < 0.02
 
 
-def test_the_present_posture_costs_nothing() -> None:
+def test_solve_keeps_present_posture() -> None:
     assert max(abs(a - b) for a, b in zip(solve(forward(ABOVE_BIN), ABOVE_BIN), ABOVE_BIN, strict=True)) < 1e-9
 
 
-def test_whole_turns_are_nearest_to_the_present_posture() -> None:
+def test_solve_chooses_turns_nearest_to_present_posture() -> None:
     turned = ABOVE_BIN._replace(wrist_3=ABOVE_BIN.wrist_3 - 2 * math.pi)
     assert turned.within_limits()
     assert solve(forward(ABOVE_BIN), turned).wrist_3 == pytest.approx(turned.wrist_3)
     assert distance(turned, ABOVE_BIN) == pytest.approx(0.3 * 2 * math.pi)
 
 
-def test_the_rail_can_be_given() -> None:
+def test_solve_uses_given_rail_positions() -> None:
     assert solve(tool_down(-0.3, 0.2, 0.9), INITIAL, rail=0.35).rail == 0.35
     assert solve(tool_down(-0.3, 0.2, 0.9), INITIAL, rail=(0.9, 0.3, 1.2)).rail == 0.3
 
 
-def test_a_place_out_of_comfort_is_taken_when_there_is_no_other() -> None:
+def test_solve_accepts_uncomfortable_place_without_alternative() -> None:
     joints = solve(tool_down(0.3, 3.3, 0.8), INITIAL)
     assert joints.rail == 2.1
     assert discomfort(forward(joints), joints.rail) == pytest.approx(1.2 - COMFORTABLE[1])
 
 
-def test_accept_restricts_the_postures() -> None:
+def test_solve_accept_restricts_postures() -> None:
     pose = tool_down(-0.3, 0.23, 0.9)
     inward = solve(pose, INITIAL, accept=lambda joints: joints.wrist_2 > 0.0)
     assert inward.wrist_2 == pytest.approx(math.pi / 2)
     assert solve(pose, INITIAL).wrist_2 == pytest.approx(-math.pi / 2)
-    with pytest.raises(UnreachableError, match="not accepted"):
+    with pytest.raises(UnreachableError, match="`accept` refuses"):
         solve(pose, INITIAL, accept=lambda joints: False)
 
 
-def test_unusual_postures_only_on_request() -> None:
+def test_solve_gives_unusual_postures_only_on_request() -> None:
     def unusual(joints: Joints) -> bool:
         return not is_usual(joints)
 
@@ -61,15 +61,15 @@ def test_unusual_postures_only_on_request() -> None:
         solve(Pose.from_rpy((-0.7, 0.1, 2.0), (math.pi, 0.8, math.pi / 2)), INITIAL, rail=0.0)
 
 
-def test_unreachable_poses_are_refused_with_place_and_reason() -> None:
-    with pytest.raises(UnreachableError, match=r"x 0\.500, y 3\.400, .*: .*mm beyond .* rail at 2\.100 m"):
+def test_solve_refuses_unreachable_pose_with_place_and_reason() -> None:
+    with pytest.raises(UnreachableError, match=r"x 0\.500, y 3\.400, .*: .*mm out of reach .* rail at 2\.100 m"):
         solve(tool_down(0.5, 3.4, 0.76), INITIAL)
-    with pytest.raises(UnreachableError, match="no place for the rail"):
+    with pytest.raises(UnreachableError, match="no rail position"):
         solve(tool_down(0.5, 3.0, 0.76), INITIAL, rail=())
 
 
 @given(st.floats(-2, 2), st.floats(-4, 4), st.floats(-2.1, 2.1))
-def test_places_to_try_are_on_the_rail_nearest_first(x: float, y: float, present: float) -> None:
+def test_rail_candidates_are_sorted_by_distance_on_rail(x: float, y: float, present: float) -> None:
     places = rail_candidates(tool_down(x, y, 1.0), present)
     assert places[0] == present
     assert all(abs(place) <= 2.1 for place in places)

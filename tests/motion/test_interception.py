@@ -16,7 +16,7 @@ SEEN = MovingPart(Pose((1.21, 3.5, 0.907)), 10.0)
 WINDOW = (-1.0, 2.5)
 
 
-def test_a_part_moves_on_evenly() -> None:
+def test_moving_part_moves_evenly() -> None:
     assert SEEN.at(10.0) == SEEN.world_T_part
     assert SEEN.at(15.0).position == pytest.approx((1.21, 2.5, 0.907))
     assert SEEN.time_at_y(2.5) == pytest.approx(15.0)
@@ -25,7 +25,7 @@ def test_a_part_moves_on_evenly() -> None:
 
 @settings(max_examples=15)
 @given(st.floats(1.0, 1.4), st.floats(1.5, 4.5), st.floats(-3.0, 3.0), st.floats(0.0, 3.0), st.floats(0.05, 0.2))
-def test_the_gripper_stays_on_the_part_while_it_dwells(x: float, y: float, yaw: float, late: float, v: float) -> None:
+def test_gripper_stays_on_part_during_dwell(x: float, y: float, yaw: float, late: float, v: float) -> None:
     part = MovingPart(Pose.from_rpy((x, y, 0.907), (0.0, 0.0, yaw)), 10.0, (0.0, -v, 0.0))
     plan = intercept(part, GEAR_T_GRIPPER, ABOVE_BELT, 10.0 + late, window=WINDOW)
     assert plan.departs == 10.0 + late
@@ -47,7 +47,7 @@ def test_the_gripper_stays_on_the_part_while_it_dwells(x: float, y: float, yaw: 
         assert 0.02 < gripper.position[2] - grasp.position[2] < 0.08
 
 
-def test_the_arm_waits_above_before_it_sets_off() -> None:
+def test_arm_waits_above_part_before_descent() -> None:
     plan = intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 10.0, window=WINDOW)
     for time in (plan.arrives, (plan.arrives + plan.sets_off) / 2, plan.sets_off):
         point = plan.motion.at(time - plan.departs)
@@ -57,7 +57,7 @@ def test_the_arm_waits_above_before_it_sets_off() -> None:
     assert len(rails) == 1
 
 
-def test_the_earliest_place_is_taken() -> None:
+def test_intercept_takes_earliest_place() -> None:
     early = intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 10.0, window=WINDOW)
     assert early.world_T_grasp.position[1] == pytest.approx(2.5)
     late = intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 16.0, window=WINDOW)
@@ -65,17 +65,17 @@ def test_the_earliest_place_is_taken() -> None:
     assert late.sets_off - late.arrives < 0.3 + 0.1 / 0.2 + 0.5
 
 
-def test_a_longer_lead_is_kept() -> None:
+def test_intercept_keeps_longer_lead() -> None:
     plan = intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 14.0, window=WINDOW, lead=2.0)
     assert plan.sets_off - plan.arrives >= 2.0 - 1e-9
 
 
-def test_an_impossible_interception_states_the_reason() -> None:
+def test_impossible_interception_is_refused_with_reason() -> None:
     with pytest.raises(UnreachableError, match="too soon"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 60.0, window=WINDOW)
     with pytest.raises(UnreachableError, match="too late"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT._replace(rail=-2.0), 14.0, window=(2.2, 2.5), rail=1.5)
-    with pytest.raises(UnreachableError, match="does not bring its gripper"):
+    with pytest.raises(UnreachableError, match="the gripper cannot reach"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 10.0, window=(2.4, 2.5), rail=-2.0)
     swift = MovingPart(SEEN.world_T_part, 10.0, (0.0, -3.0, 0.0))
     with pytest.raises(UnreachableError, match=r"limits allow|reach|jump"):
@@ -92,19 +92,19 @@ def test_an_impossible_interception_states_the_reason() -> None:
         {"part": MovingPart(Pose((math.nan, 0.0, 0.0)), 0.0)},
     ],
 )
-def test_invalid_arguments_are_refused(wrong: dict[str, object]) -> None:
+def test_intercept_refuses_invalid_arguments(wrong: dict[str, object]) -> None:
     arguments = {"part": SEEN, "part_T_gripper": GEAR_T_GRIPPER, "near": ABOVE_BELT, "now": 10.0, "window": WINDOW}
     with pytest.raises(UsageError):
         intercept(**{**arguments, **wrong})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("wrong", [{"ramp": 0.0}, {"descent": -1.0}, {"dwell": math.inf}, {"hover": -0.1}])
-def test_timings_that_make_no_sense_are_refused(wrong: dict[str, float]) -> None:
+def test_rendezvous_refuses_invalid_timings(wrong: dict[str, float]) -> None:
     with pytest.raises(UsageError):
         Rendezvous(**wrong)
 
 
-def test_a_second_look_is_made_up_for_while_gathering_speed() -> None:
+def test_track_corrects_second_sighting_during_ramp() -> None:
     sets_off = 15.0
     timing = Rendezvous()
     above = solve(SEEN.at(sets_off + timing.lead_time(0.0)) @ tool_down(0.01, 0.02, 0.112), ABOVE_BELT)
@@ -116,7 +116,7 @@ def test_a_second_look_is_made_up_for_while_gathering_speed() -> None:
 
 
 @given(st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.floats(0.0, 1.0))
-def test_a_rendezvous_is_the_same_backwards(ramp: float, descent: float, dwell: float, share: float) -> None:
+def test_rendezvous_is_symmetric_in_time(ramp: float, descent: float, dwell: float, share: float) -> None:
     timing = Rendezvous(0.1, ramp, descent, dwell)
     since, before_end = share * timing.duration, (1.0 - share) * timing.duration
     assert timing.height(since) == pytest.approx(timing.height(before_end), abs=1e-9)

@@ -9,7 +9,7 @@ from cellwright.util.errors import UnknownNameError, UsageError
 from tests.motion.samples import INITIAL, anywhere
 
 
-def test_joints_come_from_names_in_any_order_and_from_joint_states() -> None:
+def test_joints_are_read_by_name_in_any_order() -> None:
     by_name = INITIAL.by_name()
     assert tuple(by_name) == ARM_JOINTS
     assert Joints.of({**dict(reversed(by_name.items())), "vacuum_gripper_joint": 0.0}) == INITIAL
@@ -23,13 +23,13 @@ def test_invalid_joints_are_refused() -> None:
         Joints.of(INITIAL._replace(elbow=math.nan))
 
 
-def test_values_can_be_had_in_another_order() -> None:
+def test_ordered_returns_values_in_given_order() -> None:
     assert INITIAL.ordered(("wrist_1_joint", "linear_arm_actuator_joint")) == [3.77, 0.0]
     with pytest.raises(UnknownNameError, match="did you mean elbow_joint"):
         INITIAL.ordered(("elbow_jiont",))
 
 
-def test_limits() -> None:
+def test_within_limits_checks_every_joint() -> None:
     assert INITIAL.within_limits()
     assert Joints(*LIMITS).within_limits()
     assert not INITIAL._replace(rail=2.11).within_limits()
@@ -37,7 +37,7 @@ def test_limits() -> None:
 
 
 @given(anywhere, anywhere)
-def test_the_nearest_turns_are_the_nearest_of_all(joints: Joints, near: Joints) -> None:
+def test_nearest_chooses_nearest_turn_of_each_angle(joints: Joints, near: Joints) -> None:
     nearest = joints.nearest(near)
     assert nearest.within_limits()
     assert nearest.rail == joints.rail
@@ -49,7 +49,7 @@ def test_the_nearest_turns_are_the_nearest_of_all(joints: Joints, near: Joints) 
 
 
 @given(anywhere)
-def test_all_choices_of_turns(joints: Joints) -> None:
+def test_turned_yields_all_turns_within_limits(joints: Joints) -> None:
     choices = set(joints.turned())
     assert len(choices) >= 2**6
     assert any(math.dist(joints, each) < 1e-9 for each in choices)

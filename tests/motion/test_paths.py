@@ -19,14 +19,14 @@ poses = st.builds(
 
 
 @given(poses, poses)
-def test_a_straight_way_between_poses_has_its_ends(a: Pose, b: Pose) -> None:
+def test_between_includes_both_ends(a: Pose, b: Pose) -> None:
     for share, end in ((0.0, a), (1.0, b)):
         assert math.dist(between(a, b, share).position, end.position) < 1e-12
         assert angle_between(between(a, b, share), end) < 1e-7
 
 
 @given(poses, poses, st.floats(0.0, 1.0))
-def test_it_moves_and_turns_evenly_the_shorter_way(a: Pose, b: Pose, share: float) -> None:
+def test_between_moves_and_turns_evenly(a: Pose, b: Pose, share: float) -> None:
     middle = between(a, b, share)
     assert math.dist(a.position, middle.position) == pytest.approx(share * math.dist(a.position, b.position), abs=1e-9)
     whole = angle_between(a, b)
@@ -36,7 +36,7 @@ def test_it_moves_and_turns_evenly_the_shorter_way(a: Pose, b: Pose, share: floa
 
 @settings(max_examples=40)
 @given(st.floats(-0.15, 0.15), st.floats(-0.2, 0.2), st.floats(0.74, 1.1), st.floats(-1.0, 1.0))
-def test_the_gripper_stays_on_its_line(dx: float, dy: float, z: float, turn: float) -> None:
+def test_straight_keeps_gripper_on_its_line(dx: float, dy: float, z: float, turn: float) -> None:
     here = forward(ABOVE_BIN)
     goal = tool_down(-0.3 + dx, 0.23 + dy, z, turn)
     path = straight(ABOVE_BIN, goal)
@@ -50,7 +50,7 @@ def test_the_gripper_stays_on_its_line(dx: float, dy: float, z: float, turn: flo
     assert len(path) - 1 >= math.dist(here.position, goal.position) / 0.01 - 1e-6
 
 
-def test_the_rail_moves_in_proportion() -> None:
+def test_straight_moves_rail_in_proportion() -> None:
     goal = tool_down(-0.3, 0.73, 1.0)
     path = straight(ABOVE_BIN, goal, rail=ABOVE_BIN.rail + 0.5)
     steps = [b.rail - a.rail for a, b in pairwise(path)]
@@ -59,16 +59,16 @@ def test_the_rail_moves_in_proportion() -> None:
     assert math.dist(forward(path[-1]).position, goal.position) < 1e-9
 
 
-def test_a_path_to_where_the_gripper_is() -> None:
+def test_straight_to_present_pose_stays() -> None:
     assert straight(ABOVE_BIN, forward(ABOVE_BIN))[-1] == pytest.approx(ABOVE_BIN)
 
 
-def test_a_path_out_of_reach_names_the_place() -> None:
+def test_straight_out_of_reach_names_place() -> None:
     with pytest.raises(UnreachableError, match=r"leaves the arm's reach at x -\d\.\d+, y 0\.230"):
         straight(ABOVE_BIN, tool_down(-1.5, 0.23, 1.0))
 
 
-def test_a_jump_to_another_posture_is_refused() -> None:
+def test_straight_refuses_jump_to_another_posture() -> None:
     """On a straight line past the pan axis the arm would have to swing round instantly."""
     start = solve(tool_down(0.1, 0.3, 1.5), INITIAL, rail=0.0)
     with pytest.raises(UnreachableError):
@@ -82,16 +82,16 @@ def test_a_jump_to_another_posture_is_refused() -> None:
         straight(turned, past)
 
 
-def test_following_poses_with_a_rail_of_their_own() -> None:
+def test_follow_uses_rail_position_of_each_pose() -> None:
     rails = [ABOVE_BIN.rail + 0.02 * index for index in range(1, 6)]
     found = follow(ABOVE_BIN, [forward(ABOVE_BIN)] * 5, rails)
     assert [joints.rail for joints in found] == [ABOVE_BIN.rail, *rails]
     assert follow(ABOVE_BIN, [], []) == (ABOVE_BIN,)
-    with pytest.raises(UsageError, match="as many"):
+    with pytest.raises(UsageError, match="same length"):
         follow(ABOVE_BIN, [forward(ABOVE_BIN)], rails)
 
 
-def test_invalid_arguments_are_refused() -> None:
+def test_straight_refuses_invalid_arguments() -> None:
     with pytest.raises(UsageError, match="spacing"):
         straight(ABOVE_BIN, forward(INITIAL), spacing=0.0)
     with pytest.raises(UsageError, match="finite"):

@@ -44,12 +44,12 @@ def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile =
     assert arm is not None
     client = Client(InProcess(cell))
     client.sleep(0.3)
-    begun = cell.simulation.time
+    started = cell.simulation.time
     client.send_arm(**command.command())
     worst = error = 0.0
-    while (time := cell.simulation.time - begun) < motion.duration + 0.5:
+    while (time := cell.simulation.time - started) < motion.duration + 0.5:
         cell.step()
-        time = cell.simulation.time - begun
+        time = cell.simulation.time - started
         gripper = forward(Joints(*arm.read().positions))
         error = 1000 * math.dist(gripper.position, forward(motion.at(time).positions).position)
         if time <= motion.duration:
@@ -58,41 +58,41 @@ def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile =
     return worst, error
 
 
-def test_the_precise_servo_follows_as_commanded() -> None:
-    worst, left = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL, "precise")
+def test_precise_servo_follows_as_commanded() -> None:
+    worst, remaining = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL, "precise")
     assert worst < 1.0
-    assert left < 0.1
-    worst, left = tool_errors(DOWN, DOWN, "precise")
+    assert remaining < 0.1
+    worst, remaining = tool_errors(DOWN, DOWN, "precise")
     assert worst < 1.0
-    assert left < 0.1
+    assert remaining < 0.1
 
 
-def test_the_original_rail_lags_unless_that_is_anticipated() -> None:
-    worst, left = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL)
+def test_original_rail_lags_without_anticipation() -> None:
+    worst, remaining = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL)
     assert worst > 15.0
-    assert left < 2.0
-    worst, left = tool_errors(ALONG_THE_RAIL, anticipated(ALONG_THE_RAIL))
+    assert remaining < 2.0
+    worst, remaining = tool_errors(ALONG_THE_RAIL, anticipated(ALONG_THE_RAIL))
     assert worst < 4.0
-    assert left < 1.0
+    assert remaining < 1.0
 
 
-def test_the_original_arm_sags_unless_that_is_anticipated() -> None:
-    _, left = tool_errors(DOWN, DOWN)
-    assert 1.0 < left < 3.0
-    worst, left = tool_errors(DOWN, anticipated(DOWN))
+def test_original_arm_sags_without_anticipation() -> None:
+    _, remaining = tool_errors(DOWN, DOWN)
+    assert 1.0 < remaining < 3.0
+    worst, remaining = tool_errors(DOWN, anticipated(DOWN))
     assert worst < 2.0
-    assert left < 0.2
+    assert remaining < 0.2
 
 
-def test_a_moving_part_is_met_within_millimetres() -> None:
+def test_anticipated_interception_meets_part_within_millimetres() -> None:
     part = MovingPart(Pose((1.21, 2.6, 1.0)), 0.0)  # higher than the belt, so that nothing is touched
     plan = intercept(part, tool_down(0.0, 0.0, 0.0), ABOVE_BELT, 0.0, window=(0.0, 2.5))
-    worst, left = tool_errors(plan.motion, anticipated(plan.motion))
+    worst, remaining = tool_errors(plan.motion, anticipated(plan.motion))
     assert worst < 6.0
-    assert left < 2.0
+    assert remaining < 2.0
 
 
-def test_the_weight_is_that_of_the_arm_in_the_cell() -> None:
+def test_weight_equals_bias_forces_of_engine() -> None:
     spec = mujoco.MjSpec()
     add_arm(spec, ArmSettings(), 0.01)
     model = spec.compile()
@@ -106,14 +106,14 @@ def test_the_weight_is_that_of_the_arm_in_the_cell() -> None:
     assert weight(joints.by_name()) == weight(joints)
 
 
-def test_a_payload_hangs_on_every_joint_before_it() -> None:
+def test_payload_loads_every_joint_before_it() -> None:
     stretched = Joints(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     reach = forward(stretched).position[0] - 0.3
     assert weight(stretched, 0.5).shoulder_lift - weight(stretched).shoulder_lift == pytest.approx(-0.5 * 9.81 * reach)
     assert weight(stretched, 0.5).rail == weight(stretched, 0.5).shoulder_pan == 0.0
 
 
-def test_the_command_ends_at_the_target_but_for_the_weight() -> None:
+def test_anticipated_command_ends_at_target_plus_weight_lead() -> None:
     command = anticipated(DOWN)
     assert command.duration > DOWN.duration
     assert command.velocities[-1] == STILL
@@ -121,7 +121,7 @@ def test_the_command_ends_at_the_target_but_for_the_weight() -> None:
         assert p == pytest.approx(q + f / k)
 
 
-def test_only_motions_between_rests_are_anticipated() -> None:
+def test_anticipated_refuses_motion_that_does_not_end_at_rest() -> None:
     moving = move(INITIAL, ABOVE_BIN, goal_velocity=STILL._replace(rail=0.1))
     with pytest.raises(UsageError, match="rest"):
         anticipated(moving)

@@ -17,7 +17,7 @@ def joints(value: float) -> Joints:
 
 
 @given(knots)
-def test_acceleration_has_no_jump(steps: list[tuple[float, float]]) -> None:
+def test_knot_velocities_give_continuous_acceleration(steps: list[tuple[float, float]]) -> None:
     times = [sum(step for step, _ in steps[:count]) for count in range(1, len(steps) + 1)]
     positions = [position for _, position in steps]
     velocities = [row.rail for row in knot_velocities(times, [joints(p) for p in positions], STILL, STILL)]
@@ -32,13 +32,13 @@ def test_acceleration_has_no_jump(steps: list[tuple[float, float]]) -> None:
         assert left == pytest.approx(right, abs=1e-6 * (1 + abs(left)))
 
 
-def test_a_straight_line_is_run_along_evenly() -> None:
+def test_knot_velocities_of_straight_line_are_constant() -> None:
     times = (0.0, 0.3, 1.0, 1.2)
     for row in knot_velocities(times, [joints(2.0 * time) for time in times]):
         assert row == pytest.approx(joints(2.0))
 
 
-def test_a_parabola_is_exact_between_its_own_ends() -> None:
+def test_knot_velocities_of_parabola_are_exact() -> None:
     times = (0.0, 0.5, 0.7, 2.0)
     rows = knot_velocities(times, [joints(time**2) for time in times], joints(0.0), joints(4.0))
     assert [row.rail for row in rows] == pytest.approx([2.0 * time for time in times])

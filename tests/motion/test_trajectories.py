@@ -16,7 +16,7 @@ SLACK = 1.08
 
 @settings(max_examples=40)
 @given(moderate, moderate)
-def test_a_motion_keeps_its_limits_and_is_the_shortest(a: Joints, b: Joints) -> None:
+def test_move_keeps_limits_and_is_shortest(a: Joints, b: Joints) -> None:
     motion = move(a, b)
     assert motion.start == a
     assert farthest(motion.end, b) < 1e-8
@@ -32,7 +32,7 @@ def test_a_motion_keeps_its_limits_and_is_the_shortest(a: Joints, b: Joints) -> 
 
 @settings(max_examples=40)
 @given(moderate, moderate, st.floats(0.0, 1.0))
-def test_from_rest_to_rest_no_joint_turns_back(a: Joints, b: Joints, share: float) -> None:
+def test_move_from_rest_to_rest_never_turns_back(a: Joints, b: Joints, share: float) -> None:
     motion = move(a, b)
     earlier = motion.at(share * motion.duration).positions
     later = motion.at((share + 0.02) * motion.duration).positions
@@ -40,7 +40,7 @@ def test_from_rest_to_rest_no_joint_turns_back(a: Joints, b: Joints, share: floa
         assert (q - p) * (y - x) >= -1e-6
 
 
-def test_the_path_is_straight_if_one_joint_is_the_slowest() -> None:
+def test_move_is_straight_if_one_joint_is_slowest() -> None:
     goal = Joints(*(a + 0.2 * v for a, v in zip(INITIAL, DEFAULT_LIMITS.velocity, strict=True)))
     goal = goal._replace(wrist_1=INITIAL.wrist_1 + 2.0)
     motion = move(INITIAL, goal)
@@ -51,7 +51,7 @@ def test_the_path_is_straight_if_one_joint_is_the_slowest() -> None:
 
 @settings(max_examples=30)
 @given(moderate, moderate)
-def test_the_knots_reproduce_the_profile(a: Joints, b: Joints) -> None:
+def test_move_knots_reproduce_profile(a: Joints, b: Joints) -> None:
     profile = _profile(a, b, STILL, STILL, DEFAULT_LIMITS, 0.0)
     motion = move(a, b)
     for index in range(200):
@@ -59,28 +59,28 @@ def test_the_knots_reproduce_the_profile(a: Joints, b: Joints) -> None:
         assert farthest(Joints(*profile.at_time(time)[0]), motion.at(time).positions) < 1e-3
 
 
-def test_the_same_request_gives_the_same_bits() -> None:
+def test_same_request_gives_same_bits() -> None:
     assert move(INITIAL, ABOVE_TRAY) == move(INITIAL, ABOVE_TRAY)
     assert through([INITIAL, ABOVE_BIN, ABOVE_TRAY]) == through([INITIAL, ABOVE_BIN, ABOVE_TRAY])
 
 
-def test_it_can_take_longer_and_no_time_at_all() -> None:
+def test_move_honours_min_duration_and_zero_distance() -> None:
     assert move(INITIAL, ABOVE_BIN, min_duration=4.0).duration == pytest.approx(4.0)
     assert move(INITIAL, INITIAL).duration == 0.0
     assert move(INITIAL, INITIAL).end == INITIAL
 
 
-def test_velocities_at_the_ends() -> None:
+def test_move_honours_velocities_at_both_ends() -> None:
     fast = STILL._replace(shoulder_pan=0.5)
     motion = move(INITIAL, ABOVE_BIN, start_velocity=fast, goal_velocity=fast)
     assert motion.at(0.0).velocities == motion.at(motion.duration).velocities == fast
-    with pytest.raises(UsageError, match="above the limit"):
+    with pytest.raises(UsageError, match="within the limit"):
         move(INITIAL, ABOVE_BIN, start_velocity=STILL._replace(elbow=9.0))
-    with pytest.raises(UsageError, match="above the limit"):
+    with pytest.raises(UsageError, match="within the limit"):
         move(INITIAL, ABOVE_BIN, goal_velocity=STILL._replace(elbow=float("nan")))
 
 
-def test_no_joint_is_sent_past_its_end() -> None:
+def test_move_beyond_joint_limit_is_refused() -> None:
     with pytest.raises(UnreachableError, match=r"rail would go to 2\.2"):
         move(INITIAL, INITIAL._replace(rail=2.2))
     with pytest.raises(UnreachableError, match="rail"):
@@ -95,7 +95,7 @@ VIAS = st.lists(moderate, min_size=3, max_size=5)
 @pytest.mark.slow
 @settings(max_examples=25)
 @given(VIAS)
-def test_through_waypoints_without_leaving_their_ranges(stops: list[Joints]) -> None:
+def test_through_stays_between_waypoints(stops: list[Joints]) -> None:
     motion = through(stops)
     assert motion.start == stops[0]
     assert farthest(motion.end, stops[-1]) < 1e-8
@@ -109,7 +109,7 @@ def test_through_waypoints_without_leaving_their_ranges(stops: list[Joints]) -> 
                 assert min(x, y) - 1e-3 <= p <= max(x, y) + 1e-3
 
 
-def test_a_waypoint_on_the_way_is_passed_without_stopping() -> None:
+def test_through_passes_waypoint_on_the_way_without_stop() -> None:
     middle = Joints(*((a + b) / 2 for a, b in zip(ABOVE_BIN, ABOVE_TRAY, strict=True)))
     motion = through([ABOVE_BIN, middle, ABOVE_TRAY])
     stopping = 2 * move(ABOVE_BIN, middle).duration
@@ -117,15 +117,15 @@ def test_a_waypoint_on_the_way_is_passed_without_stopping() -> None:
     assert motion.duration < stopping - 0.7 * (stopping - straight_on)
 
 
-def test_waypoints_that_repeat_and_too_few() -> None:
+def test_through_merges_repeated_waypoints_and_refuses_none() -> None:
     assert through([INITIAL, INITIAL, ABOVE_BIN, ABOVE_BIN]) == move(INITIAL, ABOVE_BIN)
     assert through([INITIAL]).duration == 0.0
-    with pytest.raises(UsageError, match="at least one"):
+    with pytest.raises(UsageError, match="must not be empty"):
         through([])
 
 
 @pytest.mark.parametrize("drop", [0.02, 0.1, 0.25])
-def test_along_a_tool_path(drop: float) -> None:
+def test_along_follows_tool_path_within_limits(drop: float) -> None:
     path = straight(ABOVE_BIN, tool_down(-0.3, 0.23, 1.0 - drop))
     motion = along(path)
     assert motion.start == path[0]
@@ -136,19 +136,19 @@ def test_along_a_tool_path(drop: float) -> None:
         assert min(farthest(joints, point.positions) for point in motion.points(0.002)) < 0.02
 
 
-def test_a_path_of_one_place_or_none() -> None:
+def test_along_single_position_holds_and_none_is_refused() -> None:
     assert along([INITIAL, INITIAL]) == JointMotion.hold(INITIAL, 0.0)
-    with pytest.raises(UsageError, match="at least one"):
+    with pytest.raises(UsageError, match="must not be empty"):
         along([])
 
 
-def test_at_given_times() -> None:
+def test_timed_passes_positions_at_given_times() -> None:
     motion = timed((0.0, 1.0, 2.5), (INITIAL, ABOVE_BIN, ABOVE_BELT))
     assert motion.at(1.0).positions == ABOVE_BIN
     assert motion.velocities[0] == motion.velocities[-1] == STILL
     with pytest.raises(UsageError, match="rise"):
         timed((0.0, 1.0, 1.0), (INITIAL, ABOVE_BIN, ABOVE_BELT))
-    with pytest.raises(UsageError, match="at least two"):
+    with pytest.raises(UsageError, match="at least 2"):
         timed((0.0,), (INITIAL,))
 
 

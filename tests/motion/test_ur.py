@@ -18,13 +18,13 @@ from tests.conftest import load_cases
 from tests.motion.samples import INITIAL, anywhere
 
 
-def off_by(a: Pose, b: Pose) -> float:
+def pose_difference(a: Pose, b: Pose) -> float:
     """Return the difference between poses: the larger of distance [m] and angle [rad]."""
     return max(math.dist(a.position, b.position), angle_between(a, b))
 
 
 @pytest.mark.parametrize("case", load_cases("ur10_rail_fk.json"), ids=lambda case: str(case["name"]))
-def test_forward_kinematics_are_the_published_ones(case: dict[str, Any]) -> None:
+def test_forward_kinematics_equal_published_ones(case: dict[str, Any]) -> None:
     poses = link_poses(case["joints"])
     for link in ("wrist_3_link", "vacuum_gripper_link"):
         matrix = np.array(case[link])
@@ -35,7 +35,7 @@ def test_forward_kinematics_are_the_published_ones(case: dict[str, Any]) -> None
     assert forward(case["joints"]) == poses["vacuum_gripper_link"]
 
 
-def test_the_chain_is_that_of_the_arm_in_the_cell() -> None:
+def test_link_poses_equal_those_of_engine() -> None:
     spec = mujoco.MjSpec()
     add_arm(spec, ArmSettings(), 0.01)
     model = spec.compile()
@@ -53,16 +53,16 @@ def test_the_chain_is_that_of_the_arm_in_the_cell() -> None:
 @example(Joints(0.0, 0.5, -1.0, 0.0, 0.3, 0.7, 0.0))  # stretched out
 @example(Joints(0.0, 0.5, -1.0, 2.0, 0.3, math.pi, 1.0))  # wrists 1 and 3 in line
 @example(Joints(1.434, 0.0, 0.0, 0.0, -math.pi / 2, 0.0, 1.0))  # both
-def test_the_inverse_finds_the_joints_again(joints: Joints) -> None:
+def test_inverse_recovers_joints_of_forward(joints: Joints) -> None:
     expected = forward(joints)
     found = inverse(expected, joints.rail)
     assert 1 <= len(found) <= 8
-    assert all(off_by(forward(each), expected) < 2e-7 for each in found)
+    assert all(pose_difference(forward(each), expected) < 2e-7 for each in found)
     stretch, in_line = abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))
     beside = wrist_distance_squared(joints) - 0.163941**2
     if min(stretch, in_line, beside) > 1e-3:
-        assert all(off_by(forward(each), expected) < 1e-9 for each in found)
-        assert min(apart(each, joints) for each in found) < 1e-6
+        assert all(pose_difference(forward(each), expected) < 1e-9 for each in found)
+        assert min(largest_difference(each, joints) for each in found) < 1e-6
 
 
 @pytest.mark.slow
@@ -77,47 +77,47 @@ def test_inverse_is_exact_near_a_posture(joints: Joints) -> None:
     assert min(max(abs(p - q) for p, q in zip(each, joints, strict=True)) for each in found) < 1e-6
 
 
-def test_the_cell_s_own_postures_have_eight_or_four_relatives() -> None:
+def test_inverse_of_initial_posture_has_eight_solutions() -> None:
     assert len(inverse(forward(INITIAL), 0.0)) == 8
     for each in inverse(forward(INITIAL), 0.0):
         assert all(-math.pi <= angle <= math.pi for angle in each[1:])
 
 
 @pytest.mark.parametrize("wrist_2", [0.0, math.pi])
-def test_wrist_3_stays_when_wrists_are_in_line(wrist_2: float) -> None:
+def test_wrist_3_stays_with_wrists_in_line(wrist_2: float) -> None:
     joints = Joints(0.2, 0.4, -1.0, 1.6, 0.7, wrist_2, 0.5)
     found = inverse(forward(joints), 0.2, near=joints)
-    assert min(apart(each, joints) for each in found) < 1e-6
+    assert min(largest_difference(each, joints) for each in found) < 1e-6
     assert any(abs(each.wrist_3) < 1e-6 for each in inverse(forward(joints), 0.2))
 
 
-def test_wrist_3_yields_when_wrists_are_in_line() -> None:
+def test_wrist_3_changes_where_only_that_reaches_with_wrists_in_line() -> None:
     """Stretched out with the hand in line: no other angle of the hand brings the wrist back into reach."""
     joints = Joints(0.0, 0.0, -0.3, 0.0, -math.pi / 2, 0.0, 1.2)
     (found,) = inverse(forward(joints), 0.0)
-    assert off_by(forward(found), forward(joints)) < 1e-7
+    assert pose_difference(forward(found), forward(joints)) < 1e-7
     assert found.wrist_3 == pytest.approx(1.2, abs=1e-6)
 
 
-def test_far_poses_are_refused_with_the_distance() -> None:
+def test_inverse_refuses_far_pose_with_distance() -> None:
     radius = A2 + A3 + D5
     assert inverse(tool_down(0.3 + math.hypot(radius - 1e-6, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
-    with pytest.raises(UnreachableError, match=r"10\.\d mm beyond"):
+    with pytest.raises(UnreachableError, match=r"10\.\d mm out of reach"):
         inverse(tool_down(0.3 + math.hypot(radius + 0.01, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
 
 
-def test_near_poses_are_refused() -> None:
+def test_inverse_refuses_pose_near_pan_axis() -> None:
     with pytest.raises(UnreachableError, match="move the rail"):
         inverse(tool_down(0.3, 0.1, 1.2), 0.0)
 
 
-def test_a_rail_past_its_end_is_refused() -> None:
+def test_inverse_refuses_rail_beyond_its_end() -> None:
     with pytest.raises(UnreachableError, match="rail"):
         inverse(tool_down(0.3, 2.9, 1.0), 2.2)
     assert inverse(tool_down(0.3, 2.9, 1.0), 2.1)
 
 
-def test_no_number_is_no_pose() -> None:
+def test_inverse_refuses_non_finite_numbers() -> None:
     with pytest.raises(UsageError, match="finite"):
         inverse(Pose((math.nan, 0.0, 0.0)), 0.0)
     with pytest.raises(UsageError, match="finite"):
@@ -125,14 +125,14 @@ def test_no_number_is_no_pose() -> None:
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-1, 3), st.floats(-3, 3))
-def test_tool_down_puts_the_face_at_the_requested_place(x: float, y: float, z: float, yaw: float) -> None:
+def test_tool_down_places_face_at_requested_point(x: float, y: float, z: float, yaw: float) -> None:
     pose = tool_down(x, y, z, yaw)
     assert math.dist(face(pose), (x, y, z)) < 1e-12
     assert pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0))
     assert pose.yaw == pytest.approx(yaw)
 
 
-def test_usual_postures() -> None:
+def test_is_usual_selects_elbow_up_postures() -> None:
     pose = tool_down(-0.3, 0.23, 0.8)
     found = inverse(pose, 0.23)
     usual = [each for each in found if is_usual(each)]
@@ -143,7 +143,7 @@ def test_usual_postures() -> None:
         assert links["wrist_1_link"].position[0] < 0.3
 
 
-def apart(a: Joints, b: Joints) -> float:
+def largest_difference(a: Joints, b: Joints) -> float:
     """Return the largest difference of an angle, ignoring whole turns [rad]."""
     return max(abs(math.remainder(p - q, 2 * math.pi)) for p, q in zip(a[1:], b[1:], strict=True))
 

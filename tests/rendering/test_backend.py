@@ -11,12 +11,12 @@ from tests.rendering.scenes_of_shapes import BALL
 
 
 @pytest.mark.parametrize("backend", ["", *BACKENDS])
-def test_what_exists_is_taken(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_known_backend_is_accepted(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     assert requested_backend() == backend
 
 
-def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unset_backend_is_empty(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(BACKEND, raising=False)
     assert requested_backend() == ""
 
@@ -24,12 +24,12 @@ def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("backend", "reason"),
     [
-        ("ray", "=ray: give one of egl, osmesa, cgl, glfw, rays, or leave it unset; did you mean rays"),
+        ("ray", "=ray: unknown backend; set one of egl, osmesa, cgl, glfw, rays, or unset it; did you mean rays"),
         ("EGL", "; did you mean egl"),
-        ("\x1b[2J\nboo", r"=\x1b[2J boo: give one of"),
+        ("\x1b[2J\nboo", r"=\x1b[2J boo: unknown backend; set one of"),
     ],
 )
-def test_an_unknown_backend_is_refused_in_a_line(backend: str, reason: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_backend_is_refused_in_one_line(backend: str, reason: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     with pytest.raises(UsageError) as refused:
         requested_backend()
@@ -37,7 +37,7 @@ def test_an_unknown_backend_is_refused_in_a_line(backend: str, reason: str, monk
     assert str(refused.value).isprintable()
 
 
-def test_no_other_backend_draws_instead(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worker_with_unknown_backend_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, "ray")
     with pytest.raises(UsageError, match="did you mean rays"):
         RenderWorker(BALL)

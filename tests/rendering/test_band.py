@@ -10,14 +10,14 @@ from tests.rendering.scenes import clutter
 
 
 @given(st.integers(1, 5000))
-def test_bands_hold_every_row_once(height: int) -> None:
+def test_bands_have_each_row_once(height: int) -> None:
     rows = [row for rows in picture.bands(height) for row in rows]
     assert rows == list(range(height))
     assert all(picture.bands(height))
 
 
 @pytest.mark.slow
-def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_banded_picture_equals_whole_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = clutter(5)
     model.geom_rgba[::3, 3] = 0.5
     camera = Camera((4, -5, 2), (0, 0, 0))

@@ -24,7 +24,7 @@ def cameras(draw: st.DrawFn) -> Camera:
 
 
 @given(cameras())
-def test_the_optical_frame_is_a_rotation(camera: Camera) -> None:
+def test_optical_frame_is_rotation(camera: Camera) -> None:
     world_R_optical = camera.world_R_optical
     assert np.allclose(world_R_optical.T @ world_R_optical, np.eye(3), atol=1e-9)
     assert np.linalg.det(world_R_optical) == pytest.approx(1)
@@ -33,9 +33,7 @@ def test_the_optical_frame_is_a_rotation(camera: Camera) -> None:
 
 
 @given(cameras(), st.integers(1, 2000), st.integers(1, 2000), st.data())
-def test_a_point_on_a_pixels_ray_is_projected_to_that_pixel(
-    camera: Camera, width: int, height: int, data: st.DataObject
-) -> None:
+def test_point_on_pixel_ray_projects_to_pixel(camera: Camera, width: int, height: int, data: st.DataObject) -> None:
     pixel = np.array([[data.draw(st.floats(0, width)), data.draw(st.floats(0, height))]])
     direction = camera.directions(pixel, width, height)
     assert np.linalg.norm(direction) == pytest.approx(1)
@@ -48,7 +46,7 @@ def test_a_point_on_a_pixels_ray_is_projected_to_that_pixel(
 
 @pytest.mark.slow
 @given(cameras(), st.integers(1, 500), st.integers(1, 500))
-def test_the_target_is_in_the_middle(camera: Camera, width: int, height: int) -> None:
+def test_target_is_in_middle_of_picture(camera: Camera, width: int, height: int) -> None:
     projected = project(camera, np.array([camera.target]), width, height)[0]
     assert projected[:2] == pytest.approx((width / 2, height / 2), abs=1e-4)
     assert projected[2] == pytest.approx(math.dist(camera.eye, camera.target))
@@ -56,12 +54,12 @@ def test_the_target_is_in_the_middle(camera: Camera, width: int, height: int) ->
 
 @pytest.mark.slow
 @given(cameras())
-def test_the_opening_angle_spans_the_height(camera: Camera) -> None:
+def test_opening_angle_spans_picture_height(camera: Camera) -> None:
     top, bottom = camera.directions(np.array([[8.0, 0.0], [8.0, 9.0]]), 16, 9)
     assert math.acos(np.clip(top @ bottom, -1, 1)) == pytest.approx(camera.fov, abs=1e-6)
 
 
-def test_right_is_right_and_up_is_up() -> None:
+def test_picture_axes_point_right_and_up() -> None:
     camera = Camera((0, -5, 1), (0, 0, 1))
     right, up, behind = project(camera, np.array([(1.0, 0, 1), (0, 0, 2.0), (0, -6.0, 1)]), 100, 100)
     assert right[0] > 50
@@ -83,6 +81,6 @@ def test_right_is_right_and_up_is_up() -> None:
         ((0.0, 0.0, 1.0), (math.inf, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0),
     ],
 )
-def test_a_camera_that_sees_nothing_is_refused(eye: Vector3, target: Vector3, up: Vector3, fov: float) -> None:
+def test_invalid_camera_is_refused(eye: Vector3, target: Vector3, up: Vector3, fov: float) -> None:
     with pytest.raises(UsageError):
         Camera(eye, target, up, fov)

@@ -23,7 +23,7 @@ def around(row: int, column: int) -> set[int]:
     return {r * WIDTH + c for r, c in places if 0 <= r < HEIGHT and 0 <= c < WIDTH}
 
 
-def test_one_surface_has_no_edges() -> None:
+def test_single_surface_has_no_edges() -> None:
     assert len(edge_pixels(flat_layer())) == 0
 
 
@@ -35,7 +35,7 @@ def test_empty_space_has_no_edges() -> None:
 
 
 @given(st.integers(0, HEIGHT - 1), st.integers(0, WIDTH - 1), st.sampled_from(["geom", "normal", "albedo"]))
-def test_a_pixel_that_differs_makes_an_edge_with_its_neighbours(row: int, column: int, difference: str) -> None:
+def test_differing_pixel_makes_edge_with_neighbours(row: int, column: int, difference: str) -> None:
     layer = flat_layer()
     at = row * WIDTH + column
     if difference == "geom":
@@ -48,7 +48,7 @@ def test_a_pixel_that_differs_makes_an_edge_with_its_neighbours(row: int, column
 
 
 @given(st.integers(1, 8), st.lists(st.integers(0, 999), min_size=1, max_size=5))
-def test_rays_lie_within_their_pixel_and_about_its_middle(samples: int, numbers: list[int]) -> None:
+def test_sample_points_lie_within_pixel_around_middle(samples: int, numbers: list[int]) -> None:
     pixels = np.array(numbers)
     points = pixel_points(pixels, 40, samples=samples).reshape(len(pixels), -1, 2)
     inside = points - np.column_stack([pixels % 40, pixels // 40])[:, None, :]

@@ -25,7 +25,7 @@ def patch(
     return openness(caster, lamps, hits, points, range(SIDE), SIDE)
 
 
-def test_the_lamps_of_a_disc_fill_it_and_face_the_target() -> None:
+def test_disc_lamps_fill_disc_and_face_target() -> None:
     lamp = disc_lamp((1, 2, 3), (4, 2, 3), 0.5)
     offsets = lamp - (1, 2, 3)
     distance = np.linalg.norm(offsets, axis=1)
@@ -36,7 +36,7 @@ def test_the_lamps_of_a_disc_fill_it_and_face_the_target() -> None:
     assert len(np.unique(lamp.round(9), axis=0)) == SQUARE**2
 
 
-def test_the_sky_is_half_a_sphere() -> None:
+def test_sky_is_half_sphere() -> None:
     directions = (sky((1, 0, 0), 4.0) - (1, 0, 0)) / 4
     assert np.allclose(np.linalg.norm(directions, axis=1), 1)
     assert (directions[:, 2] > 0).all()
@@ -46,23 +46,23 @@ def test_the_sky_is_half_a_sphere() -> None:
 
 
 @pytest.mark.parametrize("lamps", [KEY, SKY])
-def test_an_empty_floor_is_open(lamps: NDArray[np.float64]) -> None:
+def test_empty_floor_is_fully_open(lamps: NDArray[np.float64]) -> None:
     assert (patch(lamps, "", (0, 0)) == 1).all()
 
 
-def test_beneath_a_slab_there_is_no_lamp_and_little_sky() -> None:
+def test_floor_beneath_slab_sees_no_lamp_and_little_sky() -> None:
     slab = '<geom type="box" size="2 2 .1" pos="0 0 .5" group="1"/>'
     assert (patch(KEY, slab, (0, 0)) == 0).all()
     assert patch(SKY, slab, (0, 0)).max() < 0.12
 
 
-def test_a_wall_takes_half_the_sky() -> None:
+def test_wall_hides_half_of_sky() -> None:
     # light on a level floor from the half of the sky before a long high wall: exactly half, by symmetry
     wall = '<geom type="box" size=".1 50 50" pos=".11 0 50" group="1"/>'
     assert patch(SKY, wall, (0, 0)).mean() == pytest.approx(0.5, abs=0.08)
 
 
-def test_the_edge_of_a_shadow_is_soft() -> None:
+def test_shadow_edge_is_soft() -> None:
     # seen from a lamp 5 m up, an edge 2.5 m up and 0 aside falls on x = 0; the lamp's 0.2 m make 0.4 m of half shade
     slab = '<geom type="box" size="2 2 .001" pos="-2 0 2.5" group="1"/>'
     across = [patch(KEY, slab, (x, 0)).mean() for x in (-0.25, -0.1, 0, 0.1, 0.25)]
@@ -73,11 +73,11 @@ def test_the_edge_of_a_shadow_is_soft() -> None:
     assert 0.1 < across[1] < 0.4
 
 
-def test_things_only_touched_cast_no_shadow() -> None:
+def test_collision_shapes_cast_no_shadow() -> None:
     assert (patch(KEY, '<geom type="box" size="2 2 .1" pos="0 0 .5" group="3"/>', (0, 0)) == 1).all()
 
 
-def test_neighbours_on_another_surface_do_not_share() -> None:
+def test_pixels_on_other_surface_do_not_share_lamps() -> None:
     # left half of the pixels on a floor in the dark, right half on a table top in the light
     world = (
         '<geom name="table" type="box" size="1 2 .1" pos="1 0 .9" group="1"/>'
@@ -93,7 +93,7 @@ def test_neighbours_on_another_surface_do_not_share() -> None:
     assert (seen[~right] == 0).all()
 
 
-def test_sides_of_one_thing_do_not_share() -> None:
+def test_sides_of_one_body_do_not_share_lamps() -> None:
     # left half of the pixels on a wall's side that faces an awning close by, right half on its free top
     caster = RayCaster(
         *scene('<geom type="box" size="1 1 1" group="1"/><geom type="box" size=".5 1 .1" pos="1.6 0 1.2" group="1"/>')
@@ -109,7 +109,7 @@ def test_sides_of_one_thing_do_not_share() -> None:
     assert (seen[~top] == 0).all()
 
 
-def test_a_wall_that_half_the_lamps_stand_behind_is_open_to_the_others() -> None:
+def test_wall_before_half_of_lamps_is_open_to_the_rest() -> None:
     caster = RayCaster(*scene(FLOOR))
     along = np.tile((1.0, 0.0, 0.0), (SIDE * SIDE, 1))
     hits = Hits(np.zeros(SIDE * SIDE, np.int32), np.ones(SIDE * SIDE), along)
@@ -117,7 +117,7 @@ def test_a_wall_that_half_the_lamps_stand_behind_is_open_to_the_others() -> None
     assert np.allclose(openness(caster, KEY, hits, points, range(SIDE), SIDE), 1)
 
 
-def test_what_faces_away_and_what_is_not_there_sees_no_lamp() -> None:
+def test_surfaces_facing_away_and_missing_hits_see_no_lamp() -> None:
     caster = RayCaster(*scene(FLOOR))
     points = np.zeros((4, 3))
     away = np.tile((0.0, 0.0, -1.0), (4, 1))

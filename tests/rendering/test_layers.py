@@ -22,26 +22,26 @@ def one_hit(geom: int, normal: tuple[float, float, float] = (0, 0, 1)) -> Hits:
 
 
 @pytest.mark.parametrize("geom", [0, 1, 2, 4, 5, 6, 8, 9, 10])
-def test_light_is_borrowed_from_the_neighbour_on_the_same_geom(geom: int) -> None:
+def test_light_is_borrowed_from_neighbour_on_same_geom(geom: int) -> None:
     key, sky = numbered_layer().borrow(np.array([5]), one_hit(geom))
     assert key[0] == pytest.approx(geom / 100)
     assert sky[0] == pytest.approx(geom / 50)
 
 
 @pytest.mark.parametrize("hit", [one_hit(3), one_hit(7), one_hit(99), one_hit(6, (0, 1, 0))])
-def test_without_such_a_neighbour_it_is_the_pixels_own(hit: Hits) -> None:
+def test_pixel_without_such_neighbour_keeps_own_light(hit: Hits) -> None:
     key, sky = numbered_layer().borrow(np.array([5]), hit)
     assert key[0] == pytest.approx(0.05)
     assert sky[0] == pytest.approx(0.10)
 
 
 @pytest.mark.parametrize(("corner", "opposite"), [(0, 11), (3, 8), (8, 3), (11, 0)])
-def test_at_the_border_nothing_is_borrowed_from_the_other_side(corner: int, opposite: int) -> None:
+def test_border_pixel_borrows_nothing_from_opposite_side(corner: int, opposite: int) -> None:
     key, _ = numbered_layer().borrow(np.array([corner]), one_hit(opposite))
     assert key[0] == pytest.approx(corner / 100)
 
 
-def test_few_hits_are_spread_among_many_rays() -> None:
+def test_hits_are_spread_among_rays() -> None:
     hits = spread(one_hit(7), np.array([2]), 4)
     assert hits.geom.tolist() == [-1, -1, 7, -1]
     assert hits.distance.tolist() == [np.inf, np.inf, 1, np.inf]

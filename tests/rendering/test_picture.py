@@ -29,14 +29,14 @@ def radius_of_ball(distance: float, height: int) -> float:
     return 0.5 / math.sqrt(distance**2 - 0.5**2) * height / (2 * math.tan(CAMERA.fov / 2))
 
 
-def test_a_ball_covers_the_disc_that_geometry_gives() -> None:
+def test_ball_covers_expected_disc() -> None:
     picture = render(*scene(BALL.format("0 0 0")), CAMERA, WIDTH, HEIGHT, samples=1)
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     from_middle = np.hypot(rows - HEIGHT / 2, columns - WIDTH / 2)
     assert np.array_equal(is_red(picture), from_middle < radius_of_ball(4, HEIGHT))
 
 
-def test_the_picture_is_not_mirrored() -> None:
+def test_picture_is_not_mirrored() -> None:
     picture = render(*scene(BALL.format(".8 0 .5")), CAMERA, WIDTH, HEIGHT, samples=1)
     rows, columns = np.nonzero(is_red(picture))
     expected = project(CAMERA, np.array([[0.8, 0, 0.5]]), WIDTH, HEIGHT)[0]
@@ -46,7 +46,7 @@ def test_the_picture_is_not_mirrored() -> None:
     assert rows.mean() < HEIGHT / 2
 
 
-def test_more_samples_smooth_edges_and_nothing_else() -> None:
+def test_samples_smooth_edges_only() -> None:
     model, data = scene(BALL.format("0 0 0"))
     jagged, smooth = (render(model, data, CAMERA, WIDTH, HEIGHT, samples=n).astype(float) for n in (1, 4))
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
@@ -63,7 +63,7 @@ def test_more_samples_smooth_edges_and_nothing_else() -> None:
     assert between.mean() > 0.4
 
 
-def test_things_cast_shadows() -> None:
+def test_bodies_cast_shadows() -> None:
     # the lamp is at (-3.2, -4.6, 7) from the camera's target: a slab 1 m up casts its shadow beyond itself
     slab = '<geom type="box" size=".3 .3 .02" pos="0 0 1" rgba="1 1 1 1" group="1"/>'
     lamp, centre = np.array([-3.2, -4.6, 7.0]), np.array([0, 0, 1.0])
@@ -75,7 +75,7 @@ def test_things_cast_shadows() -> None:
     assert shaded[row, column].mean() == pytest.approx(open_[row, column].mean(), abs=2)
 
 
-def test_one_sees_through_translucent_things() -> None:
+def test_translucent_body_shows_body_behind() -> None:
     pane = '<geom type="box" size="1 .01 .7" pos="0 -1 0" rgba="0 0 1 {}" group="2"/>'
     colours = {
         opacity: render(*scene(BALL.format("0 0 0") + pane.format(opacity)), CAMERA, WIDTH, HEIGHT)[45, 60].astype(int)
@@ -88,13 +88,13 @@ def test_one_sees_through_translucent_things() -> None:
     assert len({*reds}) == len({*blues}) == 4
 
 
-def test_what_is_only_touched_is_not_drawn() -> None:
+def test_collision_shapes_are_not_drawn() -> None:
     empty = render(*scene(""), CAMERA, 40, 30)
     assert np.array_equal(render(*scene(BALL.format("0 0 0").replace('"1"', '"3"')), CAMERA, 40, 30), empty)
     assert not np.array_equal(render(*scene(BALL.format("0 0 0")), CAMERA, 40, 30), empty)
 
 
-def test_the_same_state_gives_the_same_picture_on_any_number_of_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_picture_is_identical_on_any_number_of_cores(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = clutter(3)
     camera = Camera((4, -5, 2), (0, 0, 0))
     first = render(model, data, camera, 160, 120)
@@ -124,11 +124,11 @@ def state_after(steps: int, *, watched: bool) -> NDArray[np.float64]:
     return np.array(states)
 
 
-def test_watching_changes_nothing() -> None:
+def test_render_leaves_state_unchanged() -> None:
     assert state_after(800, watched=True).tobytes() == state_after(800, watched=False).tobytes()
 
 
-def test_progress_runs_from_nothing_to_everything() -> None:
+def test_progress_runs_from_zero_to_one() -> None:
     shares: list[float] = []
     render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=shares.append)
     assert shares[0] == 0
@@ -137,7 +137,7 @@ def test_progress_runs_from_nothing_to_everything() -> None:
     assert len(shares) > 4
 
 
-def test_what_goes_wrong_while_it_draws_reaches_the_caller() -> None:
+def test_error_while_drawing_reaches_caller() -> None:
     def give_up(share: float) -> None:
         if share > 0:
             raise UsageError("enough")
@@ -147,19 +147,19 @@ def test_what_goes_wrong_while_it_draws_reaches_the_caller() -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 7), (7, 1), (3, 2)])
-def test_the_smallest_pictures(size: tuple[int, int]) -> None:
+def test_smallest_pictures_are_drawn(size: tuple[int, int]) -> None:
     assert render(*scene(BALL.format("0 0 0")), CAMERA, *size).shape == (size[1], size[0], 3)
 
 
 @pytest.mark.parametrize(
     ("width", "height", "samples"), [(0, 10, 1), (10, -1, 1), (5000, 10, 1), (10, 10, 0), (10, 10, 9)]
 )
-def test_impossible_pictures_are_refused(width: int, height: int, samples: int) -> None:
+def test_impossible_picture_sizes_are_refused(width: int, height: int, samples: int) -> None:
     with pytest.raises(UsageError, match="picture"):
         render(*scene(FLOOR), CAMERA, width, height, samples=samples)
 
 
-def test_no_graphics_library_is_loaded() -> None:
+def test_render_loads_no_graphics_library() -> None:
     script = (
         "import sys, mujoco; from cellwright.rendering import picture, camera;"
         "m = mujoco.MjModel.from_xml_string('<mujoco/>');"

@@ -17,20 +17,20 @@ PINHOLES = st.builds(Pinhole, st.integers(8, 60), st.integers(8, 60), st.floats(
 POSES = st.builds(Pose.from_rpy, st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.tuples(*[st.floats(-3.0, 3.0)] * 3))
 
 
-def test_a_right_angle_wide() -> None:
+def test_pinhole_of_right_angle_has_known_focal_length() -> None:
     pinhole = Pinhole(640, 480, math.pi / 2)
     assert pinhole.focal_length == pytest.approx(320.0)
     assert pinhole.centre == (319.5, 239.5)
     assert pinhole.vertical_fov == pytest.approx(2 * math.atan(0.75))
 
 
-def test_the_optical_frame() -> None:
+def test_optical_frame_axes_in_camera_frame() -> None:
     for optical, camera in (((1, 0, 0), (0, -1, 0)), ((0, 1, 0), (0, 0, -1)), ((0, 0, 1), (1, 0, 0))):
         assert OPTICAL.rotate(optical) == pytest.approx(camera)
 
 
 @given(pinhole=PINHOLES, pose=POSES, share=st.tuples(st.floats(0, 1), st.floats(0, 1)), depth=st.floats(0.1, 9))
-def test_a_depth_is_the_point_that_the_drawing_camera_sees_there(
+def test_point_of_depth_projects_to_its_pixel(
     pinhole: Pinhole, pose: Pose, share: tuple[float, float], depth: float
 ) -> None:
     column, row = int(share[0] * (pinhole.width - 1)), int(share[1] * (pinhole.height - 1))
@@ -42,7 +42,7 @@ def test_a_depth_is_the_point_that_the_drawing_camera_sees_there(
 
 
 @given(pinhole=PINHOLES, pose=POSES)
-def test_it_sees_as_far_to_the_sides_as_it_says(pinhole: Pinhole, pose: Pose) -> None:
+def test_drawing_camera_has_field_of_view_of_pinhole(pinhole: Pinhole, pose: Pose) -> None:
     camera = pinhole.at(pose)
     edges = np.array([[0.0, pinhole.height / 2], [pinhole.width, pinhole.height / 2]])
     left, right = camera.directions(edges, pinhole.width, pinhole.height)
@@ -51,7 +51,7 @@ def test_it_sees_as_far_to_the_sides_as_it_says(pinhole: Pinhole, pose: Pose) ->
     assert camera.world_R_optical[:, 1] == pytest.approx(pose.rotate((0.0, 0.0, -1.0)), abs=1e-9)
 
 
-def test_what_was_not_measured_is_no_point() -> None:
+def test_missing_depth_gives_no_point() -> None:
     pinhole = Pinhole(8, 8, 1.0)
     depth = np.full((8, 8), np.nan, np.float32)
     depth[3, 4] = 1.0

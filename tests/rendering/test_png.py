@@ -49,18 +49,18 @@ shapes = st.tuples(st.integers(1, 12), st.integers(1, 12), st.just(3))
 
 
 @given(arrays(np.uint8, shapes))
-def test_what_goes_in_comes_out(picture: NDArray[np.uint8]) -> None:
+def test_png_decodes_to_same_picture(picture: NDArray[np.uint8]) -> None:
     before = picture.copy()
     assert np.array_equal(decode(encode_png(picture)), picture)
     assert np.array_equal(before, picture)
 
 
-def test_a_picture_need_not_lie_in_one_piece_of_memory() -> None:
+def test_png_of_strided_picture_is_correct() -> None:
     picture = np.arange(5 * 8 * 3, dtype=np.uint8).reshape(5, 8, 3)[::-2, ::2]
     assert np.array_equal(decode(encode_png(picture)), picture)
 
 
-def test_a_smooth_picture_is_small() -> None:
+def test_png_of_smooth_picture_is_small() -> None:
     ramp = np.repeat(np.arange(256, dtype=np.uint8)[:, None, None], 256, axis=1).repeat(3, axis=2)
     assert len(encode_png(ramp)) < ramp.size / 100
 
@@ -69,18 +69,18 @@ def test_a_smooth_picture_is_small() -> None:
     "picture",
     [np.zeros((2, 2, 3)), np.zeros((2, 2), np.uint8), np.zeros((2, 2, 4), np.uint8), np.zeros((0, 2, 3), np.uint8)],
 )
-def test_what_is_no_picture_is_refused(picture: NDArray[np.uint8]) -> None:
+def test_invalid_picture_array_is_refused(picture: NDArray[np.uint8]) -> None:
     with pytest.raises(UsageError, match="height, width, 3"):
         encode_png(picture)
 
 
-def test_a_picture_is_saved_over_what_was_there(tmp_path: Path) -> None:
+def test_save_png_replaces_file(tmp_path: Path) -> None:
     path, picture = tmp_path / "cell.png", np.full((3, 4, 3), 7, np.uint8)
     for place in (path, str(path)):
         save_png(place, picture)
         assert np.array_equal(decode(path.read_bytes()), picture)
 
 
-def test_a_picture_that_cannot_be_written_says_where(tmp_path: Path) -> None:
+def test_unwritable_picture_is_reported_with_path(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"nowhere.*cell\.png.*No such file"):
         save_png(tmp_path / "nowhere" / "cell.png", np.zeros((1, 1, 3), np.uint8))

@@ -16,7 +16,7 @@ AHEAD = np.array([[1.0, 0, 0]])
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_bundles_meet_what_single_rays_meet(seed: int) -> None:
+def test_bundled_rays_hit_same_as_single_rays(seed: int) -> None:
     model, data = clutter(seed)
     rng = np.random.default_rng(seed)
     caster = RayCaster(model, data)
@@ -38,7 +38,7 @@ def test_bundles_meet_what_single_rays_meet(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_light_reaches_points_with_nothing_between(seed: int) -> None:
+def test_light_reaches_unobstructed_points(seed: int) -> None:
     model, data = clutter(seed)
     caster = RayCaster(model, data)
     directions = unit_vectors(np.random.default_rng(seed), 300)
@@ -49,12 +49,12 @@ def test_light_reaches_points_with_nothing_between(seed: int) -> None:
     reached = caster.reaches(lamp, points)
     assert 0 < reached.sum() < len(points)
     for point, lit in zip(points, reached, strict=True):
-        way = np.linalg.norm(point - lamp)
-        distance = mujoco.mj_ray(model, data, lamp, (point - lamp) / way, SHOWN, True, -1, None)
-        assert lit == (distance < 0 or distance > way - 1e-4)
+        reach = np.linalg.norm(point - lamp)
+        distance = mujoco.mj_ray(model, data, lamp, (point - lamp) / reach, SHOWN, True, -1, None)
+        assert lit == (distance < 0 or distance > reach - 1e-4)
 
 
-def test_no_rays_meet_nothing() -> None:
+def test_empty_bundle_has_no_hits() -> None:
     caster = RayCaster(*scene(FLOOR))
     assert len(caster.cast(ORIGIN, np.zeros((0, 3))).geom) == 0
     assert len(caster.reaches(ORIGIN, np.zeros((0, 3)))) == 0
@@ -71,7 +71,7 @@ def test_no_rays_meet_nothing() -> None:
         (1, 0.3, "front", "back"),
     ],
 )
-def test_what_rays_see_and_what_they_see_through(front: int, opacity: float, first: str, opaque: str) -> None:
+def test_rays_pass_translucent_geoms_on_request(front: int, opacity: float, first: str, opaque: str) -> None:
     model, data = scene(BOXES.format(front=front, opacity=opacity))
     caster = RayCaster(model, data)
     assert model.geom(int(caster.cast(ORIGIN, AHEAD).geom[0])).name == first
@@ -80,20 +80,20 @@ def test_what_rays_see_and_what_they_see_through(front: int, opacity: float, fir
     assert shaded == (opaque == "back")
 
 
-def test_a_sheet_of_a_millimetre_gives_shade() -> None:
+def test_sheet_of_one_millimetre_casts_shadow() -> None:
     sheet = '<geom type="box" size="1 1 .0005" pos="0 0 -1" group="1"/>'
     below, on_top = RayCaster(*scene(sheet)).reaches(ORIGIN, np.array([[0.1, 0.1, -1.0005], [0.1, 0.1, -0.9995]]))
     assert on_top
     assert not below
 
 
-def test_a_surface_seen_from_inside_faces_the_eye() -> None:
+def test_surface_seen_from_inside_faces_eye() -> None:
     hits = RayCaster(*scene('<geom type="box" size="1 1 1" group="1"/>')).cast(ORIGIN, AHEAD)
     assert hits.distance[0] == pytest.approx(1)
     assert hits.normal[0] == pytest.approx((-1, 0, 0))
 
 
-def test_model_and_state_are_left_alone() -> None:
+def test_caster_leaves_model_and_state_unchanged() -> None:
     model, data = scene(BOXES.format(front=1, opacity=0.5))
     before = [a.copy() for a in (model.geom_group, model.geom_rgba, model.geom_matid)]
     data.geom_xpos[:] = 7.0
@@ -104,7 +104,7 @@ def test_model_and_state_are_left_alone() -> None:
     assert (data.geom_xpos == 7.0).all()
 
 
-def test_rays_find_bodies_where_qpos_says() -> None:
+def test_rays_hit_bodies_at_qpos() -> None:
     model, data = scene(
         '<body name="ball"><freejoint/><geom type="sphere" size=".5" group="1"/></body>'
         '<body name="held" mocap="true" pos="0 9 0"><geom type="sphere" size=".5" group="1"/></body>'

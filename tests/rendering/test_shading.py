@@ -38,7 +38,7 @@ def light_from(
 
 
 @pytest.mark.usefixtures("matte")
-def test_lamp_and_sky_add_up() -> None:
+def test_light_of_lamp_and_sky_adds_up() -> None:
     floor = f"<geom {GREY}/>"
     dark, lamp, open_sky, both = (
         light_from(floor, (0.5, 0.5, 0), key=k, open_sky=s) for k, s in ((0, 0), (1, 0), (0, 1), (1, 1))
@@ -49,7 +49,7 @@ def test_lamp_and_sky_add_up() -> None:
 
 
 @pytest.mark.usefixtures("matte")
-def test_light_falls_off_with_the_cosine() -> None:
+def test_light_falls_off_with_cosine() -> None:
     floor = f"<geom {GREY}/>"
     below, aside = (
         light_from(floor, p, open_sky=0) - light_from(floor, p, key=0, open_sky=0)
@@ -60,13 +60,13 @@ def test_light_falls_off_with_the_cosine() -> None:
 
 
 @pytest.mark.usefixtures("matte")
-def test_a_bright_colour_sends_back_more_light() -> None:
+def test_bright_colour_reflects_more_light() -> None:
     ball = '<geom type="sphere" size="1" rgba="{} {} .1 1" group="1"/>'
     light = light_from(ball.format(0.9, 0.3), (0, 0, 0.5))
     assert light[0] > light[1] > light[2]
 
 
-def test_a_ball_has_a_highlight_where_it_mirrors_the_lamp(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ball_has_highlight_where_it_mirrors_lamp(monkeypatch: pytest.MonkeyPatch) -> None:
     # the normal half way between lamp and eye; the centre lies on the origin, eye and lamp equally far
     ball = '<geom type="sphere" size="1" rgba=".2 .2 .2 1" group="1"/>'
     eye = (0.0, -7.0, 0.0)
@@ -77,7 +77,7 @@ def test_a_ball_has_a_highlight_where_it_mirrors_the_lamp(monkeypatch: pytest.Mo
     assert shaded == pytest.approx(light_from(ball, halfway, eye=eye, key=0))
 
 
-def test_a_surface_exactly_between_lamp_and_eye_has_a_colour() -> None:
+def test_surface_between_lamp_and_eye_has_finite_colour() -> None:
     plate = '<geom type="box" size="1 1 .01" rgba=".5 .5 .5 1" group="1"/>'
     shaded = light_from(plate, (0, 0, -0.01), eye=(0.0, 0.001, -7.0))
     model, data = scene(plate)
@@ -91,7 +91,7 @@ def test_a_surface_exactly_between_lamp_and_eye_has_a_colour() -> None:
 
 
 @pytest.mark.usefixtures("matte")
-def test_far_things_fade_into_the_background() -> None:
+def test_distant_floor_fades_into_background() -> None:
     floor = f"<geom {GREY}/>"
     far = light_from(floor, (0, 40, 0))
     direction = np.subtract((0, 40, 0), EYE)[None] / np.linalg.norm(np.subtract((0, 40, 0), EYE))
@@ -99,7 +99,7 @@ def test_far_things_fade_into_the_background() -> None:
     assert light_from(floor, (0.5, 0.5, 0)) != pytest.approx(background(direction)[0], abs=0.05)
 
 
-def test_the_sky_darkens_upwards_without_a_step() -> None:
+def test_sky_darkens_upwards_without_step() -> None:
     angles = np.linspace(-np.pi / 2, np.pi / 2, 200)
     light = background(np.column_stack([np.cos(angles), np.zeros(200), np.sin(angles)]))
     assert (np.diff(light, axis=0) <= 1e-6).all()
@@ -107,15 +107,15 @@ def test_the_sky_darkens_upwards_without_a_step() -> None:
 
 
 @given(st.floats(0, 50), st.floats(0, 50))
-def test_more_light_is_never_darker_on_the_screen(a: float, b: float) -> None:
+def test_more_light_is_never_darker_on_screen(a: float, b: float) -> None:
     low, high = to_screen(np.array(sorted((a, b)), np.float32))
     assert low <= high
 
 
 @given(st.integers(0, 200))
-def test_screen_values_below_the_knee_come_back(value: int) -> None:
+def test_screen_values_below_knee_are_kept(value: int) -> None:
     assert to_screen(linear(np.array([value / 255]))) == value
 
 
-def test_the_brightest_light_is_still_a_colour() -> None:
+def test_brightest_light_is_still_valid_colour() -> None:
     assert to_screen(np.array([0.0, 1e9, np.float32(1e30)], np.float32)).tolist() == [0, 255, 255]

@@ -22,7 +22,7 @@ def grey_at(
     return colours[:, 0]
 
 
-def test_a_floor_has_a_line_each_metre() -> None:
+def test_floor_has_line_each_metre() -> None:
     surfaces = surfaces_of('<geom type="plane" size="9 9 1" rgba=".5 .5 .5 1"/>')
     tile, line, crossing = grey_at(surfaces, [(0.5, 0.5, 0), (2.0, 0.5, 0), (-3.0, 1.0, 0)])
     assert tile == pytest.approx(linear(np.array([0.5]))[0])
@@ -30,7 +30,7 @@ def test_a_floor_has_a_line_each_metre() -> None:
     assert crossing == pytest.approx(line)
 
 
-def test_lines_blur_when_a_pixel_covers_more_than_they_do() -> None:
+def test_floor_lines_blur_in_large_pixels() -> None:
     surfaces = surfaces_of('<geom type="plane" size="9 9 1" rgba=".5 .5 .5 1"/>')
     sharp, soft, gone = (grey_at(surfaces, [(0.0, 0.5, 0)], size)[0] for size in (0.001, 0.05, 10))
     tile = grey_at(surfaces, [(0.5, 0.5, 0)])[0]
@@ -40,7 +40,7 @@ def test_lines_blur_when_a_pixel_covers_more_than_they_do() -> None:
 
 @pytest.mark.slow
 @given(st.floats(0.001, 0.4))
-def test_blurring_a_line_keeps_its_amount_of_ink(footprint: float) -> None:
+def test_blurred_line_keeps_its_ink(footprint: float) -> None:
     surfaces = surfaces_of('<geom type="plane" size="9 9 1" rgba=".5 .5 .5 1"/>')
     across = np.linspace(-0.5, 0.5, 4001)
     shades = grey_at(surfaces, [(x, 0.5, 0.0) for x in across], footprint)

@@ -32,7 +32,7 @@ def left_of_red(pictures: list[np.ndarray]) -> list[float]:
 
 
 @pytest.mark.slow
-def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
+def test_video_plays_given_frames(tmp_path: Path) -> None:
     films = []
     for name in ("a.mp4", "b.mp4"):
         video = Video(of_a_ball(tmp_path / name), BALL)
@@ -49,7 +49,7 @@ def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_picture_is_shown_longer_if_waiting_is_not_allowed(tmp_path: Path) -> None:
+def test_video_without_waiting_repeats_picture(tmp_path: Path) -> None:
     video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     os.kill(video._worker._process.pid, signal.SIGSTOP)
     took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
@@ -67,7 +67,7 @@ def test_a_picture_is_shown_longer_if_waiting_is_not_allowed(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
+def test_full_disk_ends_video_only(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
     (tmp_path / "a.mp4").symlink_to("/dev/full")
@@ -81,7 +81,7 @@ def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_video_whose_process_is_killed_can_be_played(tmp_path: Path) -> None:
+def test_video_of_killed_process_is_playable(tmp_path: Path) -> None:
     video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     for _ in range(90):
         video.take(ball_at(0, 0, 1), CAMERA)
@@ -108,7 +108,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.slow
-def test_the_caller_may_be_killed(tmp_path: Path) -> None:
+def test_video_of_killed_caller_is_playable(tmp_path: Path) -> None:
     file = tmp_path / "a.mp4"
     ran = subprocess.run(
         [sys.executable, "-c", _GIVES_FRAMES, str(file)],
@@ -124,6 +124,6 @@ def test_the_caller_may_be_killed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_video_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_unwritable_video_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RenderingError, match="No such file or directory"):
         Video(of_a_ball(tmp_path / "no" / "a.mp4"), BALL)

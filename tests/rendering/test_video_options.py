@@ -10,12 +10,12 @@ from cellwright.util.errors import UsageError
 
 
 @pytest.mark.parametrize("size", [(0, 48), (15, 48), (65, 48), (64, 47), (64, 8192)])
-def test_sizes_that_no_video_has_are_refused(size: tuple[int, int]) -> None:
-    with pytest.raises(UsageError, match="of a video is an even number from 16 to 4096"):
+def test_invalid_video_size_is_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(UsageError, match="must be an even number from 16 to 4096"):
         check_video_size(*size)
 
 
-def test_frames_are_apart_as_the_speed_says() -> None:
+def test_frame_period_follows_speed() -> None:
     assert period_of(1.0) == Fraction(1, 25)
     assert period_of(2.5) == Fraction(1, 10)
     for speed in (0.0, -1.0, math.nan, math.inf):

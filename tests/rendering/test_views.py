@@ -42,14 +42,14 @@ def cell() -> tuple[mujoco.MjModel, RayCaster]:
 
 
 @pytest.mark.parametrize("name", VIEWS)
-def test_what_a_view_is_named_after_lies_within_the_picture(name: str) -> None:
+def test_view_has_its_subject_in_picture(name: str) -> None:
     column, row, depth = project(camera_of(name), np.array(WORTH_SEEING[name]), 1280, 720).T
     assert (depth > 0).all()
     assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
 
 
 @pytest.mark.parametrize("name", VIEWS)
-def test_nothing_stands_before_it(name: str, cell: tuple[mujoco.MjModel, RayCaster]) -> None:
+def test_view_of_subject_is_unobstructed(name: str, cell: tuple[mujoco.MjModel, RayCaster]) -> None:
     model, caster = cell
     camera = camera_of(name)
     directions = camera.directions(pixel_points(np.arange(WIDTH * HEIGHT), WIDTH, samples=1), WIDTH, HEIGHT)
@@ -59,12 +59,12 @@ def test_nothing_stands_before_it(name: str, cell: tuple[mujoco.MjModel, RayCast
     assert hits.distance.min() > 0.4, "the camera stands in the open"
 
 
-def test_an_unknown_view_is_refused_with_the_known_ones() -> None:
+def test_unknown_view_is_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
         camera_of("overveiw")
 
 
-def test_a_camera_is_a_name_or_numbers() -> None:
+def test_camera_of_parses_name_or_numbers() -> None:
     assert camera_of("bins") is VIEWS["bins"]
     assert camera_of("-4,-3,3.5:0,0,0.6") == Camera((-4, -3, 3.5), (0, 0, 0.6), fov=math.radians(45))
     assert camera_of("1,2,3:0,0,0:60").fov == pytest.approx(math.radians(60))
@@ -73,27 +73,27 @@ def test_a_camera_is_a_name_or_numbers() -> None:
 
 
 @pytest.mark.parametrize("text", [":", "1,2,3:", "1,2:3,4,5", "1,2,x:0,0,0", "1,2,3:0,0,0:1:2", "1,2,3:0,0,0:x"])
-def test_what_makes_no_camera_is_refused(text: str) -> None:
-    with pytest.raises(UsageError, match="give where it stands"):
+def test_camera_of_malformed_text_is_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="give its position and target"):
         camera_of(text)
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("1,2,3:1,2,3", "cannot look at the point where it stands"),
-        ("nan,0,0:1,1,1", "finite numbers"),
-        ("1e300,2,3:0,0,0", "no number may be above"),
-        ("1,2,3:0,0,0:180", "less than 180 degrees, not by 180"),
-        ("1,2,3:0,0,0:0", "more than 0"),
-        ("1,2,3:0,0,0:nan", "not by nan"),
+        ("1,2,3:1,2,3", "camera position and target must differ"),
+        ("nan,0,0:1,1,1", "must be finite"),
+        ("1e300,2,3:0,0,0", "coordinates must be at most"),
+        ("1,2,3:0,0,0:180", r"between 0 and 180 degrees \(got 180\)"),
+        ("1,2,3:0,0,0:0", r"between 0 and 180 degrees \(got 0\)"),
+        ("1,2,3:0,0,0:nan", r"got nan"),
     ],
 )
-def test_numbers_that_no_camera_has_are_refused(text: str, reason: str) -> None:
+def test_camera_of_invalid_numbers_is_refused(text: str, reason: str) -> None:
     with pytest.raises(UsageError, match=f"^{text}: .*{reason}"):
         camera_of(text)
 
 
 @pytest.mark.parametrize(("text", "right"), [("0,0,5:0,0,0", (0.0, -1.0, 0.0)), ("0,0,1:0,0,3", (0.0, 1.0, 0.0))])
-def test_straight_down_and_straight_up(text: str, right: tuple[float, ...]) -> None:
+def test_camera_straight_down_or_up_has_x_axis_upwards(text: str, right: tuple[float, ...]) -> None:
     assert camera_of(text).world_R_optical[:, 0] == pytest.approx(right)

@@ -35,13 +35,13 @@ def tips(config: RobotConfig, positions: Mapping[str, float]) -> list[Pose]:
     ]
 
 
-def posture_near_home(config: RobotConfig, chance: np.random.Generator, spread: float) -> dict[str, float]:
+def posture_near_home(config: RobotConfig, rng: np.random.Generator, spread: float) -> dict[str, float]:
     """Return positions of the arms' joints [rad; m], up to `spread` away from home and within their limits."""
     found = {}
     for arm in config.arms:
         for name, home in zip(arm.joints, arm.home, strict=True):
             limits = config.robot.joint(name).limits
-            found[name] = float(np.clip(home + chance.uniform(-spread, spread), limits.lower, limits.upper))
+            found[name] = float(np.clip(home + rng.uniform(-spread, spread), limits.lower, limits.upper))
     return found
 
 

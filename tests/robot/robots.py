@@ -1,4 +1,4 @@
-"""Robots for tests, with figures for mental arithmetic."""
+"""Robots for tests, with round figures."""
 
 from __future__ import annotations
 

@@ -72,14 +72,14 @@ class Talk:
         """Run for a time [s]."""
         self.node.simulation.step_until(self.node.simulation.now + round(count * 1e9))
 
-    def wait_for(self, later: Any, limit: float = 10.0) -> Any:
+    def wait_for(self, pending: Any, limit: float = 10.0) -> Any:
         """Run until there is a response."""
-        assert isinstance(later, PendingResponse), later
+        assert isinstance(pending, PendingResponse), pending
         end = self.node.simulation.time + limit
-        while later.response is None:
+        while pending.response is None:
             assert self.node.simulation.time < end
             self.steps()
-        return later.response
+        return pending.response
 
     def at(self, joint: str) -> float:
         """Return the position of a joint [rad; m]."""

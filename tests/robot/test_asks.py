@@ -13,7 +13,7 @@ from cellwright.util.errors import RejectedCommandError
 from tests.robot.talk import Talk, stamped
 
 
-def test_an_arm_does_not_tremble_before_it_is_enabled() -> None:
+def test_disabled_arm_ignores_alternating_commands() -> None:
     talk = Talk(safety=SafetySettings(start_disabled=True))
     for number in range(100):
         talk.joints({"shoulder_right": math.sin(number)}, node="/a")
@@ -26,7 +26,7 @@ def test_an_arm_does_not_tremble_before_it_is_enabled() -> None:
     assert talk.at("shoulder_right") == pytest.approx(0.9, abs=1e-3)
 
 
-def test_two_writers_on_one_topic_do_not_fight() -> None:
+def test_second_writer_on_topic_is_refused() -> None:
     talk = Talk(safety=SafetySettings(one_commander=0.5))
     refused = 0
     for _ in range(50):
@@ -39,13 +39,13 @@ def test_two_writers_on_one_topic_do_not_fight() -> None:
     talk.seconds(0.4)
     assert refused == 50
     assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
-    assert any("/b" in line and "/a commands here" in line for line in talk.lines), "it is not reported"
+    assert any("/b" in line and "/a commands this topic" in line for line in talk.lines), "the refusal is not logged"
     talk.seconds(0.2)
     talk.joints({"waist": -0.5}, node="/b")
 
 
-def test_a_link_that_drops_is_survived_without_a_restart() -> None:
-    """It holds, never goes anywhere by itself, and goes on when the link is back: slowly, for much may have changed."""
+def test_lost_connection_holds_robot_and_resumes_slowly() -> None:
+    """The robot holds while the connection is lost, and resumes slowly: much may have changed."""
     talk = Talk(safety=SafetySettings(silence=0.5, resume_speed=0.5))
     status = talk.listen("status")
     for _ in range(100):
@@ -61,19 +61,19 @@ def test_a_link_that_drops_is_survived_without_a_restart() -> None:
     assert talk.at("waist") == pytest.approx(held, abs=1e-3)
     assert held < moving
     assert status[-1].silent
-    assert status[-1].message == "joints are held: nothing has come on /io_teleop/joint_cmd"
-    assert sum("nothing has come" in line for line in talk.lines) == 1
+    assert status[-1].message == "joints are held: no message on /io_teleop/joint_cmd"
+    assert sum(": its joints are held" in line for line in talk.lines) == 1
     fastest = talk.top_speed("waist", 2.0, lambda: talk.joints({"waist": 0.9}))
     assert fastest < 0.55, "2 rad/s otherwise"
     assert talk.at("waist") > held + 0.5
     assert not status[-1].silent
     talk.joints({"waist": -0.9})
     talk.seconds(5.0)
-    assert talk.at("waist") > -0.5, "it is held the second time, too"
-    assert sum("nothing has come" in line for line in talk.lines) == 2
+    assert talk.at("waist") > -0.5, "the second loss is not held"
+    assert sum(": its joints are held" in line for line in talk.lines) == 2
 
 
-def test_a_lost_link_does_not_let_go_of_what_a_gripper_holds() -> None:
+def test_lost_connection_keeps_gripper_closed() -> None:
     talk = Talk(safety=SafetySettings(silence=0.5))
     talk.grippers(1.0, 0.0)
     talk.joints({"head": 0.3})
@@ -82,7 +82,7 @@ def test_a_lost_link_does_not_let_go_of_what_a_gripper_holds() -> None:
     assert talk.at("finger_right") == pytest.approx(0.04, abs=1e-4)
 
 
-def test_a_lost_link_in_mid_way_to_a_pose_is_the_same() -> None:
+def test_lost_connection_holds_arm_on_its_way_to_pose() -> None:
     talk = Talk(safety=SafetySettings(silence=0.25))
     heard = talk.listen("state_ee_poses")
     talk.steps(3)
@@ -98,12 +98,12 @@ def test_a_lost_link_in_mid_way_to_a_pose_is_the_same() -> None:
     held = talk.at("shoulder_right")
     talk.seconds(2.0)
     assert talk.at("shoulder_right") == pytest.approx(held, abs=1e-3)
-    assert any("nothing has come on /io_teleop/target_ee_poses for 0.25 s" in line for line in talk.lines)
+    assert any("no message on /io_teleop/target_ee_poses for 0.25 s" in line for line in talk.lines)
     talk.top_speed("shoulder_right", 1.0, command)
     assert abs(talk.at("shoulder_right") - held) > 0.1
 
 
-def test_one_topic_that_is_alive_does_not_hide_another_that_is_dead() -> None:
+def test_silent_topic_is_held_while_another_is_active() -> None:
     talk = Talk(safety=SafetySettings(silence=0.5, max_speeds=(("shoulder_right", 0.2),)))
     talk.joints({"shoulder_right": -1.5})
     for _ in range(100):
@@ -114,12 +114,12 @@ def test_one_topic_that_is_alive_does_not_hide_another_that_is_dead() -> None:
     assert not talk.node.commander.watchdog.is_all_silent
 
 
-def test_joints_that_another_topic_has_taken_over_are_no_longer_said_to_be_held() -> None:
+def test_joints_taken_over_by_another_topic_are_not_reported_held() -> None:
     talk = Talk(safety=SafetySettings(silence=0.5))
     status = talk.listen("status")
     talk.joints({"head": 0.1, "waist": 0.1})
     talk.seconds(1.0)
-    assert status[-1].message == "joints are held: nothing has come on /io_teleop/joint_cmd"
+    assert status[-1].message == "joints are held: no message on /io_teleop/joint_cmd"
 
     def last_status(*joints: str) -> str:
         for _ in range(20):
@@ -127,12 +127,12 @@ def test_joints_that_another_topic_has_taken_over_are_no_longer_said_to_be_held(
             talk.seconds(0.02)
         return str(status[-1].message)
 
-    assert last_status("head") == "joints are held: nothing has come on /io_teleop/joint_cmd"  # the waist is
+    assert last_status("head") == "joints are held: no message on /io_teleop/joint_cmd"  # the waist is
     assert last_status("head", "waist") == "follows /op"
 
 
 @pytest.mark.parametrize("guard", list(Guard))
-def test_the_first_command_does_not_jump(guard: Guard) -> None:
+def test_far_first_command_does_not_jump(guard: Guard) -> None:
     talk = Talk(safety=SafetySettings(start_guard=0.8, guard=guard, resume_speed=0.4))
     if guard is Guard.REFUSE:
         with pytest.raises(RejectedCommandError, match=r"shoulder_right would jump by 1.5 at the start .* 0.8"):
@@ -150,7 +150,7 @@ def test_the_first_command_does_not_jump(guard: Guard) -> None:
     assert talk.at("shoulder_right") == pytest.approx(-1.0, abs=1e-3)
 
 
-def test_after_a_reset_the_first_command_is_guarded_again() -> None:
+def test_first_command_after_reset_is_guarded() -> None:
     talk = Talk(safety=SafetySettings(start_guard=0.8))
     talk.joints({"shoulder_right": -0.2})
     talk.joints({"shoulder_right": -1.0})
@@ -160,7 +160,7 @@ def test_after_a_reset_the_first_command_is_guarded_again() -> None:
         talk.joints({"shoulder_right": -1.0})
 
 
-def test_speeds_are_limited_for_the_joints_that_one_names() -> None:
+def test_max_speeds_limit_matching_joints_only() -> None:
     talk = Talk(safety=SafetySettings(max_speeds=(("shoulder_*", 0.5), ("head", 1000.0))))
     talk.joints({"shoulder_right": -1.0, "shoulder_left": -1.0, "waist": 0.9})
     assert talk.top_speed("shoulder_right", 1.0) == pytest.approx(0.5, rel=0.02)
@@ -169,18 +169,18 @@ def test_speeds_are_limited_for_the_joints_that_one_names() -> None:
     assert talk.at("shoulder_left") == pytest.approx(-1.0, abs=1e-3)
 
 
-def test_commands_that_waited_in_a_queue_are_dropped() -> None:
+def test_queued_commands_with_old_stamps_are_refused() -> None:
     talk = Talk(safety=SafetySettings(max_age=0.2))
     talk.seconds(2.0)
     for late in range(10):
-        with pytest.raises(RejectedCommandError, match=r"s old, and 0\.2 s are allowed"):
+        with pytest.raises(RejectedCommandError, match=r"must be at most 0\.2 s old"):
             talk.joints({"waist": 0.5}, at=(late + 1) * 100_000_000)
     talk.joints({"waist": 0.3}, at=talk.node.simulation.now)
     talk.seconds(1.0)
     assert talk.at("waist") == pytest.approx(0.3, abs=1e-3)
 
 
-def test_a_button_that_says_that_it_is_not_pressed_stops_nothing() -> None:
+def test_released_emergency_button_does_not_stop() -> None:
     talk = Talk()
     talk.stop(pressed=False)
     talk.joints({"waist": 0.5})
@@ -188,7 +188,7 @@ def test_a_button_that_says_that_it_is_not_pressed_stops_nothing() -> None:
     assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
 
 
-def test_nothing_jumps_when_an_emergency_stop_is_cleared() -> None:
+def test_cleared_emergency_stop_does_not_jump() -> None:
     talk = Talk()
     talk.joints({"shoulder_right": -1.9, "finger_left": 0.04})
     talk.seconds(0.3)
@@ -203,7 +203,7 @@ def test_nothing_jumps_when_an_emergency_stop_is_cleared() -> None:
     talk.stop(pressed=False)
     talk.seconds(0.5)
     assert talk.at("shoulder_right") == pytest.approx(held, abs=1e-3), (
-        "what comes is ignored, letting go clears nothing"
+        "commands are ignored, and the released button clears nothing"
     )
     assert not talk.enable().success
     assert talk.clear().success
@@ -213,7 +213,7 @@ def test_nothing_jumps_when_an_emergency_stop_is_cleared() -> None:
     assert talk.clear().message == "there was no emergency stop"
 
 
-def test_switching_from_one_way_of_command_to_another_does_not_jump_where_a_guard_is_wanted() -> None:
+def test_switching_command_topics_with_guard_does_not_jump() -> None:
     talk = Talk(safety=SafetySettings(start_guard=0.8, guard=Guard.BLEND, resume_speed=0.4))
     talk.joints({"elbow_left": -0.9})
     talk.seconds(0.5)
@@ -221,7 +221,7 @@ def test_switching_from_one_way_of_command_to_another_does_not_jump_where_a_guar
     assert fastest < 0.45
 
 
-def test_letting_go_and_taking_hold_again_elsewhere_moves_nothing() -> None:
+def test_clutch_after_pause_continues_from_held_position() -> None:
     """With the clutch a user stops, moves the controller back, and continues from there."""
     talk = Talk(safety=SafetySettings(clutch=True, silence=0.25))
     for number in range(50):
@@ -237,22 +237,22 @@ def test_letting_go_and_taking_hold_again_elsewhere_moves_nothing() -> None:
     assert talk.at("waist") == pytest.approx(held + 0.39, abs=0.05)
 
 
-def test_calling_for_a_reset_again_and_again_while_it_moves_harms_nothing() -> None:
+def test_repeated_resets_during_motion_succeed() -> None:
     talk = Talk()
     for number in range(30):
         talk.joints({"shoulder_right": -1.5})
         talk.seconds(0.05)
-        later = talk.reset()
+        pending = talk.reset()
         talk.seconds(0.02 * (number % 3))
-    assert talk.wait_for(later).success
+    assert talk.wait_for(pending).success
 
 
-def test_the_law_of_motion_is_followed_in_every_step_not_only_when_a_message_comes() -> None:
+def test_joint_moves_in_every_step_after_one_message() -> None:
     talk = Talk()
     talk.joints({"waist": 0.9})
     talk.seconds(0.2)
-    seen = set()
+    positions = set()
     for _ in range(24):
         talk.steps()
-        seen.add(round(talk.at("waist"), 9))
-    assert len(seen) == 24
+        positions.add(round(talk.at("waist"), 9))
+    assert len(positions) == 24

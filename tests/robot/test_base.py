@@ -18,34 +18,34 @@ from tests.robot.talk import Talk
 QUARTER = math.pi / 2
 
 
-def torso(talk: Talk) -> tuple[float, ...]:
+def base_position(talk: Talk) -> tuple[float, ...]:
     talk.node.simulation.refresh()
     return tuple(talk.node.simulation.data.body("base").xpos.tolist())
 
 
-def test_it_turns_and_moves_along_its_own_y_axis_by_so_much() -> None:
+def test_base_command_turns_and_moves_along_own_y_axis() -> None:
     talk = Talk()
-    assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))
+    assert base_position(talk) == pytest.approx((0.0, 0.0, 0.5))
     talk.base(QUARTER, 0.2)
     talk.base(0.0, 0.3)  # along y, which is -x of the world by now
     talk.steps(2)
-    assert torso(talk) == pytest.approx((-0.3, 0.2, 0.5))
+    assert base_position(talk) == pytest.approx((-0.3, 0.2, 0.5))
     assert talk.node.base.pose.yaw == pytest.approx(QUARTER)
-    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "joints stay as they are"
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "joints moved with the base"
 
 
 @pytest.mark.parametrize(
     ("numbers", "reason"),
     [
-        ((), "2 numbers are needed, not 0"),
-        ((0.1,), "2 numbers are needed, not 1"),
-        ((0.1, 0.1, 0.1), "2 numbers are needed, not 3"),
+        ((), "must have 2 numbers .got 0."),
+        ((0.1,), "must have 2 numbers .got 1."),
+        ((0.1, 0.1, 0.1), "must have 2 numbers .got 3."),
         ((0.0, math.nan), "must be finite"),
         ((math.inf, 0.0), "must be finite"),
-        ((0.0, 10.1), "no number of a base's command may be beyond 10"),
+        ((0.0, 10.1), "data must be between -10 and 10"),
     ],
 )
-def test_what_makes_no_sense_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
+def test_invalid_base_command_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
     talk = Talk()
     with pytest.raises(RejectedCommandError, match=reason):
         talk.base(*numbers)
@@ -53,7 +53,7 @@ def test_what_makes_no_sense_is_refused_whole(numbers: tuple[float, ...], reason
 
 
 @given(st.lists(st.tuples(st.floats(-10, 10), st.floats(-10, 10)), max_size=12))
-def test_wherever_it_goes_its_pose_is_one_and_within_bounds(moves: list[tuple[float, float]]) -> None:
+def test_base_pose_stays_valid_and_within_bounds(moves: list[tuple[float, float]]) -> None:
     for move in moves:
         with suppress(RejectedCommandError):  # beyond 1000 m
             SHARED.base(*move)
@@ -65,21 +65,21 @@ def test_wherever_it_goes_its_pose_is_one_and_within_bounds(moves: list[tuple[fl
 SHARED = Talk()
 
 
-def test_a_robot_that_is_fastened_takes_no_such_command() -> None:
+def test_fixed_robot_has_no_base_topic() -> None:
     talk = Talk(fixed(two_arms()))
     with pytest.raises(UnknownNameError):
         talk.base(0.0, 0.1)
 
 
-def test_three_numbers_where_the_configuration_says_so() -> None:
+def test_delta_mode_takes_three_numbers() -> None:
     talk = Talk(replace(two_arms(), others={"base_command_mode": "delta"}))
     talk.base(QUARTER, 0.2, 0.1)
     assert talk.node.base.pose.position == pytest.approx((0.2, 0.1, 0.5))
-    with pytest.raises(RejectedCommandError, match=r"3 numbers are needed, not 2: turn .rad., move along x and y"):
+    with pytest.raises(RejectedCommandError, match=r"3 numbers .got 2.: turn .rad., move along x and y"):
         talk.base(0.0, 0.1)
 
 
-def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> None:
+def test_velocity_mode_moves_until_timeout_or_stop() -> None:
     talk = Talk(replace(two_arms(), others={"base_command_mode": "velocity"}))
     for _ in range(10):
         talk.base(0.0, 0.5, -0.25)
@@ -95,9 +95,9 @@ def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> No
     assert talk.node.base.pose == stopped
 
 
-def test_a_reset_returns_to_the_first_place() -> None:
+def test_reset_returns_base_to_initial_pose() -> None:
     talk = Talk()
     talk.base(1.0, 1.0)
     talk.node.simulation.reset()
     assert talk.node.base.pose == Pose((0.0, 0.0, 0.5))
-    assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))
+    assert base_position(talk) == pytest.approx((0.0, 0.0, 0.5))

@@ -24,19 +24,19 @@ TOPIC = "/io_teleop/camera_first_person"
 
 
 @pytest.mark.slow
-def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
+def test_camera_images_carry_stamps_of_node() -> None:
     lines: list[str] = []
     wall = 1_000_000_000_000
-    made: list[RobotNode] = []
+    nodes: list[RobotNode] = []
 
     def stamp() -> int:
-        return wall + (made[0].simulation.now if made else 0)
+        return wall + (nodes[0].simulation.now if nodes else 0)
 
     node = RobotNode(replace(TANDEM, cameras=CAMERAS), report=lines.append, stamp=stamp)
-    made.append(node)
+    nodes.append(node)
     assert lines == [
         "camera 'hand_eye' takes no pictures: the up axis must not be parallel to the line of sight",
-        "camera 'first_person' takes no pictures: there are two of this name",
+        "camera 'first_person' takes no pictures: another camera has this name",
     ]
     topics = {topic.name: topic.type for topic in node.bus.topics() if "camera" in topic.name}
     assert topics == {
@@ -44,23 +44,23 @@ def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
         f"{TOPIC}/depth": "sensor_msgs/Image",
         f"{TOPIC}/camera_info": "sensor_msgs/CameraInfo",
     }
-    came: dict[str, list[Any]] = {name: [] for name in topics}
+    received: dict[str, list[Any]] = {name: [] for name in topics}
     for name in topics:
-        node.bus.subscribe(name, came[name].append)
+        node.bus.subscribe(name, received[name].append)
     node.simulation.step_until(110_000_000)
-    colour, depth, info = (came[f"{TOPIC}/{name}"] for name in ("color", "depth", "camera_info"))
+    colour, depth, info = (received[f"{TOPIC}/{name}"] for name in ("color", "depth", "camera_info"))
     stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec - wall for message in colour]
     assert stamps == pytest.approx([33_333_333, 66_666_667], abs=1_000_000_000 // 240)
     assert [message.header.stamp for message in depth] == [message.header.stamp for message in colour]
     far = depth[0].data.view(np.float32).reshape(48, 64)
-    assert 1.0 < np.nanmin(far[16:32, 24:40]) < 2.1  # the robot itself, which it looks back at
+    assert 1.0 < np.nanmin(far[16:32, 24:40]) < 2.1  # distance to the robot, which is in view
     assert (info[0].width, info[0].height) == (64, 48)
     assert np.ptp(colour[0].data.astype(int)) > 60
     node.close()
 
 
 @pytest.mark.slow
-def test_listening_changes_nothing() -> None:
+def test_camera_subscriber_does_not_change_state() -> None:
     hashes = []
     for listens in (False, True):
         node = RobotNode(replace(TANDEM, cameras=CAMERAS[:1]))

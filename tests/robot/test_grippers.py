@@ -14,11 +14,11 @@ from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array
 from tests.robot.robots import two_arms
 
-FINGERS = ("finger_right", "finger_left")  # of two hands, for each is a joint of its own
+FINGERS = ("finger_right", "finger_left")  # of two hands: each is a separate joint
 RANGE = (0.0, 0.04)
 
 
-def made(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
+def make_range(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
     """Return a gripper of two joints, and an array for the positions of all joints of its robot."""
     robot = two_arms().robot
     numbers = {joint.name: number for number, joint in enumerate(robot.driven)}
@@ -33,19 +33,19 @@ def made(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
         ((RangeEnd.UPPER, RangeEnd.LOWER), [0.04, 0.0], [0.03, 0.01], [0.0, 0.04]),
     ],
 )
-def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
+def test_gripper_status_0_is_at_configured_open_limits(
     open_ends: tuple[RangeEnd, ...], opened: list[float], half: list[float], closed: list[float]
 ) -> None:
-    gripper, positions = made(*open_ends)
+    gripper, positions = make_range(*open_ends)
     for status, expected in ((0.0, opened), (0.25, half), (1.0, closed), (1.5, closed)):
         positions[gripper.joints] = gripper.positions(status)
         assert positions[gripper.joints] == pytest.approx(expected)
         assert gripper.status(positions) == pytest.approx(min(status, 1.0))
 
 
-def test_a_robot_goes_home_with_its_grippers_open() -> None:
+def test_homing_opens_grippers() -> None:
     config = replace(two_arms(), grippers=(GripperConfig(FINGERS[:1], (RangeEnd.UPPER,)), GripperConfig(FINGERS[1:])))
     assert (config.home["finger_right"], config.home["finger_left"]) == (0.04, 0.0)
     findings = {finding.what: finding for finding in check_motion(RobotNode(config)).findings}
     assert findings["right gripper closes"].passed
-    assert findings["goes home on a reset"].passed
+    assert findings["homing time"].passed

@@ -15,7 +15,7 @@ from tests.robot.talk import Talk
 FAR = {"shoulder_right": -1.8, "elbow_left": 1.9, "waist": 0.9, "lift": 0.4, "head": -1.4, "wheel": 2.0}
 
 
-def far_off(**more: object) -> Talk:
+def away_from_home(**more: object) -> Talk:
     talk = Talk(**more)  # type: ignore[arg-type]
     talk.joints(FAR)
     talk.grippers(1.0, 0.5)
@@ -24,46 +24,49 @@ def far_off(**more: object) -> Talk:
 
 
 @pytest.mark.parametrize("motion", list(Motion))
-def test_it_is_answered_when_arms_waist_head_lift_and_grippers_are_at_home(motion: Motion) -> None:
-    talk = far_off(motion=motion)
-    begun = talk.node.simulation.time
+def test_reset_responds_when_all_groups_are_home(motion: Motion) -> None:
+    talk = away_from_home(motion=motion)
+    started = talk.node.simulation.time
     answer = talk.wait_for(talk.reset())
     assert (answer.success, answer.message) == (True, "Service successfully triggered!")
     assert answer.message == HOMING_RESPONSE
-    assert talk.node.simulation.time - begun < (2.0 if motion is Motion.SERVO else 0.1)
+    assert talk.node.simulation.time - started < (2.0 if motion is Motion.SERVO else 0.1)
     home = {"shoulder_right": 0.5, "elbow_left": -1.0, "waist": 0.0, "lift": 0.1, "head": 0.1, "finger_right": 0.0}
     assert {name: talk.at(name) for name in home} == pytest.approx(home, abs=HOME_TOLERANCE)
-    assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "it belongs to no group, and stays"
+    assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "a joint without group moved"
 
 
-def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> None:
-    talk = far_off()
-    later = talk.reset()
+def test_commands_during_reset_are_ignored_and_discarded() -> None:
+    talk = away_from_home()
+    pending = talk.reset()
     taken = talk.node.commander.taken
-    while later.response is None:
+    while pending.response is None:
         talk.joints(FAR)
         talk.steps()
-    assert later.response.success
+    assert pending.response.success
     assert talk.node.commander.taken == taken
     assert talk.node.commander.ignored > 50
     talk.seconds(1.0)
-    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "old targets are forgotten"
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "an old target is followed"
     talk.joints({"shoulder_right": 1.0})
     talk.seconds(1.0)
     assert talk.at("shoulder_right") == pytest.approx(1.0, abs=1e-3)
 
 
-def test_calls_without_end_do_not_eat_the_memory() -> None:
-    talk = far_off()
-    laters = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
+def test_number_of_waiting_reset_calls_is_limited() -> None:
+    talk = away_from_home()
+    calls = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
     answer = talk.reset()
-    assert (answer.success, answer.message) == (False, "the robot goes home, and 1000 calls wait for it already")
-    talk.wait_for(laters[-1])
-    assert all(later.response.success for later in laters)
+    assert (answer.success, answer.message) == (
+        False,
+        "too many calls wait for the reset (at most 1000); call again when the robot is home",
+    )
+    talk.wait_for(calls[-1])
+    assert all(pending.response.success for pending in calls)
     assert talk.wait_for(talk.reset()).success
 
 
-def test_in_the_middle_of_motion_and_twice_at_once() -> None:
+def test_two_resets_during_motion_share_one_homing() -> None:
     talk = Talk()
     talk.joints(FAR)
     talk.seconds(0.15)
@@ -72,46 +75,46 @@ def test_in_the_middle_of_motion_and_twice_at_once() -> None:
     talk.seconds(0.1)
     second = talk.reset()
     assert talk.wait_for(first).success
-    assert second.response.success, "they are one way home"
-    assert sum("going home" in line for line in talk.lines) == 1
+    assert second.response.success, "the second call failed"
+    assert sum("goes home" in line for line in talk.lines) == 1
 
 
-def test_at_home_already_it_is_answered_in_the_next_tick() -> None:
-    talk = far_off()
+def test_reset_at_home_responds_in_next_tick() -> None:
+    talk = away_from_home()
     talk.wait_for(talk.reset())
-    later = talk.reset()
+    pending = talk.reset()
     talk.steps(1)
-    assert later.response.success
+    assert pending.response.success
 
 
 @pytest.mark.slow
-def test_a_way_that_takes_too_long_fails_and_the_robot_holds() -> None:
-    talk = far_off(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
+def test_reset_timeout_fails_and_robot_holds() -> None:
+    talk = away_from_home(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
     talk.joints({"shoulder_right": -1.8})
     talk.seconds(20.0)
-    begun = talk.node.simulation.time
+    started = talk.node.simulation.time
     answer = talk.wait_for(talk.reset())
-    assert talk.node.simulation.time - begun == pytest.approx(5.0, abs=0.01)
+    assert talk.node.simulation.time - started == pytest.approx(5.0, abs=0.01)
     assert not answer.success
     assert answer.message.startswith("not at home after 5 s: shoulder_right is 1.7")
     held = talk.at("shoulder_right")
     talk.seconds(1.0)
     assert talk.at("shoulder_right") == pytest.approx(held, abs=0.02)
     assert talk.wait_for(talk.reset()).success is False
-    assert talk.at("shoulder_right") > held + 0.4, "it goes on from there when it is asked again"
+    assert talk.at("shoulder_right") > held + 0.4, "the second reset does not continue"
 
 
-def test_it_is_not_at_home_because_it_moves_slowly() -> None:
+def test_slow_motion_is_not_taken_for_home() -> None:
     talk = Talk(safety=SafetySettings(max_speeds=(("waist", 0.008),)))
     talk.wait_for(talk.reset())
     talk.joints({"waist": 0.02})
     talk.seconds(3.0)
-    begun = talk.node.simulation.time
+    started = talk.node.simulation.time
     assert talk.wait_for(talk.reset()).success
-    assert talk.node.simulation.time - begun > 2.0
+    assert talk.node.simulation.time - started > 2.0
 
 
-def test_joints_that_belong_to_no_group_go_on_whatever_the_watchdog_says() -> None:
+def test_reset_lets_joints_without_group_reach_targets() -> None:
     talk = Talk(safety=SafetySettings(silence=0.2, max_speeds=(("wheel", 1.0), ("shoulder_right", 0.5))))
     talk.joints({"wheel": 1.5, "shoulder_right": 0.45})
     talk.seconds(0.15)
@@ -123,25 +126,25 @@ def test_joints_that_belong_to_no_group_go_on_whatever_the_watchdog_says() -> No
     assert talk.at("wheel") == pytest.approx(1.5, abs=1e-3)
 
 
-def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
-    talk = far_off()
-    later = talk.reset()
+def test_stopped_or_disabled_reset_fails_with_reason() -> None:
+    talk = away_from_home()
+    pending = talk.reset()
     talk.seconds(0.1)
     talk.stop()
     talk.steps(1)
-    assert not later.response.success
-    assert later.response.message == "the robot was held on its way: emergency stop by /op"
-    assert talk.reset().message.startswith("the emergency stop is on")
+    assert not pending.response.success
+    assert pending.response.message == "the reset was interrupted: emergency stop by /op"
+    assert talk.reset().message.startswith("the emergency stop is active")
     talk.clear()
-    later = talk.reset()
+    pending = talk.reset()
     talk.seconds(0.05)
     talk.enable(enabled=False)
     talk.steps(1)
-    assert later.response.message == "the robot was held on its way: commands are switched off"
+    assert pending.response.message == "the reset was interrupted: commands are disabled"
 
 
-def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() -> None:
-    talk = far_off()
+def test_reset_after_cleared_stop_fails_old_call_and_succeeds() -> None:
+    talk = away_from_home()
     first = talk.reset()
     talk.stop()
     talk.clear()
@@ -151,18 +154,18 @@ def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() ->
 
 
 def test_waiting_callers_get_a_response_when_the_node_stops_or_is_reset() -> None:
-    talk = far_off()
-    later = talk.reset()
+    talk = away_from_home()
+    pending = talk.reset()
     talk.node.simulation.reset()
-    assert later.response.message == "the node has begun anew"
+    assert pending.response.message == "the node was reset"
     talk.joints(FAR)
     talk.seconds(1.0)
-    later = talk.reset()
+    pending = talk.reset()
     talk.node.close()
-    assert later.response.message == "the node has stopped"
+    assert pending.response.message == "the node has stopped"
 
 
-def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
+def test_home_beyond_limits_is_clipped() -> None:
     config = two_arms()
     right = replace(config.arms[0], home=(0.5, -7.0, 0.2))
     talk = Talk(replace(config, arms=(right, config.arms[1])))
@@ -172,7 +175,7 @@ def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
     assert talk.at("elbow_right") == pytest.approx(-2.0, abs=HOME_TOLERANCE)
 
 
-def test_a_robot_without_groups_is_always_at_home() -> None:
+def test_robot_without_groups_is_always_home() -> None:
     talk = Talk(bare(two_arms()))
     talk.joints({"waist": 0.5})
     talk.seconds(1.0)
@@ -180,8 +183,8 @@ def test_a_robot_without_groups_is_always_at_home() -> None:
     assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
 
 
-def test_status_tells_of_it() -> None:
-    talk = far_off()
+def test_status_reports_reset() -> None:
+    talk = away_from_home()
     heard = talk.listen("status")
     talk.reset()
     talk.seconds(0.15)

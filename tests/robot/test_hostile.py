@@ -73,14 +73,14 @@ def talk(request: pytest.FixtureRequest) -> Talk:
 
 @pytest.mark.slow
 @given(st.lists(st.tuples(PUBLISHED | CALLED, st.sampled_from(["/a", "/b", ""])), max_size=6))
-def test_random_messages(talk: Talk, said: list[tuple[tuple[str, Any], str]]) -> None:
+def test_random_messages_keep_targets_within_limits(talk: Talk, messages: list[tuple[tuple[str, Any], str]]) -> None:
     node = talk.node
-    for (name, message), who in said:
+    for (name, message), sender in messages:
         with suppress(CellwrightError):
             if message.__msgtype__.endswith("_Request"):
-                node.bus.call(name, message, node=who)
+                node.bus.call(name, message, node=sender)
             else:
-                node.bus.publish(name, message, node=who)
+                node.bus.publish(name, message, node=sender)
         talk.steps()
     commander = node.commander
     assert (commander.limiter.lower <= commander.applied).all()
@@ -90,11 +90,11 @@ def test_random_messages(talk: Talk, said: list[tuple[tuple[str, Any], str]]) ->
     talk.lines.clear()
 
 
-def test_bytes_that_are_no_message() -> None:
+def test_random_bytes_are_refused_without_closing_connection() -> None:
     talk = Talk()
     draw = np.random.default_rng(0)
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         for number in range(1, 300):
             topic = PREFIX + str(draw.choice(sorted(TOPICS)))
             frame = Frame(FrameKind.PUBLISH, number, topic, payload=draw.bytes(int(draw.integers(0, 200))))

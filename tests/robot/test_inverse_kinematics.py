@@ -57,7 +57,7 @@ def at_home(model: mujoco.MjModel) -> mujoco.MjData:
     return at(model, qinglong().start)
 
 
-def test_pose_and_frame_are_those_of_forward_kinematics(model: mujoco.MjModel) -> None:
+def test_solver_pose_equals_forward_kinematics(model: mujoco.MjModel) -> None:
     config = qinglong()
     posture = posture_near_home(config, np.random.default_rng(1), 1.0) | {"J_waist_yaw": 0.4, "J_head_yaw": 0.3}
     data = at(model, posture)
@@ -68,19 +68,19 @@ def test_pose_and_frame_are_those_of_forward_kinematics(model: mujoco.MjModel) -
         assert apart(solver.pose(data, "base_link"), Pose()) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_error_is_way_and_turn_along_the_axes_of_the_world(model: mujoco.MjModel) -> None:
+def test_error_is_along_world_axes(model: mujoco.MjModel) -> None:
     solver, data = solver_of(model), at_home(model)
     tip = solver.pose(data)
     # the base is turned by 90 degrees: its x axis is the world's y axis
-    there = Pose((0.01, 0.0, 0.0)) @ tip
-    assert solver.error(data, there) == pytest.approx([0.0, 0.01, 0.0, 0.0, 0.0, 0.0], abs=1e-9)
+    target = Pose((0.01, 0.0, 0.0)) @ tip
+    assert solver.error(data, target) == pytest.approx([0.0, 0.01, 0.0, 0.0, 0.0, 0.0], abs=1e-9)
     turned = Pose(
         tip.position, (Pose.from_rpy((0.0, 0.0, 0.0), (0.02, 0.0, 0.0)) @ Pose(quaternion=tip.quaternion)).quaternion
     )
     assert solver.error(data, turned) == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.02, 0.0], abs=1e-9)
 
 
-def test_a_step_moves_the_tip_straight_to_the_target_by_its_share(model: mujoco.MjModel) -> None:
+def test_step_reduces_error_by_gain(model: mujoco.MjModel) -> None:
     solver, data = solver_of(model), at_home(model)
     target = Pose((0.002, -0.001, 0.002)) @ solver.pose(data) @ Pose.from_rpy((0.0, 0.0, 0.0), (0.01, 0.0, -0.005))
     before = solver.error(data, target)
@@ -91,7 +91,7 @@ def test_a_step_moves_the_tip_straight_to_the_target_by_its_share(model: mujoco.
 
 
 @pytest.mark.parametrize(("caps", "limits"), [((0.1, TIP_TURNING), (0.1, 9.9)), ((TIP_SPEED, 0.2), (2.0, 0.2))])
-def test_caps_hold_way_and_turn_together(
+def test_caps_limit_translation_and_rotation_together(
     model: mujoco.MjModel, caps: tuple[float, float], limits: tuple[float, float]
 ) -> None:
     solver, data = solver_of(model, caps=caps), at_home(model)
@@ -99,19 +99,19 @@ def test_caps_hold_way_and_turn_together(
     target = Pose((0.05, 0.0, 0.05)) @ start @ Pose.from_rpy((0.0, 0.0, 0.0), (0.3, 0.0, 0.0))
     data.qpos[solver.qpos] += solver.step(data, target, STEP)
     refresh(model, data)
-    way, turn = apart(start, solver.pose(data))
-    assert way <= limits[0] * STEP * 1.02
+    distance, turn = apart(start, solver.pose(data))
+    assert distance <= limits[0] * STEP * 1.02
     assert turn <= limits[1] * STEP * 1.02
-    assert max(way / limits[0], turn / limits[1]) > 0.9 * STEP
+    assert max(distance / limits[0], turn / limits[1]) > 0.9 * STEP
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
-    chance = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     solver = solver_of(model, seed % 2, (math.inf, math.inf))
-    data = at(model, posture_near_home(qinglong(), chance, 3.0))
+    data = at(model, posture_near_home(qinglong(), rng, 3.0))
     bound = np.array([qinglong().robot.joint(name).limits.velocity for name in qinglong().arms[seed % 2].joints]) * STEP
-    target = Pose(tuple(chance.uniform(-1, 1, 3)), tuple((q := chance.normal(size=4)) / np.linalg.norm(q)))
+    target = Pose(tuple(rng.uniform(-1, 1, 3)), tuple((q := rng.normal(size=4)) / np.linalg.norm(q)))
     for _ in range(100):
         step = solver.step(data, target, STEP)
         data.qpos[solver.qpos] += step
@@ -121,20 +121,20 @@ def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
         assert ((position >= solver.lower - 1e-9) & (position <= solver.upper + 1e-9)).all()
 
 
-def test_where_the_target_leaves_a_choice_the_arm_goes_home_and_the_tip_stays(model: mujoco.MjModel) -> None:
+def test_redundant_arm_moves_home_while_tip_stays(model: mujoco.MjModel) -> None:
     solver, data = solver_of(model), at_home(model)
-    away = at_home(model)
+    displaced = at_home(model)
     target = solver.pose(data)
-    away.qpos[solver.qpos] += (0.3, 0.2, -0.2, 0.3, 0.2, 0.1, 0.2)
-    refresh(model, away)
+    displaced.qpos[solver.qpos] += (0.3, 0.2, -0.2, 0.3, 0.2, 0.1, 0.2)
+    refresh(model, displaced)
     for _ in range(1200):
-        away.qpos[solver.qpos] += solver.step(away, target, STEP)
-        refresh(model, away)
-    assert apart(solver.pose(away), target) == pytest.approx((0.0, 0.0), abs=1e-4)
-    assert away.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # it rests with a small error
+        displaced.qpos[solver.qpos] += solver.step(displaced, target, STEP)
+        refresh(model, displaced)
+    assert apart(solver.pose(displaced), target) == pytest.approx((0.0, 0.0), abs=1e-4)
+    assert displaced.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # it rests with a small error
 
 
-def test_an_arm_that_is_stretched_out_comes_back_without_a_leap(model: mujoco.MjModel) -> None:
+def test_stretched_arm_returns_without_jump(model: mujoco.MjModel) -> None:
     solver = solver_of(model)
     data = at(model, {"J_arm_r_01": 1.5})  # all else at 0: elbow straight, wrist in line
     target = Pose((0.0, 0.0, 0.05)) @ solver.pose(data)
@@ -147,7 +147,7 @@ def test_an_arm_that_is_stretched_out_comes_back_without_a_leap(model: mujoco.Mj
     assert solver.error(data, target) == pytest.approx([0.0] * 6, abs=1e-3)
 
 
-def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
+def test_reference_link_moved_by_arm_is_followed() -> None:
     # fixed at its right hand the robot moves all else with that arm: the torso, in whose frame its tip is given
     config = fixed(two_arms(), "hand_right")
     model = build_robot(config, timestep=Fraction(1, 240)).model
@@ -166,7 +166,7 @@ def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
     assert apart(solver.pose(data), goal) == pytest.approx((0.0, 0.0), abs=1e-5)
 
 
-def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
+def test_solver_accepts_links_with_reserved_names() -> None:
     joints = ("shoulder", "elbow")
     config = of_joints(
         Joint("shoulder", JointType.REVOLUTE, "world", "arm", Pose((0.0, 0.0, 0.5)), limits=Limits(-2.0, 2.0)),
@@ -190,9 +190,7 @@ def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
     assert solver.pose(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
 
 
-def test_an_arm_stands_still_where_the_solver_finds_nothing(
-    model: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_arm_stands_still_without_solution(model: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch) -> None:
     solver, data = solver_of(model), at_home(model)
     target = Pose((0.1, 0.0, 0.0)) @ solver.pose(data)
     monkeypatch.setattr("daqp.solve", lambda *_: (np.full(7, math.nan), 0.0, -4, {}))

@@ -18,22 +18,22 @@ CONFIG = two_arms()
 NUMBERS = {joint.name: number for number, joint in enumerate(CONFIG.robot.driven)}
 
 
-def test_a_hand_is_what_hangs_below_the_wrist() -> None:
+def test_hand_joints_are_those_below_wrist() -> None:
     assert hand_joints(CONFIG, RIGHT) == frozenset({"finger_right", "thumb_right"})
     assert hand_joints(CONFIG, LEFT) == frozenset({"finger_left", "thumb_left"})
 
 
-def test_without_arms_it_is_the_gripper() -> None:
+def test_hand_joints_without_arms_are_those_of_gripper() -> None:
     config = replace(CONFIG, arms=(), grippers=(GripperConfig(("finger_left",)),))
     assert hand_joints(config, RIGHT) == frozenset({"finger_left"})
     assert hand_joints(config, LEFT) == frozenset()
 
 
-def test_nothing_is_known_of_the_hands_of_a_plain_robot() -> None:
+def test_hand_joints_of_plain_robot_are_none() -> None:
     assert hand_joints(bare(CONFIG), RIGHT) is None
 
 
-def test_the_humanoid_has_all_joints_of_its_hands_and_not_only_those_of_the_grippers() -> None:
+def test_hand_joints_of_qinglong_include_more_than_gripper() -> None:
     config = load_robot("qinglong", lambda _line: None)
     right, left = hand_joints(config, RIGHT), hand_joints(config, LEFT)
     assert right is not None
@@ -45,7 +45,7 @@ def test_the_humanoid_has_all_joints_of_its_hands_and_not_only_those_of_the_grip
 
 
 @given(st.floats(0.0, 1.0))
-def test_a_status_comes_back_from_the_positions_that_it_asks_for(status: float) -> None:
+def test_gripper_status_is_recovered_from_positions(status: float) -> None:
     gripper = GripperRange(GripperConfig(("finger_left", "head")), CONFIG.robot, NUMBERS)
     positions = np.zeros(len(NUMBERS))
     positions[gripper.joints] = gripper.positions(status)
@@ -53,13 +53,13 @@ def test_a_status_comes_back_from_the_positions_that_it_asks_for(status: float) 
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.floats(-100.0, 100.0))
-def test_whatever_is_said_it_is_between_open_and_closed(status: float, position: float) -> None:
+def test_gripper_positions_and_status_stay_within_range(status: float, position: float) -> None:
     gripper = GripperRange(GripperConfig(("finger_left",)), CONFIG.robot, NUMBERS)
     assert 0.0 <= gripper.positions(status)[0] <= 0.04
     assert 0.0 <= gripper.status(np.full(len(NUMBERS), position)) <= 1.0
 
 
-def test_joints_without_limits_and_those_that_follow_have_no_part() -> None:
+def test_gripper_ignores_unlimited_and_mimic_joints() -> None:
     gripper = GripperRange(GripperConfig(("wheel", "thumb_left", "antenna")), CONFIG.robot, NUMBERS)
     assert gripper.positions(1.0).tolist() == []
     assert gripper.status(np.ones(len(NUMBERS))) == 0.0

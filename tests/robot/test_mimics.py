@@ -21,14 +21,14 @@ def robot(multiplier: float, offset: float) -> MimicJoints:
     return MimicJoints(joints, LOWER, UPPER)
 
 
-def test_who_follows_whom() -> None:
+def test_mimic_joints_name_followers_and_leaders() -> None:
     mimics = robot(1.0, 0.0)
     assert mimics.leaders == {"tip": "thumb"}
     assert mimics.followers.tolist() == [2]
 
 
 @given(st.floats(-1, 1), st.floats(-3, 3), st.floats(-1, 1), st.floats(-1, 1))
-def test_a_follower_is_where_its_leader_has_it_within_its_own_limits(
+def test_follower_position_is_clipped_to_its_limits(
     place: float, multiplier: float, offset: float, velocity: float
 ) -> None:
     mimics, positions = robot(multiplier, offset), np.array([place, 0.9, 0.7])

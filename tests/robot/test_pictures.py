@@ -28,7 +28,7 @@ NUMBERS = st.floats(-3.0, 3.0)
     tilt=st.floats(-1.2, 1.2),
     shape=st.sampled_from([(100, 300), (300, 300), (640, 200)]),
 )
-def test_the_whole_robot_is_in_the_picture_and_fills_it(
+def test_camera_shows_whole_robot_and_fills_picture(
     centre: tuple[float, float, float],
     size: tuple[float, float, float],
     heading: float,
@@ -48,7 +48,7 @@ def test_the_whole_robot_is_in_the_picture_and_fills_it(
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi / 2, 2.0])
-def test_the_camera_stands_before_the_robot_wherever_it_faces(yaw: float) -> None:
+def test_camera_faces_robot_at_any_heading(yaw: float) -> None:
     ball = ModelShape("sphere", (0.45, 0.0, 0.0))
     world = build_robot(one_link(ball, base_pose=Pose.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, yaw))))
     for turn in (0.0, math.pi / 2):
@@ -60,14 +60,14 @@ def test_the_camera_stands_before_the_robot_wherever_it_faces(yaw: float) -> Non
         assert z == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_robot_of_which_nothing_is_seen_still_gives_a_picture(tmp_path: Path) -> None:
+def test_robot_without_visible_shapes_gives_picture(tmp_path: Path) -> None:
     world = build_robot(one_link())
     save_robot_picture(tmp_path / "nothing.png", world, mujoco.MjData(world.model), 20, 20)
     assert (tmp_path / "nothing.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("shape", [(0, 100), (100, 0), (100, 100_000)])
-def test_an_impossible_size_is_refused(tmp_path: Path, shape: tuple[int, int]) -> None:
+def test_invalid_picture_size_is_refused(tmp_path: Path, shape: tuple[int, int]) -> None:
     world = build_robot(one_link())
-    with pytest.raises(UsageError, match="picture"):
+    with pytest.raises(UsageError, match=r"width and height|picture"):
         save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), *shape)

@@ -53,27 +53,27 @@ def speed(node: RobotNode) -> float:
     return float(np.abs(node.servos.read().velocities).max())
 
 
-def missed(tip: Pose, target: Pose) -> float:
+def weighted_error(tip: Pose, target: Pose) -> float:
     """Return the error that the solver reduces: translation and rotation together [m]."""
-    way, turn = apart(tip, target)
-    return math.hypot(way, TURN_WEIGHT * turn)
+    distance, turn = apart(tip, target)
+    return math.hypot(distance, TURN_WEIGHT * turn)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
-def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> None:
+def test_both_tips_of_humanoid_reach_reachable_poses(humanoid: RobotNode, seed: int) -> None:
     humanoid.simulation.reset()
     targets = tips(humanoid.config, posture_near_home(humanoid.config, np.random.default_rng(seed), 1.0))
     humanoid.ee_poses.aim(targets)
     run(humanoid, 1.5)
-    for way, turn in errors(humanoid, targets):
-        assert way < 1e-3
+    for distance, turn in errors(humanoid, targets):
+        assert distance < 1e-3
         assert turn < 1e-3
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
+def test_arms_on_lift_reach_poses_without_moving_lift(seed: int) -> None:
     node = RobotNode(tandem())
     lift = node.commander.numbers["lift"]
     node.commander.set_targets([lift], [0.1])
@@ -86,7 +86,7 @@ def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_an_arm_of_three_joints_reaches_what_it_can(small: RobotNode, seed: int) -> None:
+def test_arm_of_three_joints_reaches_reachable_poses(small: RobotNode, seed: int) -> None:
     small.simulation.reset()
     targets = tips(small.config, posture_near_home(small.config, np.random.default_rng(seed), 0.8))
     small.ee_poses.aim(targets)
@@ -95,18 +95,22 @@ def test_an_arm_of_three_joints_reaches_what_it_can(small: RobotNode, seed: int)
 
 
 @pytest.mark.slow
-def test_a_step_is_not_overshot(humanoid: RobotNode) -> None:
+def test_pose_step_is_not_overshot(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin = humanoid.ee_poses.poses()
     humanoid.ee_poses.aim(moved(begin, x=0.1))
-    ways: list[float] = []
-    run(humanoid, 1.0, lambda _: ways.append(humanoid.ee_poses.poses()[RIGHT].position[0] - begin[RIGHT].position[0]))
-    assert max(ways) < 0.1 + 2e-4
-    assert ways[int(0.3 * 240)] > 0.099
+    distances: list[float] = []
+    run(
+        humanoid,
+        1.0,
+        lambda _: distances.append(humanoid.ee_poses.poses()[RIGHT].position[0] - begin[RIGHT].position[0]),
+    )
+    assert max(distances) < 0.1 + 2e-4
+    assert distances[int(0.3 * 240)] > 0.099
 
 
 @pytest.mark.slow
-def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None:
+def test_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin, radius, pulse = humanoid.ee_poses.poses(), 0.1, 2 * math.pi * 0.25
     found: list[float] = []
@@ -121,7 +125,7 @@ def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None
             humanoid.ee_poses.aim(on_circle(time))
             commands += 1
         if time > 0.5:
-            found.append(max(way for way, _ in errors(humanoid, on_circle(time))))
+            found.append(max(distance for distance, _ in errors(humanoid, on_circle(time))))
 
     run(humanoid, 4.5, command)
     assert max(found) < 0.011  # 60 ms behind at 0.157 m/s
@@ -130,7 +134,7 @@ def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize("there", [(0.3, 0.0, 0.6), (0.0, -2.0, 0.5)])
-def test_out_of_reach_it_goes_as_near_as_it_can_and_is_calm(
+def test_unreachable_pose_is_approached_without_trembling(
     humanoid: RobotNode, there: tuple[float, float, float]
 ) -> None:
     humanoid.simulation.reset()
@@ -148,19 +152,19 @@ def test_out_of_reach_it_goes_as_near_as_it_can_and_is_calm(
 
     run(humanoid, 7.0, look)
     changes = np.abs(np.diff(velocities, axis=0))
-    assert changes[-480:].max() < 0.05  # nothing trembles [rad/s from tick to tick]
+    assert changes[-480:].max() < 0.05  # no trembling [rad/s from tick to tick]
     assert np.abs(velocities[-1]).max() < 0.05
     names = [name for arm in humanoid.config.arms for name in arm.joints]
     reached = humanoid.servos.read().positions[arms]
-    chance = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     for _ in range(20):
-        other = np.clip(reached + chance.uniform(-0.03, 0.03, len(arms)), lower, upper)
+        other = np.clip(reached + rng.uniform(-0.03, 0.03, len(arms)), lower, upper)
         around = tips(humanoid.config, dict(zip(names, other.tolist(), strict=True)))
-        for there_now, near, target in zip(humanoid.ee_poses.poses(), around, targets, strict=True):
-            assert missed(near, target) > 0.995 * missed(there_now, target)
+        for tip, near, target in zip(humanoid.ee_poses.poses(), around, targets, strict=True):
+            assert weighted_error(near, target) > 0.995 * weighted_error(tip, target)
 
 
-def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode) -> None:
+def test_joint_command_ends_pose_motion_of_its_arm_only(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
@@ -172,7 +176,7 @@ def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode
     assert small.commander.limiter.desired[small.commander.numbers["elbow_left"]] == -0.7
 
 
-def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: RobotNode) -> None:
+def test_joint_command_to_current_target_ends_pose_motion(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
@@ -183,7 +187,7 @@ def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: R
 
 
 @pytest.mark.parametrize("end", ["hold", "stop", "disable", "home"])
-def test_whatever_holds_the_robot_or_sends_it_home_ends_the_way(small: RobotNode, end: str) -> None:
+def test_hold_stop_disable_and_home_end_pose_motion(small: RobotNode, end: str) -> None:
     small.simulation.reset()
     commander = small.commander
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
@@ -205,7 +209,7 @@ def test_whatever_holds_the_robot_or_sends_it_home_ends_the_way(small: RobotNode
 
 
 @pytest.mark.slow
-def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> None:
+def test_new_poses_start_from_current_posture(small: RobotNode) -> None:
     small.simulation.reset()
     begin = small.ee_poses.poses()
     chosen = joints_of(small, RIGHT)
@@ -219,7 +223,7 @@ def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> No
 
 
 @pytest.mark.slow
-def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
+def test_pose_motion_compensates_other_joints_without_moving_them(small: RobotNode) -> None:
     small.simulation.reset()
     begin = small.ee_poses.poses()
     small.ee_poses.aim(begin)
@@ -227,13 +231,13 @@ def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
     small.commander.set_targets([lift], [0.05])
     run(small, 2.0)
     assert small.servos.read().positions[lift] == pytest.approx(0.05, abs=1e-6)
-    assert [way for way, _ in errors(small, begin)] == pytest.approx(
+    assert [distance for distance, _ in errors(small, begin)] == pytest.approx(
         [0.0, 0.0], abs=0.02
     )  # three joints do not turn and move
     assert small.servos.read().positions[joints_of(small, RIGHT)] != pytest.approx((0.5, -1.0, 0.2), abs=0.05)
 
 
-def test_listening_changes_nothing() -> None:
+def test_pose_subscriber_does_not_change_state() -> None:
     hashes = []
     for listens in (False, True):
         node = RobotNode(two_arms())
@@ -245,20 +249,20 @@ def test_listening_changes_nothing() -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_a_way_goes_on_from_a_snapshot(small: RobotNode) -> None:
+def test_pose_motion_continues_from_snapshot(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.05)
-    taken = take_snapshot(small.simulation)
+    snapshot = take_snapshot(small.simulation)
     run(small, 0.2)
     expected = small.simulation.state_hash()
     small.simulation.reset()
-    restore_snapshot(small.simulation, taken)
+    restore_snapshot(small.simulation, snapshot)
     run(small, 0.2)
     assert small.simulation.state_hash() == expected
 
 
-def test_a_joint_that_the_urdf_sets_no_speed_for_is_sent_no_faster_than_it_is_driven() -> None:
+def test_joint_without_urdf_speed_keeps_servo_speed() -> None:
     config = two_arms()
     joints = tuple(
         replace(joint, limits=replace(joint.limits, velocity=math.inf)) if joint.name == "wrist_right" else joint

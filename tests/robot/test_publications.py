@@ -14,7 +14,7 @@ from cellwright.util.errors import RejectedCommandError
 from tests.robot.talk import Talk
 
 
-def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices() -> None:
+def test_joint_states_list_movable_joints_in_index_order() -> None:
     talk = Talk()
     heard = talk.listen("joint_states")
     talk.joints({"waist": 0.5})
@@ -22,7 +22,7 @@ def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices()
     robot = talk.node.config.robot
     last = heard[-1]
     assert last.name == [joint.name for joint in robot.joints if joint.type.value != "fixed"]
-    assert "antenna" in last.name, "a ball joint says 0, but it has its place"
+    assert "antenna" in last.name, "the ball joint is missing"
     assert len(last.position) == len(last.velocity) == len(last.effort) == len(last.name)
     place = last.name.index("waist")
     assert last.position[place] == pytest.approx(talk.at("waist"))
@@ -33,7 +33,7 @@ def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices()
     assert (last.header.stamp.sec, last.header.stamp.nanosec) == (0, 100_000_000)
 
 
-def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
+def test_states_are_published_at_100_hz_and_clock_each_step() -> None:
     talk = Talk()
     states, applied, clock = (talk.listen(name) for name in ("joint_states", "applied_joint_cmd", "/clock"))
     talk.seconds(2.0)
@@ -41,7 +41,7 @@ def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
     assert clock[-1].clock.sec == 2
 
 
-def test_no_message_comes_before_the_clock_that_it_is_stamped_with() -> None:
+def test_joint_states_follow_clock_of_their_stamp() -> None:
     talk, received = Talk(), list[float]()
     clock = 0.0
 
@@ -68,17 +68,17 @@ def test_applied_targets_include_mimic_joints() -> None:
     assert "antenna" not in targets
 
 
-def test_stamps_are_of_the_time_that_was_asked_for() -> None:
+def test_stamps_are_simulation_time_with_sim_time() -> None:
     talk = Talk()
-    later = Talk(stamp=lambda: 1_700_000_000_000_000_001)
-    first, second = talk.listen("joint_states"), later.listen("joint_states")
+    other = Talk(stamp=lambda: 1_700_000_000_000_000_001)
+    first, second = talk.listen("joint_states"), other.listen("joint_states")
     talk.seconds(0.02)
-    later.seconds(0.02)
+    other.seconds(0.02)
     assert first[0].header.stamp.nanosec == 12_500_000
-    assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock there is no other time"
+    assert second[0].header.stamp.nanosec == 12_500_000, "the stamp is not simulation time"
 
 
-def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -> None:
+def test_status_is_published_on_change_at_10_hz_at_most() -> None:
     talk = Talk()
     heard = talk.listen("status")
     talk.seconds(1.0)
@@ -96,13 +96,13 @@ def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -
     talk.seconds(1.0)
     assert len(heard) == count
     late = talk.listen("status")
-    assert late == [heard[-1]], "it is latched"
+    assert late == [heard[-1]], "the status is not latched"
 
 
-def test_the_status_counts_and_names_refused_and_ignored_input() -> None:
+def test_status_counts_refused_and_ignored_input() -> None:
     talk = Talk()
-    talk.joints({"nobody": 1.0, "waist": 0.1})
-    with pytest.raises(Exception, match="names and"):
+    talk.joints({"unknown": 1.0, "waist": 0.1})
+    with pytest.raises(Exception, match="same length"):
         talk.state("joint_cmd", ["waist"], [])
     talk.stop()
     talk.joints({"waist": 0.2})
@@ -110,22 +110,22 @@ def test_the_status_counts_and_names_refused_and_ignored_input() -> None:
     talk.seconds(0.2)
     status = heard[-1]
     assert (status.taken, status.refused, status.ignored) == (1, 1, 1)
-    assert status.unknown_names == ["nobody"]
+    assert status.unknown_names == ["unknown"]
     assert status.emergency_stop
-    assert status.message == "emergency stop by /op; /io_teleop/clear_emergency_stop ends it"
+    assert status.message == "emergency stop by /op; call /io_teleop/clear_emergency_stop to clear it"
     talk.clear()
     talk.seconds(0.2)
-    assert heard[-1].message == "holds where it was stopped, until the next command"
+    assert heard[-1].message == "stop cleared; the robot holds until the next command"
     talk.enable(enabled=False)
     talk.seconds(0.2)
-    assert heard[-1].message == "takes no commands: /io_teleop/set_enabled switches them on"
+    assert heard[-1].message == "commands are disabled; call /io_teleop/set_enabled to enable them"
     talk.enable()
     talk.seconds(2.0)
     assert heard[-1].message == "waits for commands"
 
 
-def scene(talk: Talk) -> str:
-    """Run something of everything; return the state hash at the end."""
+def run_scenario(talk: Talk) -> str:
+    """Send commands of every kind; return the state hash at the end."""
     for number in range(60):
         talk.joints({"waist": 0.5 - 0.01 * number, "elbow_left": 3.0}, node=f"/op{number % 2}")
         talk.steps(2)
@@ -144,14 +144,14 @@ def scene(talk: Talk) -> str:
 SAFETY = SafetySettings(silence=0.1, max_speeds=(("*", 1.0),), max_age=None)
 
 
-def test_watching_changes_nothing_and_the_same_commands_give_the_same_state() -> None:
+def test_same_commands_give_same_state_with_or_without_subscribers() -> None:
     alone, watched = Talk(safety=SAFETY), Talk(safety=SAFETY)
     for info in watched.node.bus.topics():
         watched.listen(info.name)
-    assert scene(alone) == scene(watched) == scene(Talk(safety=SAFETY))
+    assert run_scenario(alone) == run_scenario(watched) == run_scenario(Talk(safety=SAFETY))
 
 
-def test_a_snapshot_goes_on_as_the_run_itself_did() -> None:
+def test_restored_snapshot_continues_identically() -> None:
     talk = Talk(safety=SAFETY)
     talk.joints({"waist": 0.9, "elbow_left": -1.9})
     talk.base(0.3, 0.4)
@@ -159,15 +159,15 @@ def test_a_snapshot_goes_on_as_the_run_itself_did() -> None:
     snapshot = take_snapshot(talk.node.simulation)
     json.dumps(snapshot.state)
     talk.base(0.1, 0.1)
-    first = scene(talk)
+    first = run_scenario(talk)
     talk.stop()
     restore_snapshot(talk.node.simulation, snapshot)
     assert not talk.node.commander.is_stopped
     talk.base(0.1, 0.1)
-    assert scene(talk) == first
+    assert run_scenario(talk) == first
 
 
-def test_a_snapshot_of_a_stop_is_a_stop() -> None:
+def test_snapshot_restores_emergency_stop() -> None:
     talk = Talk()
     talk.stop()
     snapshot = take_snapshot(talk.node.simulation)
@@ -176,18 +176,18 @@ def test_a_snapshot_of_a_stop_is_a_stop() -> None:
     assert talk.node.commander.is_stopped
 
 
-def test_a_snapshot_knows_who_commands() -> None:
+def test_snapshot_restores_commander_of_topic() -> None:
     talk = Talk(safety=SafetySettings(one_commander=0.5))
     talk.joints({"waist": 0.1}, node="/a")
     snapshot = take_snapshot(talk.node.simulation)
     talk.seconds(0.6)
     talk.joints({"waist": 0.2}, node="/b")
     restore_snapshot(talk.node.simulation, snapshot)
-    with pytest.raises(RejectedCommandError, match="/a commands here"):
+    with pytest.raises(RejectedCommandError, match="/a commands this topic"):
         talk.joints({"waist": 0.2}, node="/b")
 
 
-def test_the_state_tells_runs_apart_that_were_commanded_otherwise() -> None:
+def test_state_hash_differs_after_different_commands() -> None:
     first, second = Talk(safety=SAFETY), Talk(safety=SAFETY)
     second.joints({"waist": 0.5})
     assert first.node.simulation.state_hash() != second.node.simulation.state_hash()

@@ -15,7 +15,7 @@ APART, LENGTH, THICKNESS = 0.4, 0.5, 0.1
 TURNS = Limits(-1.5, 1.5, effort=20.0, velocity=2.0)
 
 
-def gate() -> RobotConfig:
+def two_bars() -> RobotConfig:
     """Two bars that stand side by side on a plate, and swing towards each other."""
     bar = ModelShape("box", (THICKNESS, THICKNESS, LENGTH), Pose((0.0, 0.0, LENGTH / 2)))
     inertial = Inertial(1.0, Pose((0.0, 0.0, LENGTH / 2)), (0.02, 0.02, 0.002, 0.0, 0.0, 0.0))
@@ -29,8 +29,8 @@ def gate() -> RobotConfig:
 
 
 @pytest.mark.parametrize("self_collision", [False, True])
-def test_bars_that_are_commanded_to_cross(self_collision: bool) -> None:
-    rig = Rig(RobotNode(gate(), self_collision=self_collision))
+def test_crossing_bars_touch_only_with_self_collision(self_collision: bool) -> None:
+    rig = Rig(RobotNode(two_bars(), self_collision=self_collision))
     rig.begin()
     rig.send({"left": 1.2, "right": -1.2})
     _, positions = rig.run(3.0)

@@ -23,7 +23,7 @@ def services(node: RobotNode) -> RobotServices:
     return RobotServices(node)
 
 
-def test_the_state_is_by_index_and_whole(node: RobotNode, services: RobotServices) -> None:
+def test_state_service_returns_all_joints_by_index(node: RobotNode, services: RobotServices) -> None:
     state = services.state({})
     movable = [joint.name for joint in node.config.robot.movable]
     assert state["positions"][movable.index("shoulder_right")] == 0.5
@@ -34,14 +34,14 @@ def test_the_state_is_by_index_and_whole(node: RobotNode, services: RobotService
     assert "links" in state
 
 
-def test_looking_changes_nothing(node: RobotNode, services: RobotServices) -> None:
+def test_state_and_describe_do_not_change_state(node: RobotNode, services: RobotServices) -> None:
     before = node.simulation.state_hash()
     services.state({"links": [-1, 0, 1]})
     services.describe({})
     assert node.simulation.state_hash() == before
 
 
-def test_links_in_the_frame_of_another_one(node: RobotNode, services: RobotServices) -> None:
+def test_state_service_returns_links_in_frame_of_another(node: RobotNode, services: RobotServices) -> None:
     tip = node.config.robot.link_indices["tip_right"]
     ((at, turn),) = services.state({"links": [tip], "frame": -1})["links"]
     poses = [Pose(at, (w, x, y, z)) for at, (x, y, z, w) in services.state({"links": [-1, tip]})["links"]]
@@ -49,11 +49,11 @@ def test_links_in_the_frame_of_another_one(node: RobotNode, services: RobotServi
     w, x, y, z = root_T_tip.quaternion
     assert at == pytest.approx(root_T_tip.position)
     assert turn == pytest.approx([x, y, z, w])
-    with pytest.raises(CellwrightError, match="there is no link with the index 'root'"):
+    with pytest.raises(CellwrightError, match="no link with the index 'root'"):
         services.state({"links": [tip], "frame": "root"})
 
 
-def test_moving_and_placing(node: RobotNode, services: RobotServices) -> None:
+def test_move_and_place_set_joint_positions(node: RobotNode, services: RobotServices) -> None:
     lift = node.config.robot.joint_indices["lift"]
     services.place({"joints": [lift], "positions": [0.2]})
     number = node.commander.numbers["lift"]
@@ -64,7 +64,7 @@ def test_moving_and_placing(node: RobotNode, services: RobotServices) -> None:
     assert node.driver.read().positions[number] == pytest.approx(0.25, abs=1e-4)
 
 
-def test_a_tip_goes_to_a_pose_and_the_other_arm_goes_on(node: RobotNode, services: RobotServices) -> None:
+def test_move_tip_reaches_pose_and_other_arm_continues(node: RobotNode, services: RobotServices) -> None:
     robot = node.config.robot
     arm = [robot.joint_indices[name] for name in node.config.arms[0].joints]
     tip, elbow = robot.link_indices["tip_right"], robot.joint_indices["elbow_left"]
@@ -79,13 +79,13 @@ def test_a_tip_goes_to_a_pose_and_the_other_arm_goes_on(node: RobotNode, service
     assert node.driver.read().positions[node.commander.numbers["elbow_left"]] == pytest.approx(-0.3, abs=1e-3)
 
 
-def test_a_tip_that_is_not_there(services: RobotServices) -> None:
+def test_move_tip_of_unknown_arm_is_refused(services: RobotServices) -> None:
     for arm in (None, -1, 2, "right"):
-        with pytest.raises(CellwrightError, match="there is no arm"):
+        with pytest.raises(CellwrightError, match="unknown arm"):
             services.move_tip({"arm": arm, "pose": [[0, 0, 0], [0, 0, 0, 1]]})
 
 
-def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
+def test_stopped_robot_refuses_motion_services(node: RobotNode, services: RobotServices) -> None:
     node.commander.stop("a user pressed the button")
     before = node.driver.read().positions.copy()
     for service in (services.move, services.place):
@@ -98,7 +98,7 @@ def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "payload",
     [
         {},
         {"joints": 1, "positions": 0.0},
@@ -112,21 +112,21 @@ def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
         {"joints": [1] * 5000, "positions": [0.0] * 5000},
     ],
 )
-def test_nonsense_is_refused(services: RobotServices, asked: dict[str, Any]) -> None:
+def test_invalid_joint_request_is_refused(services: RobotServices, payload: dict[str, Any]) -> None:
     for service in (services.move, services.place):
         with pytest.raises(CellwrightError):
-            service(asked)
+            service(payload)
 
 
 @pytest.mark.parametrize("pose", [None, [], [[0, 0, 0]], [[0, 0, 0], [0, 0, 0, 0]], [["a", 0, 0], [0, 0, 0, 1]], "x"])
-def test_a_pose_that_is_none(services: RobotServices, pose: Any) -> None:
-    with pytest.raises(CellwrightError, match="a pose is"):
+def test_invalid_pose_request_is_refused(services: RobotServices, pose: Any) -> None:
+    with pytest.raises(CellwrightError, match="pose must be"):
         services.place_base({"pose": pose})
     with pytest.raises(CellwrightError):
         services.state({"links": [1e9]})
 
 
 @pytest.mark.parametrize("links", [[0] * 5000, {"0": 1}, 7, None])
-def test_physics_is_not_held_up_by_long_questions(services: RobotServices, links: Any) -> None:
-    with pytest.raises(RejectedCommandError, match="a list of indices"):
+def test_invalid_or_long_list_of_links_is_refused(services: RobotServices, links: Any) -> None:
+    with pytest.raises(RejectedCommandError, match="a list of at most 4096 indices"):
         services.state({"links": links})

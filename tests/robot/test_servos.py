@@ -28,7 +28,7 @@ class Listener(Device):
 
     def drive(self) -> None:
         servos, data, model = self.servos, self.simulation.data, self.simulation.model
-        wanted = np.zeros(model.nv)
+        requested = np.zeros(model.nv)
         for number, name in enumerate(servos.joints):
             joint = model.joint(name)
             top = fastest(two_arms().robot.joint(name))
@@ -38,20 +38,20 @@ class Listener(Device):
             if mimic is not None:
                 leader = servos.joints.index(mimic.joint)
                 ahead = data.ctrl[leader] - data.qpos[model.joint(mimic.joint).qposadr[0]]
-                most = fastest(two_arms().robot.joint(mimic.joint))
+                leader_speed = fastest(two_arms().robot.joint(mimic.joint))
                 place = mimic.multiplier * data.qpos[model.joint(mimic.joint).qposadr[0]] + mimic.offset
-                speed = mimic.multiplier * min(max(GAIN * ahead, -most), most)
+                speed = mimic.multiplier * min(max(GAIN * ahead, -leader_speed), leader_speed)
                 speed += GAIN * (place - data.qpos[joint.qposadr[0]])
-            wanted[joint.dofadr[0]] = (speed - data.qvel[joint.dofadr[0]]) / model.opt.timestep
+            requested[joint.dofadr[0]] = (speed - data.qvel[joint.dofadr[0]]) / model.opt.timestep
             assert number == model.actuator(name).id
         count = data.ne + data.nf
         drives = np.flatnonzero(data.efc_type[:count] == DRY_FRICTION)
         assert len(drives) == model.nv
-        assert data.efc_aref[drives] == pytest.approx(wanted[data.efc_id[drives]], abs=1e-9)
+        assert data.efc_aref[drives] == pytest.approx(requested[data.efc_id[drives]], abs=1e-9)
         self.steps += 1
 
 
-def simulated(
+def make_simulation(
     motion: Motion = Motion.SERVO, timestep: Fraction = TIMESTEP, config: RobotConfig | None = None
 ) -> tuple[Simulation, JointServos]:
     config = config or two_arms()
@@ -64,20 +64,20 @@ def simulated(
 
 
 @pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
-def test_each_drive_wants_the_velocity_of_the_law(timestep: Fraction) -> None:
-    simulation, servos = simulated(timestep=timestep)
+def test_each_drive_requests_velocity_of_servo_law(timestep: Fraction) -> None:
+    simulation, servos = make_simulation(timestep=timestep)
     listener = Listener(servos)
     simulation.add(listener)
     simulation.reset()
-    chance = np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     for _ in range(4):
         low, high = np.maximum(servos.lower, -3.0), np.minimum(servos.upper, 3.0)
-        servos.command(chance.uniform(low, high))
+        servos.command(rng.uniform(low, high))
         simulation.step_until(simulation.now + 20_000_000)
     assert listener.steps >= 19
 
 
-def test_the_drives_are_found_again_when_other_constraints_come_and_go() -> None:
+def test_drives_are_found_after_constraints_change() -> None:
     spec = mujoco.MjSpec()
     for name in ("free", "held"):
         body = spec.worldbody.add_body(name=f"link of {name}", mass=1.0, inertia=(0.1, 0.1, 0.1), explicitinertial=True)
@@ -102,13 +102,13 @@ def test_the_drives_are_found_again_when_other_constraints_come_and_go() -> None
         assert servos.read().positions == pytest.approx([target, 0.0], abs=1e-3)
 
 
-def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
-    simulation, servos = simulated()
+def test_efforts_equal_engine_forces_within_limits() -> None:
+    simulation, servos = make_simulation()
     target = servos.targets
     target[servos.joints.index("shoulder_right")] = 1.2
     servos.command(target)
-    most = np.array([two_arms().robot.joint(name).limits.effort for name in servos.joints])
-    largest = np.zeros(len(most))
+    max_efforts = np.array([two_arms().robot.joint(name).limits.effort for name in servos.joints])
+    largest = np.zeros(len(max_efforts))
     for _ in range(60):
         simulation.step()
         positions, _, efforts = servos.read()
@@ -116,21 +116,21 @@ def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
         expected = simulation.data.qfrc_constraint[servos._dof]
         alone = (positions > servos.lower + 0.01) & (positions < servos.upper - 0.01)  # no limit acts too
         assert efforts[alone] == pytest.approx(expected[alone], abs=1e-9)
-    assert (largest <= most * (1 + 1e-9)).all()
+    assert (largest <= max_efforts * (1 + 1e-9)).all()
     assert largest[servos.joints.index("shoulder_right")] > 1.0
 
 
-def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
+def test_solver_start_changes_only_its_iterations() -> None:
     paths, iterations = [], []
     for is_commanded in (True, False):
-        simulation, servos = simulated(config=qinglong())
+        simulation, servos = make_simulation(config=qinglong())
         if not is_commanded:
             servos._attainable = np.zeros(simulation.model.nv)
-        chance = np.random.default_rng(2)
+        rng = np.random.default_rng(2)
         middle = (servos.lower + servos.upper) / 2
         count = 0
         for _ in range(40):
-            servos.command(middle + chance.uniform(-0.05, 0.05, len(middle)))
+            servos.command(middle + rng.uniform(-0.05, 0.05, len(middle)))
             for _ in range(3):
                 simulation.step()
                 count += int(simulation.data.solver_niter.sum())
@@ -140,8 +140,8 @@ def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
     assert iterations[0] < 0.7 * iterations[1]
 
 
-def test_teleporting_puts_joints_where_they_are_to_be() -> None:
-    simulation, servos = simulated(Motion.TELEPORT)
+def test_teleport_places_joints_within_limits_in_one_step() -> None:
+    simulation, servos = make_simulation(Motion.TELEPORT)
     target = servos.targets
     target[servos.joints.index("elbow_left")] = -5.0  # beyond its limit
     servos.command(target)
@@ -151,15 +151,15 @@ def test_teleporting_puts_joints_where_they_are_to_be() -> None:
     assert np.abs(read.velocities).max() < 1e-6
 
 
-def test_the_solver_is_let_go_on_until_all_drives_that_come_to_their_bounds_are_settled() -> None:
+def test_solver_iterations_suffice_for_saturated_drives() -> None:
     paths = []
     for iterations in (None, 1000):
-        simulation, servos = simulated(config=qinglong())
+        simulation, servos = make_simulation(config=qinglong())
         if iterations is not None:
             simulation.model.opt.iterations = iterations
-        chance = np.random.default_rng(0)
+        rng = np.random.default_rng(0)
         for _ in range(2):
-            servos.command(chance.uniform(servos.lower, servos.upper))
+            servos.command(rng.uniform(servos.lower, servos.upper))
             simulation.step_until(simulation.now + 500_000_000)
         paths.append(servos.read().positions)
     assert paths[0] == pytest.approx(paths[1], abs=1e-12)
@@ -169,12 +169,12 @@ def step_for(simulation: Simulation, seconds: float) -> None:
     simulation.step_until(simulation.now + round(seconds * 1e9))
 
 
-def sent(servos: JointServos, **targets: float) -> None:
+def command_joints(servos: JointServos, **targets: float) -> None:
     """Command some joints."""
-    wanted = servos.targets
+    requested = servos.targets
     for name, position in targets.items():
-        wanted[servos.joints.index(name)] = position
-    servos.command(wanted)
+        requested[servos.joints.index(name)] = position
+    servos.command(requested)
 
 
 def at(servos: JointServos, name: str) -> float:
@@ -182,9 +182,9 @@ def at(servos: JointServos, name: str) -> float:
 
 
 @pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
-def test_a_joint_goes_with_its_greatest_speed_and_arrives(timestep: Fraction) -> None:
-    simulation, servos = simulated(timestep=timestep)
-    sent(servos, waist=1.0, lift=0.3)
+def test_joint_moves_at_urdf_speed_and_arrives(timestep: Fraction) -> None:
+    simulation, servos = make_simulation(timestep=timestep)
+    command_joints(servos, waist=1.0, lift=0.3)
     step_for(simulation, 0.25)
     number = servos.joints.index("waist")
     assert servos.read().velocities[number] == pytest.approx(2.0, rel=0.01)
@@ -194,15 +194,15 @@ def test_a_joint_goes_with_its_greatest_speed_and_arrives(timestep: Fraction) ->
     assert at(servos, "lift") == pytest.approx(0.3, abs=1e-4)
 
 
-def test_targets_are_cut_off_at_the_limits_of_the_joints() -> None:
-    simulation, servos = simulated()
-    sent(servos, waist=50.0, head=-50.0)
+def test_targets_are_clipped_to_joint_limits() -> None:
+    simulation, servos = make_simulation()
+    command_joints(servos, waist=50.0, head=-50.0)
     step_for(simulation, 2.0)
     assert at(servos, "waist") == pytest.approx(1.0, abs=1e-4)
     assert at(servos, "head") == pytest.approx(-1.5, abs=1e-4)
 
 
-def test_a_weak_drive_takes_its_time() -> None:
+def test_weak_drive_arrives_later_within_effort_limit() -> None:
     times = {}
     for effort in (1.0, 80.0):
         joints = tuple(
@@ -210,8 +210,8 @@ def test_a_weak_drive_takes_its_time() -> None:
             for joint in two_arms().robot.joints
         )
         config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints))
-        simulation, servos = simulated(config=config)
-        sent(servos, shoulder_left=1.5)
+        simulation, servos = make_simulation(config=config)
+        command_joints(servos, shoulder_left=1.5)
         number = servos.joints.index("shoulder_left")
         while abs(at(servos, "shoulder_left") - 1.5) > 0.02:
             simulation.step()
@@ -221,18 +221,18 @@ def test_a_weak_drive_takes_its_time() -> None:
     assert times[1.0] > 1.5 * times[80.0]
 
 
-def test_a_mimic_joint_ignores_its_own_target() -> None:
-    simulation, servos = simulated()
-    sent(servos, finger_left=0.04, thumb_left=0.0)
+def test_mimic_joint_ignores_its_own_target() -> None:
+    simulation, servos = make_simulation()
+    command_joints(servos, finger_left=0.04, thumb_left=0.0)
     for _ in range(60):
         simulation.step()
         assert at(servos, "thumb_left") == pytest.approx(at(servos, "finger_left"), abs=2e-3)
     assert at(servos, "thumb_left") == pytest.approx(0.04, abs=1e-3)
 
 
-def test_a_joint_is_put_somewhere_at_rest_and_stays() -> None:
-    simulation, servos = simulated()
-    sent(servos, waist=1.0)
+def test_placed_joint_stays_at_rest() -> None:
+    simulation, servos = make_simulation()
+    command_joints(servos, waist=1.0)
     step_for(simulation, 0.1)
     servos.place([servos.joints.index("waist"), servos.joints.index("finger_left")], [-0.7, 9.0])
     assert (at(servos, "waist"), at(servos, "finger_left"), at(servos, "thumb_left")) == (-0.7, 0.04, 0.04)
@@ -241,22 +241,22 @@ def test_a_joint_is_put_somewhere_at_rest_and_stays() -> None:
 
 
 @pytest.mark.parametrize("motion", list(Motion))
-def test_the_same_targets_give_the_same_motion(motion: Motion) -> None:
+def test_same_targets_give_same_motion(motion: Motion) -> None:
     hashes = set()
     for _ in range(2):
-        simulation, servos = simulated(motion)
+        simulation, servos = make_simulation(motion)
         for number in range(100):
-            sent(servos, waist=np.sin(number), elbow_right=-np.cos(number), finger_left=0.0002 * number)
+            command_joints(servos, waist=np.sin(number), elbow_right=-np.cos(number), finger_left=0.0002 * number)
             simulation.step()
         hashes.add(simulation.state_hash())
     assert len(hashes) == 1
 
 
 @pytest.mark.parametrize("timestep", [Fraction(1, 100), TIMESTEP, Fraction(1, 10_000)])
-def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) -> None:
+def test_joints_without_limits_stay_below_default_speed(timestep: Fraction) -> None:
     joints = tuple(replace(joint, limits=Limits()) for joint in two_arms().robot.joints)
     config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints), grippers=())
-    simulation, servos = simulated(timestep=timestep, config=config)
+    simulation, servos = make_simulation(timestep=timestep, config=config)
     draw = np.random.default_rng(0)
     for _ in range(60):
         servos.command(draw.choice([-1e300, 1e4, 0.0, 1.0, -1e4], len(servos.joints)))
@@ -265,7 +265,7 @@ def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) ->
         assert np.abs(servos.read().velocities).max() < 11.0
 
 
-def test_no_joint_is_driven_faster_than_the_engine_can_follow() -> None:
+def test_fastest_is_limited_by_engine_and_defaults() -> None:
     turning = Joint("a", JointType.REVOLUTE, "base", "link", limits=Limits(velocity=1e9))
     assert fastest(turning) == MAX_SPEED
     assert fastest(replace(turning, limits=Limits(velocity=3.0))) == 3.0

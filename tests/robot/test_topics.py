@@ -32,15 +32,15 @@ def node(shared: RobotNode) -> RobotNode:
     return shared
 
 
-def said(poses: list[Pose], frame: str = "") -> PoseArray:
+def pose_array(poses: list[Pose], frame: str = "") -> PoseArray:
     return PoseArray(header(frame), [pose_message(pose) for pose in poses])
 
 
-def raw(*numbers: float) -> PoseMessage:
+def raw_pose(*numbers: float) -> PoseMessage:
     return PoseMessage(Point(*numbers[:3]), Quaternion(*numbers[3:]))
 
 
-def heard(node: RobotNode, seconds: float = 0.02) -> list[Any]:
+def received_messages(node: RobotNode, seconds: float = 0.02) -> list[Any]:
     found: list[Any] = []
     subscription = node.bus.subscribe(STATE, found.append)
     node.simulation.step_until(node.simulation.now + round(seconds * 1e9))
@@ -48,8 +48,8 @@ def heard(node: RobotNode, seconds: float = 0.02) -> list[Any]:
     return found
 
 
-def test_state_is_published_a_hundred_times_a_second_as_forward_kinematics_gives_it(node: RobotNode) -> None:
-    messages = heard(node, 0.5)
+def test_ee_poses_are_published_at_100_hz_and_equal_kinematics(node: RobotNode) -> None:
+    messages = received_messages(node, 0.5)
     assert len(messages) == 50
     assert messages[0].header.frame_id == "base"
     assert messages[0].header.stamp.nanosec == pytest.approx(10_000_000, abs=5_000_000)
@@ -58,17 +58,17 @@ def test_state_is_published_a_hundred_times_a_second_as_forward_kinematics_gives
         assert apart(Pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)), expected) == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
-def test_what_the_state_says_is_a_command_that_moves_nothing(node: RobotNode) -> None:
+def test_published_poses_sent_as_command_do_not_move_arms(node: RobotNode) -> None:
     before = node.servos.read().positions
-    node.bus.publish(COMMAND, heard(node)[-1])
+    node.bus.publish(COMMAND, received_messages(node)[-1])
     node.simulation.step_until(node.simulation.now + 200_000_000)
     assert node.servos.read().positions == pytest.approx(before, abs=1e-6)
     assert node.ee_poses.targets[0] is not None
 
 
-def test_poses_count_from_the_base_wherever_it_is(node: RobotNode) -> None:
+def test_poses_are_relative_to_moved_base(node: RobotNode) -> None:
     before = node.ee_poses.poses()
-    node.bus.publish(COMMAND, said(before))
+    node.bus.publish(COMMAND, pose_array(before))
     joints = node.servos.read().positions
     node.base.command([0.5, 0.3])
     node.simulation.step_until(node.simulation.now + 300_000_000)
@@ -78,23 +78,24 @@ def test_poses_count_from_the_base_wherever_it_is(node: RobotNode) -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "why"), [(0, "2 poses are needed (right, left), not 0"), (1, "not 1"), (3, "not 3"), (5000, "not 5000")]
+    ("count", "why"),
+    [(0, "poses must have 2 poses, right, left .got 0."), (1, "got 1"), (3, "got 3"), (5000, "got 5000")],
 )
-def test_a_pose_for_each_arm_is_needed(node: RobotNode, count: int, why: str) -> None:
+def test_wrong_number_of_poses_is_refused(node: RobotNode, count: int, why: str) -> None:
     with pytest.raises(RejectedCommandError, match=why.replace("(", r"\(").replace(")", r"\)")):
-        node.bus.publish(COMMAND, said([Pose()] * count))
+        node.bus.publish(COMMAND, pose_array([Pose()] * count))
     assert node.ee_poses.targets == (None, None)
 
 
-def test_a_robot_with_one_arm_takes_one_pose() -> None:
+def test_robot_with_one_arm_takes_one_pose() -> None:
     config = two_arms()
     one = replace(config, arms=config.arms[:1], command_links=("tip_right",), reference_links=("torso",))
     node = RobotNode(one)
-    there = node.ee_poses.poses()
-    node.bus.publish(COMMAND, said([Pose((0.01, 0.0, 0.0)) @ there[0]]))
-    with pytest.raises(RejectedCommandError, match="1 pose is needed, not 2"):
-        node.bus.publish(COMMAND, said(there * 2))
-    assert len(heard(node)[0].poses) == 1
+    tip_poses = node.ee_poses.poses()
+    node.bus.publish(COMMAND, pose_array([Pose((0.01, 0.0, 0.0)) @ tip_poses[0]]))
+    with pytest.raises(RejectedCommandError, match=r"poses must have 1 pose .got 2."):
+        node.bus.publish(COMMAND, pose_array(tip_poses * 2))
+    assert len(received_messages(node)[0].poses) == 1
 
 
 @pytest.mark.parametrize(
@@ -108,11 +109,9 @@ def test_a_robot_with_one_arm_takes_one_pose() -> None:
         ((0, 0, 1e300, 0, 0, 0, 1), r"poses\[1\].position must be within 1000 m"),
     ],
 )
-def test_a_pose_that_means_nothing_is_refused_with_all_others(
-    node: RobotNode, numbers: tuple[float, ...], why: str
-) -> None:
+def test_invalid_pose_is_refused_with_whole_message(node: RobotNode, numbers: tuple[float, ...], why: str) -> None:
     good = pose_message(node.ee_poses.poses()[0])
-    message = PoseArray(header(), [good, raw(*map(float, numbers))])
+    message = PoseArray(header(), [good, raw_pose(*map(float, numbers))])
     with pytest.raises(RejectedCommandError, match=why):
         node.bus.publish(COMMAND, message)
     assert node.ee_poses.targets == (None, None)
@@ -123,8 +122,8 @@ finite = st.floats(allow_nan=True, allow_infinity=True)
 
 @given(numbers=st.lists(finite, min_size=14, max_size=14))
 @settings(max_examples=40, deadline=None)
-def test_nothing_that_comes_in_stops_the_node(shared: RobotNode, numbers: list[float]) -> None:
-    message = PoseArray(header(), [raw(*numbers[:7]), raw(*numbers[7:])])
+def test_random_poses_keep_joints_finite(shared: RobotNode, numbers: list[float]) -> None:
+    message = PoseArray(header(), [raw_pose(*numbers[:7]), raw_pose(*numbers[7:])])
     try:
         shared.bus.publish(COMMAND, message)
     except RejectedCommandError:
@@ -134,7 +133,7 @@ def test_nothing_that_comes_in_stops_the_node(shared: RobotNode, numbers: list[f
     assert all(map(math.isfinite, shared.servos.read().positions.tolist()))
 
 
-def test_a_quaternion_of_any_length_is_a_direction(node: RobotNode) -> None:
+def test_quaternion_of_other_length_is_normalized(node: RobotNode) -> None:
     right, left = (pose_message(pose) for pose in node.ee_poses.poses())
     q = right.orientation
     longer = PoseMessage(right.position, Quaternion(*(7.0 * value for value in (q.x, q.y, q.z, q.w))))
@@ -144,46 +143,46 @@ def test_a_quaternion_of_any_length_is_a_direction(node: RobotNode) -> None:
     assert math.hypot(*target.quaternion) == pytest.approx(1.0)
 
 
-def test_a_frame_that_is_a_link_counts_and_any_other_does_not(node: RobotNode) -> None:
+def test_frame_id_of_link_applies_and_others_are_ignored(node: RobotNode) -> None:
     begin = node.ee_poses.poses()
     ahead = Pose((0.01, 0.0, 0.0))
-    node.bus.publish(COMMAND, said([ahead, ahead], "tip_right"))  # in the tool's own frame: how one jogs it
+    node.bus.publish(COMMAND, pose_array([ahead, ahead], "tip_right"))  # in the frame of the tool, as for jogging
     right = node.ee_poses.targets[0]
     assert right is not None
     assert apart(right, begin[0] @ ahead) == pytest.approx((0.0, 0.0), abs=1e-9)
     for frame in ("", "world", "nowhere/at all"):
-        node.bus.publish(COMMAND, said(begin, frame))
+        node.bus.publish(COMMAND, pose_array(begin, frame))
         for target, pose in zip(node.ee_poses.targets, begin, strict=True):
             assert target is not None
             assert apart(target, pose) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_poses_are_ignored_while_no_command_is_taken(node: RobotNode) -> None:
+def test_poses_are_ignored_while_disabled(node: RobotNode) -> None:
     ignored = node.commander.ignored
     node.commander.set_enabled(False)
-    node.bus.publish(COMMAND, said(node.ee_poses.poses()))
+    node.bus.publish(COMMAND, pose_array(node.ee_poses.poses()))
     assert node.ee_poses.targets == (None, None)
     assert node.commander.ignored == ignored + 1
 
 
-def test_arms_are_held_when_no_more_poses_come_and_go_on_with_the_next() -> None:
-    watched = RobotNode(two_arms(), safety=SafetySettings(silence=0.1, tip_speed=0.1))
-    far = said([Pose((-0.2, 0.0, 0.0)) @ pose for pose in watched.ee_poses.poses()])
-    watched.bus.publish(COMMAND, far)
-    watched.simulation.step_until(300_000_000)
-    assert watched.ee_poses.targets == (None, None)
-    held = watched.servos.read().positions
-    watched.simulation.step_until(400_000_000)
-    assert watched.servos.read().positions == pytest.approx(held, abs=1e-3)
-    watched.bus.publish(COMMAND, far)
-    watched.simulation.step_until(480_000_000)
-    assert watched.servos.read().positions != pytest.approx(held, abs=2e-3)
+def test_arms_hold_without_poses_and_resume_with_next() -> None:
+    guarded_node = RobotNode(two_arms(), safety=SafetySettings(silence=0.1, tip_speed=0.1))
+    far = pose_array([Pose((-0.2, 0.0, 0.0)) @ pose for pose in guarded_node.ee_poses.poses()])
+    guarded_node.bus.publish(COMMAND, far)
+    guarded_node.simulation.step_until(300_000_000)
+    assert guarded_node.ee_poses.targets == (None, None)
+    held = guarded_node.servos.read().positions
+    guarded_node.simulation.step_until(400_000_000)
+    assert guarded_node.servos.read().positions == pytest.approx(held, abs=1e-3)
+    guarded_node.bus.publish(COMMAND, far)
+    guarded_node.simulation.step_until(480_000_000)
+    assert guarded_node.servos.read().positions != pytest.approx(held, abs=2e-3)
 
 
-def test_how_fast_a_tip_goes_can_be_capped() -> None:
+def test_tip_speed_limits_tip() -> None:
     node = RobotNode(two_arms(), safety=SafetySettings(tip_speed=0.1), timestep=Fraction(1, 240))
     begin = node.ee_poses.poses()
-    node.bus.publish(COMMAND, said([Pose((-0.1, 0.0, 0.0)) @ pose for pose in begin]))
+    node.bus.publish(COMMAND, pose_array([Pose((-0.1, 0.0, 0.0)) @ pose for pose in begin]))
     node.simulation.step_until(500_000_000)
-    way, _ = apart(node.ee_poses.poses()[0], begin[0])
-    assert 0.03 < way < 0.051
+    distance, _ = apart(node.ee_poses.poses()[0], begin[0])
+    assert 0.03 < distance < 0.051

@@ -116,7 +116,7 @@ def results(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> di
 Results = dict[str, list[dict[str, Any]]]
 
 
-def test_a_goal_is_reached_with_feedback_ten_times_a_second(results: Results) -> None:
+def test_goal_is_reached_with_feedback_at_10_hz(results: Results) -> None:
     (result,) = results["reached"]
     assert (result["state"], result["code"]) == (SUCCEEDED, 0)
     stamps = result["stamps"]
@@ -125,17 +125,17 @@ def test_a_goal_is_reached_with_feedback_ten_times_a_second(results: Results) ->
     assert result["desired"] == pytest.approx(ASIDE, abs=0.1)
 
 
-def test_the_joints_in_another_order(results: Results) -> None:
+def test_goal_with_joints_in_other_order_succeeds(results: Results) -> None:
     (result,) = results["another order"]
     assert (result["state"], result["code"]) == (SUCCEEDED, 0)
 
 
-def test_a_goal_called_off(results: Results) -> None:
+def test_cancelled_goal_is_preempted(results: Results) -> None:
     (result,) = results["called off"]
     assert result["state"] == PREEMPTED
 
 
-def test_a_goal_that_another_takes_the_place_of(results: Results) -> None:
+def test_goal_replaced_by_other_is_preempted(results: Results) -> None:
     first, second = results["another"]
     assert first["state"] == PREEMPTED
     assert (second["state"], second["code"]) == (SUCCEEDED, 0)
@@ -146,12 +146,12 @@ def test_a_goal_that_another_takes_the_place_of(results: Results) -> None:
     [("six joints", INVALID_JOINTS), ("an unknown joint", INVALID_JOINTS)],
     ids=["six joints", "an unknown joint"],
 )
-def test_a_goal_that_is_refused(results: Results, run: str, code: int) -> None:
+def test_invalid_goal_is_rejected_with_code(results: Results, run: str, code: int) -> None:
     (result,) = results[run]
     assert (result["state"], result["code"]) == (REJECTED, code)
 
 
-def test_a_goal_whose_path_is_left(results: Results) -> None:
+def test_goal_that_leaves_path_tolerance_is_aborted(results: Results) -> None:
     """Five metres in a tenth of a second are too much for the rail, and violate the tolerance at once."""
     (result,) = results["path left"]
     assert (result["state"], result["code"]) == (ABORTED, PATH_TOLERANCE_VIOLATED)

@@ -173,7 +173,7 @@ def program(goals: list[list[float]], picks: dict[str, Any], belt: dict[str, Any
     return {"late": late, "held": held, "belt": taken and seen["attached"]}
 
 
-def test_the_arm_arrives_and_picks_as_teams_asked(master: Ground) -> None:
+def test_arm_reaches_goals_and_picks_parts(master: Ground) -> None:
     master.folder.joinpath("goals.yaml").write_text(
         TRIAL % ", ".join(f"{name}: {{models: {{gear_part: {{{ONE_GEAR}}}}}}}" for name in BINS)
     )

@@ -61,7 +61,7 @@ def look() -> dict[str, Any]:
     }
 
 
-def test_a_subscriber_gets_pictures(master: Ground) -> None:
+def test_camera_subscriber_gets_pictures(master: Ground) -> None:
     file = master.folder / "cameras.yaml"
     file.write_text(CELL)
     master.serve(str(file), "-d")

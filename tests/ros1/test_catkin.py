@@ -250,7 +250,7 @@ def fill(sources: Path) -> None:
 
 
 @pytest.mark.parametrize("setup", ["install/setup.bash", "devel/setup.bash"])
-def test_a_shell_knows_the_packages(workspace: Workspace, setup: str) -> None:
+def test_shell_with_workspace_finds_packages(workspace: Workspace, setup: str) -> None:
     sources = workspace.folder / "src"
     found = workspace.bash(
         f"""source {setup}
@@ -262,14 +262,14 @@ def test_a_shell_knows_the_packages(workspace: Workspace, setup: str) -> None:
     assert [*workspace.folder.glob("devel/lib/python3*/*-packages/osrf_gear")] != []
 
 
-def test_the_launcher_is_found_once(workspace: Workspace) -> None:
+def test_rosrun_finds_launcher_once(workspace: Workspace) -> None:
     printed = workspace.bash(
         "source devel/setup.bash; rosrun osrf_gear gear.py -d -n -f $PWD/src/ariac/osrf_gear/config/sample.yaml"
     )
     assert "# file: gear.launch\n" in printed
 
 
-def test_the_lesson_and_clients_in_two_languages(workspace: Workspace) -> None:
+def test_lesson_node_and_cpp_client_work_the_cell(workspace: Workspace) -> None:
     with workspace.launched("install/setup.bash", "", "my_config"):
         tasker = workspace.bash("source devel/setup.bash; rosrun industrial_control tasker.py")
         assert "tasker: order_0\n" in tasker
@@ -278,7 +278,7 @@ def test_the_lesson_and_clients_in_two_languages(workspace: Workspace) -> None:
         assert set(said[2:]) == {"found bin7", "found belt"}
 
 
-def test_the_example_node_in_cpp(workspace: Workspace) -> None:
+def test_cpp_example_node_starts_competition(workspace: Workspace) -> None:
     config = "config_file:=$(rospack find ariac_example)/config/sample_gear_conf.yaml"
     with workspace.launched("devel/setup.bash", config, "sample_gear_conf"):
         node = workspace.start(

@@ -95,7 +95,7 @@ def found(cell: Ground) -> dict[str, Any]:
     return seen
 
 
-def test_the_start_as_programs_of_the_time_expect_it(found: dict[str, Any]) -> None:
+def test_start_competition_answers_as_in_2017(found: dict[str, Any]) -> None:
     assert found["answers"] == [
         [True, "competition started successfully!"],
         [False, "cannot start if not in 'init' state"],
@@ -108,7 +108,7 @@ def test_the_start_as_programs_of_the_time_expect_it(found: dict[str, Any]) -> N
     assert found["late"] == ["order_0"]
 
 
-def test_names_are_those_of_development_but_for_the_population(cell: Ground) -> None:
+def test_names_are_those_of_development_without_population(cell: Ground) -> None:
     publishers, subscribers, services = (dict(role) for role in cell.ask("getSystemState"))
     topics = {case["name"] for case in CASES if case["kind"] == "topic"}
     assert topics <= {*publishers, *subscribers}
@@ -118,23 +118,23 @@ def test_names_are_those_of_development_but_for_the_population(cell: Ground) -> 
     assert {name for name in services if name.startswith("/ariac")} == expected - absent
 
 
-def test_the_simulators_own_services_are_shut_off(cell: Ground) -> None:
+def test_gazebo_services_are_disabled(cell: Ground) -> None:
     assert cell.ask("getParam", "/gazebo/enable_ros_network") is False
 
 
 @pytest.mark.parametrize("service", CHEATS)
-def test_cheats_are_refused(cell: Ground, found: dict[str, Any], service: str) -> None:
+def test_cheat_service_is_refused(cell: Ground, found: dict[str, Any], service: str) -> None:
     assert found["cheats"][service] is False
     who = rf"refused {service} from /team: not allowed in a competition"
     wait_until(lambda: re.search(who, cell.log()), f"word about {service}", seen=cell.log)
 
 
-def test_every_cheat_is_among_them() -> None:
+def test_cheats_of_contract_are_all_tested() -> None:
     marked = {case["name"] for case in CASES if case.get("cheat") and not case.get("development_only")}
     assert marked == set(CHEATS)
 
 
-def test_the_trays_say_nothing(found: dict[str, Any]) -> None:
+def test_trays_topic_is_silent(found: dict[str, Any]) -> None:
     """Without competition mode they publish once a second."""
     assert len(found["states"]) > 25
     assert found["trays"] == []

@@ -73,7 +73,7 @@ def graph(cell: Ground) -> tuple[dict[str, list[str]], dict[str, list[str]], dic
     return publishers, subscribers, {key: nodes for key, nodes in services.items() if not key.endswith(loggers)}
 
 
-def test_the_table_of_the_project_says_the_same() -> None:
+def test_rows_of_table_match_contract() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     found = {
         (row.name, "service" if row.kind is EndpointKind.SERVICE else "topic", row.type, md5(row.type))
@@ -88,11 +88,11 @@ def test_the_table_of_the_project_says_the_same() -> None:
             assert case.get("latch", False) == row.latch, row.name
 
 
-def test_the_steps_of_the_cell() -> None:
+def test_lesson_has_step_of_contract() -> None:
     assert load_trial([find_trial("lesson")]).trial.settings.timestep == (1, STEPS)
 
 
-def test_all_names_are_there_and_no_others(cell: Ground) -> None:
+def test_graph_has_names_of_contract_only(cell: Ground) -> None:
     publishers, subscribers, services = graph(cell)
     of_the_time = [each for each in {*publishers, *subscribers} if not each.startswith(OURS)]
     assert sorted(of_the_time) == sorted(map(name, TOPICS))
@@ -102,7 +102,7 @@ def test_all_names_are_there_and_no_others(cell: Ground) -> None:
 
 
 @pytest.mark.parametrize("case", TOPICS, ids=name)
-def test_who_publishes_and_who_subscribes(cell: Ground, case: dict[str, Any]) -> None:
+def test_topic_has_publishers_and_subscribers_of_contract(cell: Ground, case: dict[str, Any]) -> None:
     publishers, subscribers, _ = graph(cell)
     assert sorted(publishers.get(case["name"], [])) == case["publishers"]
     assert sorted(subscribers.get(case["name"], [])) == case["subscribers"]
@@ -110,7 +110,7 @@ def test_who_publishes_and_who_subscribes(cell: Ground, case: dict[str, Any]) ->
 
 
 @pytest.mark.parametrize("case", SAID, ids=name)
-def test_what_a_publisher_says_of_its_topic(cell: Ground, case: dict[str, Any]) -> None:
+def test_publisher_header_matches_contract(cell: Ground, case: dict[str, Any]) -> None:
     for node in case["publishers"]:
         header = publisher_header(cell, case["name"], node)
         assert (header["type"], header["md5sum"]) == (case["type"], case["md5"])
@@ -127,7 +127,7 @@ def md5_of(definition: str, kind: str) -> str:
     return store.generate_msgdef(full, ros_version=1)[1]
 
 
-def test_what_the_subscribers_say(cell: Ground) -> None:
+def test_subscriber_headers_match_contract(cell: Ground) -> None:
     headers = cell.client(subscriber_headers, {case["name"]: case["type"] for case in TAKEN}).value()
     for case in TAKEN:
         (header,) = headers[case["name"]]
@@ -135,7 +135,7 @@ def test_what_the_subscribers_say(cell: Ground) -> None:
 
 
 @pytest.mark.parametrize("case", SERVICES, ids=name)
-def test_what_a_server_says_of_its_service(cell: Ground, case: dict[str, Any]) -> None:
+def test_service_header_matches_contract(cell: Ground, case: dict[str, Any]) -> None:
     assert graph(cell)[2][case["name"]] == [case["node"]]
     header = service_header(cell, case["name"])
     assert (header["type"], header["md5sum"], header["callerid"]) == (case["type"], case["md5"], case["node"])
@@ -144,7 +144,7 @@ def test_what_a_server_says_of_its_service(cell: Ground, case: dict[str, Any]) -
 
 
 @pytest.mark.parametrize("case", [*SLOWER, *EVERY_STEP], ids=name)
-def test_rates(measured: dict[str, dict[str, int]], case: dict[str, Any]) -> None:
+def test_topic_has_rate_of_contract(measured: dict[str, dict[str, int]], case: dict[str, Any]) -> None:
     rate = STEPS if case["rate"] == "step" else case["rate"]
     speakers = {who: found / SECONDS for who, found in measured[case["name"]].items()}
     assert speakers
@@ -154,7 +154,7 @@ def test_rates(measured: dict[str, dict[str, int]], case: dict[str, Any]) -> Non
         assert set(speakers.values()) == {rate}, speakers
 
 
-def test_rates_of_each_tray_and_frame(measured: dict[str, dict[str, int]]) -> None:
+def test_trays_and_frames_have_rates_of_contract(measured: dict[str, dict[str, int]]) -> None:
     """In real time robot_state_publisher publishes the arm's frames: `ros1/host/test_tf.py` checks their stamps."""
     assert len(measured["/ariac/trays"]) == 2
     assert measured["/tf"]["/gazebo logical_camera_frame"] == 10 * SECONDS

@@ -162,7 +162,7 @@ if __name__ == "__main__":
 """
 
 
-def test_a_trial_from_start_to_score(full_master: Ground, tmp_path: Path) -> None:
+def test_program_of_2017_works_trial_from_start_to_score(full_master: Ground, tmp_path: Path) -> None:
     """In the format of 2017: a trial and the team's sensors in two files, competition mode."""
     for name, text in (("trial.yaml", TRIAL), ("team.yaml", TEAM), ("kitting.py", PROGRAM)):
         (tmp_path / name).write_text(text)

@@ -55,7 +55,7 @@ def call_and_die(service: str, count: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_a_client_killed_in_mid_service(cell: Ground) -> None:
+def test_client_killed_during_call_leaves_cell_running(cell: Ground) -> None:
     clients = [cell.client(call_and_die, "/ariac/material_locations", 20) for _ in range(3)]
     for client in clients:
         assert client.finish() == -signal.SIGKILL
@@ -96,7 +96,7 @@ def flood(count: int, calls: int) -> dict[str, float]:
     return {"sent": sent, "answers": sum(answers)}
 
 
-def test_commands_as_fast_as_they_can_be_sent(cell: Ground) -> None:
+def test_flood_of_commands_leaves_services_answering(cell: Ground) -> None:
     """Services are answered under the flood, and time passes."""
     found = cell.client(flood, 20_000, 10).value()
     assert found["sent"] >= 20_000
@@ -187,7 +187,7 @@ def bytes_that_are_no_message() -> None:
         publisher.publish(Garbage())
 
 
-def test_bytes_that_are_no_message(cell: Ground) -> None:
+def test_invalid_message_bytes_are_reported(cell: Ground) -> None:
     said = len(cell.log())
     cell.client(bytes_that_are_no_message).value()
     wait_until(lambda: "/ariac/arm/command" in cell.log()[said:], "word about it", seen=lambda: cell.log()[said:])
@@ -207,7 +207,7 @@ def wrong_type() -> int:
     return int(wrong.get_num_connections())
 
 
-def test_a_publisher_of_another_type_is_not_listened_to(cell: Ground) -> None:
+def test_publisher_of_other_type_is_not_connected(cell: Ground) -> None:
     assert cell.client(wrong_type).value() == 0
     assert_well(cell)
 
@@ -222,7 +222,7 @@ def switch_gripper(count: int) -> int:
     return sum(control(index % 2 == 0).success for index in range(count))
 
 
-def test_two_clients_at_once(cell: Ground) -> None:
+def test_two_clients_call_service_at_once(cell: Ground) -> None:
     clients = [cell.client(switch_gripper, 200) for _ in range(2)]
     assert [client.value() for client in clients] == [200, 200]
     assert_well(cell)

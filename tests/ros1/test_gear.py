@@ -135,7 +135,7 @@ def shell(full_master: Ground, paths: dict[str, str]) -> Shell:
     return Shell(full_master, paths)
 
 
-def test_messages_are_known_to_the_tools(alone: Shell) -> None:
+def test_ros_tools_show_message_types(alone: Shell) -> None:
     assert alone.tool("rosmsg", "md5", "osrf_gear/Order").strip() == md5("osrf_gear/Order")
     shown = alone.tool("rosmsg", "show", "osrf_gear/Order").splitlines()
     assert shown[:3] == ["string order_id", "osrf_gear/Kit[] kits", "  string kit_type"]
@@ -150,13 +150,13 @@ def test_messages_are_known_to_the_tools(alone: Shell) -> None:
     assert set(alone.tool("rosmsg", "package", "osrf_gear").split()) >= {"osrf_gear/Kit", "osrf_gear/Order"}
 
 
-def test_packages_are_found(alone: Shell) -> None:
+def test_rospack_finds_packages(alone: Shell) -> None:
     found = Path(alone.tool("rospack", "find", "osrf_gear").strip())
     assert (found / "config" / "qual1a.yaml").is_file()
     assert alone.tool("rospack", "depends1", "ariac_example").split() >= ["osrf_gear"]
 
 
-def test_a_dry_run(alone: Shell, tmp_path: Path) -> None:
+def test_gear_dry_run_prints_files_only(alone: Shell, tmp_path: Path) -> None:
     script = 'rosrun osrf_gear gear.py -n -f "$(rospack find osrf_gear)/config/sample.yaml" __log:=x'
     printed = alone.tool("bash", "-c", script)
     assert [line for line in printed.splitlines() if line.startswith("# file: ")] == [
@@ -165,7 +165,7 @@ def test_a_dry_run(alone: Shell, tmp_path: Path) -> None:
     assert not (tmp_path / ".ariac").exists()
 
 
-def test_a_program_of_the_time_and_the_end_of_its_trial(shell: Shell, tmp_path: Path) -> None:
+def test_program_of_2017_works_trial_to_its_end(shell: Shell, tmp_path: Path) -> None:
     """A launch file starts the cell, an old shebang the program; with the trial the simulator ends."""
     launch = shell.launched(tmp_path, 'required="true"', exits=True)
     program = tmp_path / "program.py"
@@ -181,7 +181,7 @@ def test_a_program_of_the_time_and_the_end_of_its_trial(shell: Shell, tmp_path: 
         assert "Traceback" not in output
 
 
-def test_the_launch_file_that_is_written_starts_the_same_cell(shell: Shell, tmp_path: Path) -> None:
+def test_written_launch_file_starts_same_cell(shell: Shell, tmp_path: Path) -> None:
     launch = shell.launched(tmp_path)
     assert (tmp_path / "out" / "config.yaml").is_file()
     launch.interrupt()
@@ -195,7 +195,7 @@ def test_the_launch_file_that_is_written_starts_the_same_cell(shell: Shell, tmp_
     assert not again.relatives()
 
 
-def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
+def test_python_example_node_moves_arm_to_zero(shell: Shell, tmp_path: Path) -> None:
     """It is in the package beside the launcher, and moves the arm to zero."""
     launch = shell.launched(tmp_path)
     node = shell.start("rosrun", "ariac_example", "ariac_example_node.py")
@@ -210,7 +210,7 @@ def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
     launch.interrupt()
 
 
-def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None:
+def test_launch_file_starts_robot_node(alone: Shell, tmp_path: Path) -> None:
     """The vendor's script and options, under the launch file's name."""
     assert alone.tool("rosmsg", "md5", "cellwright_msgs/TeleopStatus").strip() == md5("cellwright_msgs/TeleopStatus")
     file = tmp_path / "robot.launch"
@@ -224,10 +224,10 @@ def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None
     assert "Traceback" not in launch.said
 
 
-def test_the_qinglong_s_node(alone: Shell) -> None:
-    unknown = alone.start("rosrun", IO_TELEOP, "general_sim_robot_control_node.py", "--robot_name", "Nobody")
+def test_openloong_node_starts_qinglong(alone: Shell) -> None:
+    unknown = alone.start("rosrun", IO_TELEOP, "general_sim_robot_control_node.py", "--robot_name", "Unknown")
     assert unknown.finish() == 2
-    assert unknown.err == "error: unknown robot 'Nobody' (known: OpenLoong, tandem)\n"
+    assert unknown.err == "error: unknown robot 'Unknown' (known: OpenLoong, tandem)\n"
     node = alone.start("rosrun", IO_TELEOP, "openloong_controller_node.py")
     node.wait_for("^ready: QingLong at .* as /openloong_controller_node$")
     assert "/io_teleop/target_joint_from_vr" in alone.tool("rostopic", "list").split()
@@ -235,7 +235,7 @@ def test_the_qinglong_s_node(alone: Shell) -> None:
     assert not node.relatives()
 
 
-def test_ctrl_c_while_it_starts(shell: Shell, tmp_path: Path) -> None:
+def test_ctrl_c_during_start_ends_gear_without_traceback(shell: Shell, tmp_path: Path) -> None:
     for later in (False, True):
         gear = shell.start("rosrun", "osrf_gear", "gear.py", "-o", str(tmp_path / "out"))
         if later:
@@ -245,7 +245,7 @@ def test_ctrl_c_while_it_starts(shell: Shell, tmp_path: Path) -> None:
         assert not gear.relatives()
 
 
-def test_a_configuration_with_errors(alone: Shell) -> None:
+def test_gear_with_missing_file_prints_error(alone: Shell) -> None:
     gear = alone.start("rosrun", "osrf_gear", "gear.py", "-f", "/nowhere.yaml")
     assert gear.finish() == 1
     assert gear.err == "Error: /nowhere.yaml: cannot be read: No such file or directory\n"

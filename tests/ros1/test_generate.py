@@ -17,7 +17,7 @@ from tests.waiting import TIMEOUT
 __all__ = ["fake_system"]
 
 
-def test_modules_know_all_of_their_package(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_generated_modules_import_all_messages(fake_system: RosSystem, tmp_path: Path) -> None:
     write_package("osrf_gear", tmp_path / "osrf_gear", tmp_path)
     generate_modules(fake_system, tmp_path, ["osrf_gear"], tmp_path / "python")
     messages = (tmp_path / "python" / "osrf_gear" / "msg" / "__init__.py").read_text()
@@ -26,7 +26,7 @@ def test_modules_know_all_of_their_package(fake_system: RosSystem, tmp_path: Pat
     assert (tmp_path / "python" / "osrf_gear" / "__init__.py").is_file()
 
 
-def test_the_generators_complaint_is_the_error(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_failing_generator_is_reported_with_its_last_line(fake_system: RosSystem, tmp_path: Path) -> None:
     (tmp_path / "mine" / "msg").mkdir(parents=True)
     (tmp_path / "mine" / "msg" / "Bad.msg").write_text("what is this")
     with pytest.raises(UsageError, match=r"genmsg_py\.py failed for .*mine/msg: this is no message$"):
@@ -34,7 +34,7 @@ def test_the_generators_complaint_is_the_error(fake_system: RosSystem, tmp_path:
 
 
 @pytest.mark.ros1
-def test_generated_types_are_the_originals(tmp_path: Path) -> None:
+def test_generated_types_have_checksums_of_original(tmp_path: Path) -> None:
     ros = find_system()
     for package in MESSAGE_PACKAGES:
         write_package(package, tmp_path / package, tmp_path)

@@ -59,7 +59,7 @@ def explode() -> None:
 
 
 @pytest.mark.ros1
-def test_two_clients_speak_to_each_other(master: Ground) -> None:
+def test_two_clients_exchange_messages(master: Ground) -> None:
     listener = master.client(hear, "/words", 2)
     speaker = master.client(say, "/words", ["one", "two"])
     assert listener.value() == ["one", "two"]
@@ -67,13 +67,13 @@ def test_two_clients_speak_to_each_other(master: Ground) -> None:
 
 
 @pytest.mark.ros1
-def test_a_whole_roscore(full_master: Ground) -> None:
+def test_full_master_has_rosout_and_run_id(full_master: Ground) -> None:
     assert full_master.tool("rosnode", "list").split() == ["/rosout"]
     assert full_master.ask("getParam", "/run_id")
 
 
 @pytest.mark.ros1
-def test_generated_messages_have_the_originals_checksums(no_master: Ground) -> None:
+def test_generated_messages_have_checksums_of_original(no_master: Ground) -> None:
     order, action, step = no_master.client(checksums).value()
     assert order == "7fadfe9b7f871f7a5285e3dfb4eb98ef"
     assert action.startswith("bc4f9b74")
@@ -81,7 +81,7 @@ def test_generated_messages_have_the_originals_checksums(no_master: Ground) -> N
 
 
 @pytest.mark.ros1
-def test_everything_listens_on_the_loopback_only(master: Ground) -> None:
+def test_master_and_client_listen_on_loopback_only(master: Ground) -> None:
     listener = master.client(hear, "/words", 1)
     wait_until(lambda: "/listener" in master.tool("rosnode", "list"), "listener")
     assert master.process is not None
@@ -90,7 +90,7 @@ def test_everything_listens_on_the_loopback_only(master: Ground) -> None:
 
 
 @pytest.mark.ros1
-def test_a_master_that_comes_back_has_its_port(master: Ground) -> None:
+def test_restarted_master_keeps_port(master: Ground) -> None:
     uri = master.uri
     for number in (signal.SIGINT, signal.SIGKILL):
         master.stop_master(number)
@@ -101,13 +101,13 @@ def test_a_master_that_comes_back_has_its_port(master: Ground) -> None:
 
 
 @pytest.mark.ros1
-def test_a_client_that_fails_fails_the_test(no_master: Ground) -> None:
+def test_failing_client_raises_assertion_error(no_master: Ground) -> None:
     with pytest.raises(AssertionError, match="on purpose"):
         no_master.client(explode).value()
 
 
 @pytest.mark.ros1
-def test_a_tool_that_fails_fails_the_test(no_master: Ground) -> None:
+def test_failing_tool_raises_assertion_error(no_master: Ground) -> None:
     with pytest.raises(AssertionError, match="Unable to communicate with master"):
         no_master.tool("rostopic", "list")
 
@@ -126,14 +126,14 @@ def python(tmp_path: Path) -> Iterator[Callable[[str], Process]]:
         process.kill()
 
 
-def test_waiting_for_a_line_has_a_limit(python: Callable[[str], Process]) -> None:
+def test_wait_for_missing_line_times_out(python: Callable[[str], Process]) -> None:
     process = python(TALKS)
     process.wait_for("^here$")
     with pytest.raises(AssertionError, match=r"no 'there' within 0\.3 s"):
         process.wait_for("there", 0.3)
 
 
-def test_waiting_for_a_line_of_a_dead_process_ends_at_once(python: Callable[[str], Process]) -> None:
+def test_wait_for_line_of_ended_process_fails_at_once(python: Callable[[str], Process]) -> None:
     process = python("print('here')")
     process.wait_for("^here$")
     with pytest.raises(AssertionError, match="no 'there'"):
@@ -153,7 +153,7 @@ def test_waiting_for_a_line_of_a_dead_process_ends_at_once(python: Callable[[str
         ),
     ],
 )
-def test_a_bad_end_is_noticed(program: str, match: str, python: Callable[[str], Process]) -> None:
+def test_check_end_of_bad_end_raises(program: str, match: str, python: Callable[[str], Process]) -> None:
     process = python(program)
     process.wait_for("^here$")
     bounds = {"timeout": 1.0} if match == "still there" else {"children": 0.3}
@@ -161,13 +161,13 @@ def test_a_bad_end_is_noticed(program: str, match: str, python: Callable[[str], 
         check_end(process, **bounds)
 
 
-def test_a_good_end_is_no_failure(python: Callable[[str], Process]) -> None:
+def test_check_end_of_good_end_passes(python: Callable[[str], Process]) -> None:
     process = python(ENDS_WELL)
     process.wait_for("^here$")
     check_end(process)
 
 
-def test_a_family_is_found_whole(python: Callable[[str], Process]) -> None:
+def test_relatives_include_grandchildren(python: Callable[[str], Process]) -> None:
     process = python("import subprocess as s; s.Popen(['sh', '-c', 'sleep 61 & sleep 62'], start_new_session=True)")
     assert process.finish() == 0
     wait_until(lambda: len(process.relatives()) == 3, "grandchildren")

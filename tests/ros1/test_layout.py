@@ -6,7 +6,7 @@ from pathlib import Path
 from cellwright.middleware.ros1.packages.contents import package_files, write_file, write_package, write_programs
 
 
-def test_a_package_is_laid_out_whole(tmp_path: Path) -> None:
+def test_write_package_writes_all_files(tmp_path: Path) -> None:
     write_package("osrf_gear", tmp_path / "osrf_gear", tmp_path / "bin")
     expected = package_files("osrf_gear", tmp_path / "bin")
     there = {path.relative_to(tmp_path / "osrf_gear").as_posix() for path in tmp_path.rglob("*") if path.is_file()}
@@ -15,7 +15,7 @@ def test_a_package_is_laid_out_whole(tmp_path: Path) -> None:
     assert not os.access(tmp_path / "osrf_gear" / "package.xml", os.X_OK)
 
 
-def test_what_is_as_it_should_be_is_left_alone(tmp_path: Path) -> None:
+def test_write_package_leaves_unchanged_files(tmp_path: Path) -> None:
     write_package("cellwright_msgs", tmp_path, tmp_path)
     manifest = tmp_path / "package.xml"
     os.utime(manifest, (1.0, 1.0))
@@ -24,7 +24,7 @@ def test_what_is_as_it_should_be_is_left_alone(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*~"))
 
 
-def test_changed_file_is_kept_beside(tmp_path: Path) -> None:
+def test_write_package_keeps_changed_file_with_tilde(tmp_path: Path) -> None:
     write_package("cellwright_msgs", tmp_path, tmp_path)
     (tmp_path / "package.xml").write_text("mine")
     (tmp_path / "notes.txt").write_text("mine too")
@@ -34,7 +34,7 @@ def test_changed_file_is_kept_beside(tmp_path: Path) -> None:
     assert (tmp_path / "package.xml").read_bytes() == package_files("cellwright_msgs", tmp_path)["package.xml"]
 
 
-def test_a_program_is_made_executable_again(tmp_path: Path) -> None:
+def test_write_file_makes_program_executable_again(tmp_path: Path) -> None:
     program = tmp_path / "program"
     write_file(program, b"#!/bin/sh\n")
     program.chmod(0o644)
@@ -42,7 +42,7 @@ def test_a_program_is_made_executable_again(tmp_path: Path) -> None:
     assert os.access(program, os.X_OK)
 
 
-def test_python_of_the_time_is_the_python_of_ros(tmp_path: Path) -> None:
+def test_write_programs_links_python_to_python_of_ros(tmp_path: Path) -> None:
     folder = tmp_path / "bin"
     write_programs(folder, Path("/usr/bin/python3.1"))
     write_programs(folder, Path("/usr/bin/python3"))

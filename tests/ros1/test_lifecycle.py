@@ -54,13 +54,13 @@ def is_whole(master: Ground) -> bool:
     )
 
 
-def test_a_bridge_that_is_killed_is_started_again(master: Ground) -> None:
+def test_killed_bridge_is_restarted(master: Ground) -> None:
     process = master.serve("lesson", "-d")
     before = simulated(master)
     killed = bridge_of(process)
     os.kill(killed, signal.SIGKILL)
-    process.wait_for("the ROS 1 bridge was ended by SIGKILL; it is started again")
-    process.wait_for("everything is registered again")
+    process.wait_for("the ROS 1 bridge was ended by SIGKILL; restarting it")
+    process.wait_for("all topics and services are registered again")
     wait_until(
         lambda: master.ask("lookupNode", "/gazebo") and bridge_of_or_none(process) not in (None, killed), "bridge"
     )
@@ -87,7 +87,7 @@ def is_answering(master: Ground) -> bool:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None:
+def test_cell_registers_again_at_restarted_master(master: Ground, number: int) -> None:
     process = master.serve("lesson", "-d")
     assert "success: True" in master.tool("rosservice", "call", "/ariac/start_competition")
     master.stop_master(number)
@@ -95,7 +95,7 @@ def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None
     assert "parameters" in lost
     assert process.running
     master.start_master()
-    process.wait_for("everything is registered again at")
+    process.wait_for("all topics and services are registered again at")
     wait_until(lambda: is_whole(master), "registration at the new master", seen=master.log)
     wait_until(lambda: is_answering(master), "answer of the bridge")
     assert master.ask("getParam", "/use_sim_time") is True
@@ -104,7 +104,7 @@ def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None
     assert 'data: "go"' in master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
 
 
-def test_sigint_at_any_moment(master: Ground) -> None:
+def test_sigint_at_random_moments_of_start_ends_cell(master: Ground) -> None:
     """From the first import until the competition runs; a failure reports the moments."""
     chance = random.Random(0)
     moments = [0.15, 0.7, *(chance.uniform(0.5, 3.5) for _ in range(4))]
@@ -119,7 +119,7 @@ def test_sigint_at_any_moment(master: Ground) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 8, 16, 24])
-def test_sigint_amid_registration_leaves_nothing_at_the_master(master: Ground, count: int) -> None:
+def test_sigint_during_registration_leaves_nothing_at_master(master: Ground, count: int) -> None:
     process = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
     wait_until(lambda: len(published(master)) >= count, f"{count} registrations", seen=lambda: published(master))
     end(process)

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the kernel's ta
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.2", "0.0.0.0"])
-def test_where_this_process_listens(host: str) -> None:
+def test_addresses_of_this_process_include_listening_socket(host: str) -> None:
     before = addresses(os.getpid())
     assert host not in before
     with socket.create_server((host, 0)) as listener:
@@ -24,12 +24,12 @@ def test_where_this_process_listens(host: str) -> None:
 
 
 @pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="no IPv6 here")
-def test_addresses_of_ipv6() -> None:
+def test_addresses_include_ipv6() -> None:
     with socket.create_server(("::1", 0), family=socket.AF_INET6):
         assert "::1" in addresses(os.getpid())
 
 
-def test_another_process_and_one_that_ended() -> None:
+def test_addresses_of_other_process_end_with_it() -> None:
     listens = "import socket; s = socket.create_server(('127.0.0.3', 0)); print(flush=True); input()"
     with subprocess.Popen(
         [sys.executable, "-c", listens], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

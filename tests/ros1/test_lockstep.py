@@ -22,7 +22,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Itera
         yield made
 
 
-def test_the_service_is_called_by_hand(cell: Ground) -> None:
+def test_rosservice_step_advances_time_by_duration(cell: Ground) -> None:
     times = []
     for duration in ("{secs: 1}", "{secs: 0, nsecs: 2000000}", "{nsecs: 1}", "{}"):
         said = cell.tool("rosservice", "call", "/cellwright/step", f"{{duration: {duration}}}")
@@ -71,7 +71,7 @@ def count(seconds: int) -> dict[str, list[float]]:
     return stamps
 
 
-def test_nothing_is_lost_or_late(cell: Ground) -> None:
+def test_messages_in_lockstep_arrive_complete_and_on_time(cell: Ground) -> None:
     """At full speed: each message of ten seconds arrives, at its time."""
     stamps = cell.client(count, 10).value()
     for topic, period in (("/ariac/joint_states", 0.02), ("/ariac/laser_profiler", 0.01)):

@@ -41,14 +41,14 @@ def bridge_of(cell: Process) -> int:
     return bridge
 
 
-def test_time_stands_while_the_bridge_gets_no_time(master: Ground) -> None:
+def test_time_stands_while_bridge_is_stopped(master: Ground) -> None:
     cell = master.serve("lesson")
     host, port = cell.wait_for(r"^ready: lesson at (\S+):(\d+)").groups()
     bridge = bridge_of(cell)
     observer = SocketTransport((host, int(port)), node="/onlooker")
     try:
         with stopped(bridge):
-            cell.wait_for("time stands while /gazebo is more than 0.1 s behind; this is said once")
+            cell.wait_for("time stands while /gazebo is more than 0.1 s behind \\(reported once\\)")
             observer.ask_server(RESULT)
             before = observer.now()
             for _ in range(5):  # each is answered between two ticks
@@ -104,7 +104,7 @@ def program(count: int) -> dict[str, Any]:
     return {"stamps": stamps, "numbers": numbers, "missed": missed}
 
 
-def test_nothing_is_lost_beside_busy_processes(master: Ground) -> None:
+def test_messages_beside_busy_processes_are_not_lost(master: Ground) -> None:
     for _ in range(os.cpu_count() or 1):
         master.start(["sh", "-c", "while :; do :; done"])
     cell = master.serve("lesson")

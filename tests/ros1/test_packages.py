@@ -25,7 +25,7 @@ NOT_OURS = {"catkin", "actionlib_msgs", "geometry_msgs", "message_generation", "
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_manifests_are_sound(package: str) -> None:
+def test_manifest_has_required_tags_and_known_dependencies(package: str) -> None:
     root = ET.fromstring(package_files(package, BIN)["package.xml"])
     assert root.findtext("name") == package
     assert all(root.findtext(tag) for tag in ("version", "description", "maintainer", "license"))
@@ -34,7 +34,7 @@ def test_manifests_are_sound(package: str) -> None:
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_what_is_built_with_is_in_the_manifest(package: str) -> None:
+def test_build_components_are_in_manifest(package: str) -> None:
     files = package_files(package, BIN)
     found = re.search(rb"COMPONENTS([^)]*)\)", files["CMakeLists.txt"])
     assert found or package == IO_TELEOP
@@ -43,7 +43,7 @@ def test_what_is_built_with_is_in_the_manifest(package: str) -> None:
 
 
 @pytest.mark.parametrize("package", MESSAGE_PACKAGES)
-def test_definitions_are_those_of_the_messages(package: str) -> None:
+def test_package_definitions_match_message_sources(package: str) -> None:
     files = package_files(package, BIN)
     definitions = [path for path in files if path.endswith((".msg", ".srv"))]
     assert definitions
@@ -53,13 +53,13 @@ def test_definitions_are_those_of_the_messages(package: str) -> None:
         assert files[path].decode() == sources()[full]
 
 
-def test_the_action_has_its_seven_messages() -> None:
+def test_action_has_seven_messages() -> None:
     names = {Path(path).stem for path in package_files("control_msgs", BIN)}
     for part in ("Action", "ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result", "Feedback"):
         assert f"FollowJointTrajectory{part}" in names
 
 
-def test_every_bundled_trial_is_among_the_configurations() -> None:
+def test_configurations_include_bundled_trials() -> None:
     files = package_files("osrf_gear", BIN)
     for name in (*bundled(), *bundled_sensors()):
         assert files[f"config/{name}.yaml"] == find_trial(name).read_bytes()
@@ -67,7 +67,7 @@ def test_every_bundled_trial_is_among_the_configurations() -> None:
         assert f"config/{name}.yaml" in files
 
 
-def test_own_configurations_can_be_used(tmp_path: Path) -> None:
+def test_configurations_of_package_load_without_warnings(tmp_path: Path) -> None:
     for package in PACKAGES:
         for path, content in package_files(package, BIN).items():
             if path.startswith("config/"):
@@ -90,7 +90,7 @@ def test_own_configurations_can_be_used(tmp_path: Path) -> None:
         assert f'"/ariac/{sensor.name}' in node
 
 
-def test_every_bundled_robot_is_among_the_descriptions() -> None:
+def test_descriptions_include_bundled_robots() -> None:
     catalogue = Path(cellwright.__file__).parent / "config" / "robot" / "catalogue"
     files = package_files(IO_TELEOP, BIN)
     bundled = [path for path in catalogue.rglob("*") if path.is_file()]
@@ -100,7 +100,7 @@ def test_every_bundled_robot_is_among_the_descriptions() -> None:
     assert files["io_teleop_robot_descriptions/OpenLoong/vr_configs.yml"] == qinglong
 
 
-def test_paths_of_this_installation_are_put_in() -> None:
+def test_scripts_have_paths_of_this_installation() -> None:
     files = package_files("osrf_gear", BIN)
     values = {
         target.id: ast.literal_eval(statement.value)
@@ -116,7 +116,7 @@ def test_paths_of_this_installation_are_put_in() -> None:
     assert left == []
 
 
-def test_programs_are_those_that_say_what_runs_them() -> None:
+def test_files_with_shebang_are_the_programs() -> None:
     programs = {path for package in PACKAGES for path, content in _all(package) if content.startswith(b"#!")}
     assert programs == {
         "script/gear.py",
@@ -126,7 +126,7 @@ def test_programs_are_those_that_say_what_runs_them() -> None:
     }
 
 
-def test_an_unknown_package() -> None:
+def test_unknown_package_is_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match="did you mean osrf_gear"):
         package_files("osrf_gaer", BIN)
 

@@ -7,7 +7,7 @@ import pytest
 from tests.ros1 import requirement
 
 
-def test_what_is_lacking_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_missing_parts_of_ros1_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     asked = requirement.lacking.__wrapped__
     monkeypatch.setattr(requirement, "ros_python", lambda: None)
     assert asked() == "no system Python with rospy: scripts/install-ros1 installs it"

@@ -27,9 +27,7 @@ def ran(folder: Path, *arguments: str, **more: str) -> dict[str, Any]:
     return result
 
 
-def test_in_lockstep_kitter_leaves_the_same_state_over_ros_1_as_in_one_process(
-    no_master: Ground, tmp_path: Path
-) -> None:
+def test_kitter_in_lockstep_over_ros1_leaves_same_state_as_in_process(no_master: Ground, tmp_path: Path) -> None:
     """Three seconds of it: the order, the first way to a bin, and the cameras."""
     here = ran(tmp_path, "--until", "3")
     there = ran(tmp_path, "--until", "3", "--over", "ros1", "--lockstep", **no_master.ros)
@@ -38,7 +36,7 @@ def test_in_lockstep_kitter_leaves_the_same_state_over_ros_1_as_in_one_process(
     assert there["competition_state"] == "go"
 
 
-def test_in_real_time_kitter_begins_its_work_over_ros_1(master: Ground, tmp_path: Path) -> None:
+def test_kitter_in_real_time_over_ros1_starts_competition(master: Ground, tmp_path: Path) -> None:
     there = ran(tmp_path, "--until", "6", "--over", "ros1", **master.ros)
     assert (there["outcome"], there["competition_state"]) == ("until", "go")
     assert there["refused"] == {}

@@ -33,7 +33,7 @@ def test_packages_without_manifest_are_found(share: Path) -> None:
     assert packages_without_manifest(share / "none") == []
 
 
-def test_stubs_lead_to_the_definitions(share: Path, tmp_path: Path) -> None:
+def test_stubs_link_to_definitions(share: Path, tmp_path: Path) -> None:
     packages = tmp_path / "packages"
     assert write_stubs(share, packages) == ["a_msgs", "b_srvs"]
     for name in ("a_msgs", "b_srvs"):
@@ -44,7 +44,7 @@ def test_stubs_lead_to_the_definitions(share: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.ros1
-def test_rosmsg_shows_what_it_did_not_see(share: Path, tmp_path: Path, no_master: Ground) -> None:
+def test_rosmsg_shows_package_without_manifest(share: Path, tmp_path: Path, no_master: Ground) -> None:
     write_stubs(share, tmp_path / "packages")
     shown = no_master.tool("rosmsg", "show", "a_msgs/A", ROS_PACKAGE_PATH=str(tmp_path / "packages"))
     assert shown.strip() == "string data"

@@ -14,17 +14,15 @@ from tests.ros1.fake_system import fake_system
 __all__ = ["fake_system"]
 
 
-def test_ros_without_generators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_system_without_generators_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bare = Installation(sys.executable, {}, (tmp_path / "opt", tmp_path / "usr"))
     monkeypatch.setattr(installation, "find", lambda: bare)
-    with pytest.raises(
-        UsageError, match=r"^ROS 1 is here without its generator of messages, genpy; on Debian"
-    ) as error:
+    with pytest.raises(UsageError, match=r"^ROS 1 has no message generator \(genpy\); on Debian") as error:
         find_system()
     assert "\n" not in str(error.value)
 
 
-def test_the_first_prefix_with_generators_is_taken(
+def test_first_prefix_with_generators_is_used(
     fake_system: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = Installation("/of/ros/python3", {}, (tmp_path / "overlay", fake_system.prefix))
@@ -33,14 +31,14 @@ def test_the_first_prefix_with_generators_is_taken(
 
 
 @pytest.mark.ros1
-def test_the_system_of_this_machine() -> None:
+def test_system_of_this_machine_has_generators() -> None:
     ros = find_system()
     assert ros.has_package("rospy")
     assert (ros.generators / "genmsg_py.py").is_file()
     assert not ros.has_package("osrf_gear")
 
 
-def test_only_the_controllers_messages_may_be_the_systems(fake_system: RosSystem) -> None:
+def test_provided_packages_omit_control_msgs_of_system(fake_system: RosSystem) -> None:
     assert provided_packages(fake_system) == list(PACKAGES)
     for package in PACKAGES:
         (fake_system.share / package).mkdir()
@@ -48,7 +46,7 @@ def test_only_the_controllers_messages_may_be_the_systems(fake_system: RosSystem
     assert provided_packages(fake_system) == [name for name in PACKAGES if name != "control_msgs"]
 
 
-def test_tools_do_not_see_this_pythons_modules(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tool_environment_omits_modules_of_this_python(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", "/of/this/python")
     monkeypatch.setenv("PYTHONHOME", sys.prefix)
     monkeypatch.setenv("HERE", "yes")

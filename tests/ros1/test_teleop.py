@@ -35,7 +35,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iter
         yield made
 
 
-def test_rostopic_lists_what_the_seed_asks_for(robot: Ground) -> None:
+def test_rostopic_list_shows_topics_of_robot(robot: Ground) -> None:
     topics = robot.tool("rostopic", "list").split()
     assert {
         "/io_teleop/joint_cmd",
@@ -48,7 +48,7 @@ def test_rostopic_lists_what_the_seed_asks_for(robot: Ground) -> None:
     assert not robot.ask("hasParam", "/use_sim_time")
 
 
-def test_types_and_checksums_are_those_of_ros(robot: Ground) -> None:
+def test_robot_topics_have_types_and_checksums_of_ros(robot: Ground) -> None:
     types = dict(robot.ask("getTopicTypes"))
     joints = ["/io_teleop/joint_states", "/io_teleop/joint_cmd", "/io_teleop/target_joint_from_vr"]
     assert {types[name] for name in [*joints, "/io_teleop/target_gripper_status"]} == {"sensor_msgs/JointState"}
@@ -57,7 +57,7 @@ def test_types_and_checksums_are_those_of_ros(robot: Ground) -> None:
     assert (found["type"], found["md5sum"]) == ("std_srvs/Trigger", md5("std_srvs/Trigger"))
 
 
-def test_rviz_finds_the_robot(robot: Ground) -> None:
+def test_robot_description_is_global_and_own_parameter(robot: Ground) -> None:
     text = robot.ask("getParam", "/robot_description")
     assert text == robot.ask("getParam", f"{NODE}/robot_description")
     assert '<robot name="QingLong">' in text
@@ -88,7 +88,7 @@ def listen(count: int) -> dict[str, Any]:
     }
 
 
-def test_joint_states_come_one_after_the_other_with_the_wall_s_time(robot: Ground) -> None:
+def test_joint_states_are_consecutive_with_wall_time(robot: Ground) -> None:
     """`test_a_node_that_is_killed_in_mid_motion_leaves_nothing` checks their rate, in simulation time."""
     found = robot.client(listen, 100).value()
     assert found["stamps"] == sorted(set(found["stamps"]))
@@ -144,7 +144,7 @@ def test_commands_may_name_any_joints_in_any_order(robot: Ground) -> None:
     assert moved(found) == {"J_arm_l_04", "J_arm_r_04", "J_waist_yaw", "J_head_yaw", "J_head_pitch"}
 
 
-def test_grippers_close_in_the_order_right_left(robot: Ground) -> None:
+def test_gripper_command_has_order_right_left(robot: Ground) -> None:
     right: Command = ("/io_teleop/target_gripper_status", ["whatever"], [1.0, 0.0])
     left: Command = ("/io_teleop/target_gripper_status", [], [0.0, 0.5])
     upper = {joint["joint"]: joint["upper"] for joint in JOINTS}
@@ -211,7 +211,7 @@ def reset_in_mid_motion(count: int) -> dict[str, Any]:
     return {"resets": found}
 
 
-def test_reset_in_mid_motion_with_commands_meanwhile(robot: Ground) -> None:
+def test_reset_during_motion_ignores_commands_and_reaches_home(robot: Ground) -> None:
     for reset in robot.client(reset_in_mid_motion, 2).value()["resets"]:
         assert (reset["success"], reset["message"]) == (True, "Service successfully triggered!")
         assert min(abs(at - 0.20) for at in reset["at"]) < 0.05, "it was at home when it said so"
@@ -243,7 +243,7 @@ def sweep(joint: str, to: float) -> float:
     return at()
 
 
-def test_two_programs_at_once_drive_what_each_names(robot: Ground) -> None:
+def test_two_programs_drive_their_joints_at_once(robot: Ground) -> None:
     right, left = robot.client(sweep, "J_arm_r_02", -0.2), robot.client(sweep, "J_arm_l_02", -0.4)
     assert right.value() == pytest.approx(-0.2, abs=0.01)
     assert left.value() == pytest.approx(-0.4, abs=0.01)
@@ -277,7 +277,7 @@ def raise_hand(height: float) -> list[list[float]]:
     return [[pose.position.z for pose in poses.poses] for poses in (begin, end)]
 
 
-def test_a_hand_goes_where_its_pose_says(robot: Ground) -> None:
+def test_hand_pose_moves_hand_to_it(robot: Ground) -> None:
     begin, end = robot.client(raise_hand, 0.1).value()
     assert end[0] - begin[0] == pytest.approx(0.1, abs=1e-3)
     assert end[1] - begin[1] == pytest.approx(0.0, abs=1e-3)

@@ -113,14 +113,14 @@ def misbehave(count: int) -> int:
     return count
 
 
-def test_a_thousand_malformed_messages_move_nothing(robot: Ground) -> None:
+def test_thousand_malformed_messages_move_nothing(robot: Ground) -> None:
     assert robot.client(misbehave, 1000).value() == 1000
     for word in ("/io_teleop/joint_cmd", "clumsy"):
         wait_until(lambda word=word: word in robot.log(), f"word of {word}")  # type: ignore[misc]
     assert_well(robot, at=HOME)
 
 
-def test_bytes_that_are_no_ros_at_its_doors(robot: Ground) -> None:
+def test_foreign_bytes_at_ports_leave_robot_running(robot: Ground) -> None:
     """At the port of its topics and services, and at that of its slave API."""
     chance = random.Random(0)
     uri = robot.ask("lookupNode", NODE)
@@ -165,7 +165,7 @@ def flood(count: int) -> dict[str, Any]:
     return {"sent": sent, "numbers": [state.header.seq for state in states]}
 
 
-def test_commands_as_fast_as_they_can_be_sent(robot: Ground) -> None:
+def test_flood_of_commands_keeps_joint_states_and_last_command(robot: Ground) -> None:
     """Joint states go on during the flood, and the last command counts."""
     found = robot.client(flood, 20_000).value()
     assert found["sent"] >= 20_000

@@ -50,7 +50,7 @@ def registered(ground: Ground) -> set[str]:
     return {name for role in ground.ask("getSystemState") for name, nodes in role if NODE in nodes}
 
 
-def test_ctrl_c_in_mid_motion_ends_all(master: Ground) -> None:
+def test_ctrl_c_during_motion_ends_robot_and_unregisters(master: Ground) -> None:
     robot = moving(master)
     assert robot.interrupt() == 0
     assert robot.relatives() == []
@@ -59,7 +59,7 @@ def test_ctrl_c_in_mid_motion_ends_all(master: Ground) -> None:
     assert re.search(r"^commands +1 taken", robot.out, re.MULTILINE)
 
 
-def test_a_node_that_is_killed_in_mid_motion_leaves_nothing(no_master: Ground) -> None:
+def test_robot_killed_during_motion_leaves_no_process(no_master: Ground) -> None:
     """Its own roscore ends too. Until then it has published the time, and its state every 10 ms of it."""
     robot = moving(no_master, "--sim-time")
     assert no_master.ask("getParam", "/use_sim_time") is True
@@ -79,15 +79,15 @@ def test_a_node_that_is_killed_in_mid_motion_leaves_nothing(no_master: Ground) -
         no_master.ask("getPid")
 
 
-def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
+def test_robot_registers_again_at_restarted_master(master: Ground) -> None:
     robot = master.teleop("qinglong", "--node", "openloong_controller_node")
     second = master.cellwright("teleop", "qinglong", "--ros1", "--port", "0", "--node", "openloong_controller_node")
     assert second.finish() == 2
-    assert "a node /openloong_controller_node is there already" in second.err
+    assert "node /openloong_controller_node already runs" in second.err
     master.stop_master()
     robot.wait_for("the ROS master at .* is gone")
     master.start_master()
-    robot.wait_for("everything is registered again")
+    robot.wait_for("all topics and services are registered again")
     assert "/openloong_controller_node" in master.tool("rosnode", "list").split()
     assert '<robot name="QingLong">' in master.ask("getParam", "/robot_description")
     assert not master.ask("hasParam", "/use_sim_time")

@@ -60,24 +60,24 @@ def numbers(text: str) -> list[float]:
     return [float(number) for number in re.findall(r"-?\d+\.\d+", text)]
 
 
-def test_rostopic_list(cell: Ground) -> None:
+def test_rostopic_list_shows_topics(cell: Ground) -> None:
     topics = cell.tool("rostopic", "list").split()
     assert {"/clock", "/tf", "/tf_static", "/ariac/joint_states", "/ariac/arm/command", "/ariac/orders"} < set(topics)
     assert "Published topics" in cell.tool("rostopic", "list", "-v")
 
 
-def test_rostopic_type(cell: Ground) -> None:
+def test_rostopic_type_prints_type(cell: Ground) -> None:
     assert cell.tool("rostopic", "type", "/ariac/logical_camera") == "osrf_gear/LogicalCameraImage\n"
 
 
-def test_rostopic_info(cell: Ground) -> None:
+def test_rostopic_info_names_nodes(cell: Ground) -> None:
     said = cell.tool("rostopic", "info", "/ariac/joint_states")
     assert "Type: sensor_msgs/JointState" in said
     assert re.search(r"Publishers: \n \* /gazebo ", said)
     assert re.search(r"Subscribers: \n \* /robot_state_publisher ", said)
 
 
-def test_rostopic_echo(cell: Ground) -> None:
+def test_rostopic_echo_prints_messages(cell: Ground) -> None:
     assert 'data: "init"' in cell.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
     said = cell.tool("rostopic", "echo", "-n", "1", "/ariac/joint_states")
     assert said.index("elbow_joint") < said.index("linear_arm_actuator_joint") < said.index("vacuum_gripper_joint")
@@ -89,7 +89,7 @@ def test_rostopic_echo(cell: Ground) -> None:
     )
 
 
-def test_rostopic_echo_of_times(cell: Ground) -> None:
+def test_rostopic_echo_prints_simulation_times(cell: Ground) -> None:
     """The columns of -p are for plots: the times of arrival and of the header are simulation time."""
     lines = cell.tool("rostopic", "echo", "-p", "-n", "3", "/ariac/joint_states").splitlines()
     assert lines[0].startswith("%time,field.header.seq,field.header.stamp")
@@ -102,21 +102,21 @@ def test_rostopic_echo_of_times(cell: Ground) -> None:
         assert abs(int(row[0]) - int(row[2])) < TIMEOUT * 1e9, "the wall's time is 50 years ahead"
 
 
-def test_rostopic_hz(cell: Ground) -> None:
+def test_rostopic_hz_prints_rate(cell: Ground) -> None:
     hz = cell.start(["rostopic", "hz", "/ariac/joint_states"])
     found = hz.wait_for(r"average rate: (\S+)")
     assert float(found[1]) > 0.0  # the number in time depends on the machine; test_contract counts them
     hz.interrupt()
 
 
-def test_rostopic_bw(cell: Ground) -> None:
+def test_rostopic_bw_prints_bandwidth(cell: Ground) -> None:
     bw = cell.start(["rostopic", "bw", "/ariac/laser_profiler"])
     found = bw.wait_for(r"average: (\S+)KB/s\s+mean: (\S+)KB")
     assert 1.6 < float(found[2]) < 3.6  # 400 floats, and 400 more if there are intensities
     bw.interrupt()
 
 
-def test_rostopic_delay(cell: Ground) -> None:
+def test_rostopic_delay_is_in_simulation_time(cell: Ground) -> None:
     delay = cell.start(["rostopic", "delay", "/ariac/joint_states"])
     found = delay.wait_for(r"average delay: (\S+)")
     assert abs(float(found[1])) < TIMEOUT, "the wall's time is 50 years ahead"
@@ -135,7 +135,7 @@ def test_rostopic_pub_moves_the_arm(cell: Ground) -> None:
     assert "rejected" not in cell.log()
 
 
-def test_rosservice(cell: Ground) -> None:
+def test_rosservice_shows_services(cell: Ground) -> None:
     assert {"/ariac/start_competition", "/ariac/agv1"} < set(cell.tool("rosservice", "list").split())
     assert cell.tool("rosservice", "type", "/ariac/agv1") == "osrf_gear/AGVControl\n"
     assert cell.tool("rosservice", "args", "/ariac/agv1") == "kit_type\n"
@@ -145,7 +145,7 @@ def test_rosservice(cell: Ground) -> None:
     assert "/ariac/agv1" in cell.tool("rosservice", "find", "osrf_gear/AGVControl")
 
 
-def test_rosservice_call(cell: Ground) -> None:
+def test_rosservice_call_prints_response(cell: Ground) -> None:
     places = cell.tool("rosservice", "call", "/ariac/material_locations", "gear_part")
     assert sorted(re.findall(r'unit_id: "(\S+)"', places)) == ["belt", "bin8"]
     assert "success: True" in cell.tool("rosservice", "call", "/ariac/gripper/control", "true")
@@ -153,14 +153,14 @@ def test_rosservice_call(cell: Ground) -> None:
     assert "success: True" in cell.tool("rosservice", "call", "/ariac/conveyor/control", "{state: {power: 50}}")
 
 
-def test_a_service_that_has_no_answer_is_an_error_of_the_caller(cell: Ground) -> None:
+def test_rosservice_call_without_answer_fails(cell: Ground) -> None:
     """In the state `init` no tray can be submitted: the original's server returned false, and so the call failed."""
     said = cell.start(["rosservice", "call", "/ariac/submit_tray", "{tray_id: x, kit_type: y}"])
     assert said.finish() != 0
     assert "ERROR: service [/ariac/submit_tray] responded with an error" in said.out + said.err
 
 
-def test_rosnode(cell: Ground) -> None:
+def test_rosnode_shows_nodes(cell: Ground) -> None:
     assert set(cell.tool("rosnode", "list").split()) == {"/gazebo", "/robot_state_publisher", "/rosout"}
     info = cell.tool("rosnode", "info", "/gazebo")
     for line in (
@@ -176,14 +176,14 @@ def test_rosnode(cell: Ground) -> None:
         assert "xmlrpc reply from" in cell.tool("rosnode", "ping", "-c", "1", node)
 
 
-def test_roswtf_finds_nothing_that_should_be_connected_and_is_not(cell: Ground) -> None:
+def test_roswtf_finds_no_missing_connection(cell: Ground) -> None:
     said = cell.tool("roswtf")
     assert "Online checks summary:" in said
     assert "should be connected" not in said
     assert "/ariac/arm/command" in said  # as in the original, no node commands the arm yet
 
 
-def test_rosparam(cell: Ground) -> None:
+def test_rosparam_shows_parameters(cell: Ground) -> None:
     assert cell.tool("rosparam", "get", "/use_sim_time") == "true\n"
     assert cell.tool("rosparam", "get", "/robot_description").lstrip('" |').lstrip().startswith("<")
     gains = cell.tool("rosparam", "get", "/ariac/arm")
@@ -191,7 +191,7 @@ def test_rosparam(cell: Ground) -> None:
     assert "linear_arm_actuator_joint" in gains
 
 
-def test_rosbag(cell: Ground, tmp_path: Path) -> None:
+def test_rosbag_records_and_plays(cell: Ground, tmp_path: Path) -> None:
     """Recorded messages can be read, have simulation time, and come again on playback."""
     bag = tmp_path / "cell.bag"
     topics = ["/clock", "/tf_static", "/ariac/joint_states", "/ariac/logical_camera", "/ariac/orders"]
@@ -248,7 +248,7 @@ def read_bag(path: str) -> dict[str, list[object]]:
     return {"stamps": [state[0] for state in states], "arrivals": [state[1] for state in states], "orders": orders}
 
 
-def test_rosrun_tf_echo(cell: Ground) -> None:
+def test_tf_echo_prints_simulated_frames(cell: Ground) -> None:
     echo = cell.start(["rosrun", "tf", "tf_echo", "world", "linear_arm_actuator"])
     said = echo.wait_for(r"Translation: \[(.*)\]")
     assert numbers(said[1]) == [0.3, 0.0, 0.9]
@@ -268,7 +268,7 @@ def package(folder: Path) -> str:
     return f"{folder}:/usr/share"
 
 
-def test_roslaunch(cell: Ground, tmp_path: Path) -> None:
+def test_roslaunch_passes_parameters_and_remapping(cell: Ground, tmp_path: Path) -> None:
     """Parameters, namespaces, remapping and arguments; the launch ends with the node."""
     launched = cell.start(["roslaunch", "listener", "look.launch", "topic:=orders"], ROS_PACKAGE_PATH=package(tmp_path))
     launched.wait_for(r"^/ariac/listener 42 orders (init|go)$")
@@ -276,7 +276,7 @@ def test_roslaunch(cell: Ground, tmp_path: Path) -> None:
     assert "ariac/listener" not in cell.tool("rosnode", "list")
 
 
-def test_rosrun(cell: Ground, tmp_path: Path) -> None:
+def test_rosrun_passes_arguments_and_remapping(cell: Ground, tmp_path: Path) -> None:
     cell.tool("rosparam", "set", "/answer", "43")
     said = cell.tool(
         "rosrun", "listener", "look", "here", "state:=/ariac/competition_state", ROS_PACKAGE_PATH=package(tmp_path)

@@ -19,7 +19,7 @@ from tests.waiting import TIMEOUT
 __all__ = ["fake_system"]
 
 
-def test_a_tree_holds_all_that_a_shell_needs(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_tree_has_packages_modules_and_programs(fake_system: RosSystem, tmp_path: Path) -> None:
     tree = ensure_tree(fake_system, tmp_path / "cache")
     for path in (
         "share/osrf_gear/package.xml",
@@ -37,7 +37,7 @@ def test_a_tree_holds_all_that_a_shell_needs(fake_system: RosSystem, tmp_path: P
     assert str(tree / "bin") in (tree / "share" / "osrf_gear" / "env-hooks" / "50.cellwright.sh").read_text()
 
 
-def test_a_tree_is_made_once(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_tree_is_made_once(fake_system: RosSystem, tmp_path: Path) -> None:
     first = ensure_tree(fake_system, tmp_path)
     (first / "mark").touch()
     assert ensure_tree(fake_system, tmp_path) == first
@@ -45,7 +45,7 @@ def test_a_tree_is_made_once(fake_system: RosSystem, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_another_system_has_another_tree(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_other_system_has_other_tree(fake_system: RosSystem, tmp_path: Path) -> None:
     first = ensure_tree(fake_system, tmp_path / "cache")
     (fake_system.share / "std_msgs" / "package.xml").write_text("<package/>")
     second = ensure_tree(fake_system, tmp_path / "cache")
@@ -53,7 +53,7 @@ def test_another_system_has_another_tree(fake_system: RosSystem, tmp_path: Path)
     assert not (second / "share" / "std_msgs").exists()
 
 
-def test_messages_that_the_system_has_are_its_own(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_tree_omits_messages_of_system(fake_system: RosSystem, tmp_path: Path) -> None:
     (fake_system.share / "control_msgs").mkdir()
     (fake_system.share / "control_msgs" / "package.xml").write_text("<package/>")
     tree = ensure_tree(fake_system, tmp_path / "cache")
@@ -62,7 +62,7 @@ def test_messages_that_the_system_has_are_its_own(fake_system: RosSystem, tmp_pa
 
 
 @pytest.mark.slow
-def test_several_at_once(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_concurrent_calls_share_one_tree(fake_system: RosSystem, tmp_path: Path) -> None:
     trees: list[Path] = []
     threads = [
         threading.Thread(target=lambda: trees.append(ensure_tree(fake_system, tmp_path / "cache"))) for _ in range(4)
@@ -76,20 +76,20 @@ def test_several_at_once(fake_system: RosSystem, tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / "cache").iterdir()] == [trees[0].name]
 
 
-def test_a_generator_that_fails_leaves_nothing(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_failing_generator_leaves_no_tree(fake_system: RosSystem, tmp_path: Path) -> None:
     (fake_system.generators / "gensrv_py.py").write_text("import sys; sys.exit('no')")
     with pytest.raises(UsageError, match=r"gensrv_py\.py failed"):
         ensure_tree(fake_system, tmp_path / "cache")
     assert list((tmp_path / "cache").iterdir()) == []
 
 
-def test_a_folder_that_is_a_file(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_tree_folder_that_is_a_file_is_refused(fake_system: RosSystem, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(UsageError, match=r"file: ROS packages cannot be laid out here: "):
+    with pytest.raises(UsageError, match=r"file: cannot write ROS packages: "):
         ensure_tree(fake_system, tmp_path / "file")
 
 
-def test_the_cache_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cache_folder_follows_xdg_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cache_folder({"XDG_CACHE_HOME": "/var/cache/me"}) == Path("/var/cache/me/cellwright/ros1")
     monkeypatch.setenv("HOME", "/home/me")
     assert cache_folder({"XDG_CACHE_HOME": "relative"}) == Path("/home/me/.cache/cellwright/ros1")
@@ -98,7 +98,7 @@ def test_the_cache_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
 SYSTEM = RosSystem(Path("/usr"), Path("/usr/bin/python3"))
 
 
-def test_the_tree_comes_first_and_once() -> None:
+def test_variables_have_tree_first_and_once() -> None:
     new, old = Path("/cache/0.1.0-b"), Path("/cache/0.1.0-a")
     present = {"PATH": f"{old}/bin:/bin", "PYTHONPATH": "/mine", "ROS_PACKAGE_PATH": f"/ws/src:{old}/share"}
     once = variables(new, SYSTEM, present)
@@ -110,16 +110,16 @@ def test_the_tree_comes_first_and_once() -> None:
     assert variables(new, SYSTEM, once) == once
 
 
-def test_without_any_paths_rospack_still_sees_the_system() -> None:
+def test_variables_without_package_path_include_system() -> None:
     assert variables(Path("/cache/a"), SYSTEM, {})["ROS_PACKAGE_PATH"] == "/cache/a/share:/usr/share"
 
 
 @given(st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=30))
-def test_a_shell_reads_what_was_meant(value: str) -> None:
+def test_shell_lines_quote_random_values(value: str) -> None:
     assert shlex.split(shell_lines({"PYTHONPATH": value}, "sh"), comments=False) == ["export", f"PYTHONPATH={value}"]
 
 
-def test_bash_evaluates_the_lines(tmp_path: Path) -> None:
+def test_bash_evaluates_shell_lines(tmp_path: Path) -> None:
     awkward = "a 'quoted' $HOME `pwd` \\ path"
     ran = subprocess.run(
         ["bash", "-c", 'eval "$1"; printf %s "$PYTHONPATH"', "bash", shell_lines({"PYTHONPATH": awkward}, "sh")],
@@ -131,7 +131,7 @@ def test_bash_evaluates_the_lines(tmp_path: Path) -> None:
     assert ran.stdout == awkward
 
 
-def test_lines_for_fish() -> None:
+def test_shell_lines_for_fish_set_lists() -> None:
     assert shell_lines({"PATH": "/a:/it's", "PYTHONPATH": "/a:/b"}, "fish").splitlines() == [
         "set -gx PATH '/a' '/it\\'s'",
         "set -gx PYTHONPATH '/a:/b'",

@@ -14,7 +14,7 @@ from tests.waiting import TIMEOUT
 __all__ = ["fake_system"]
 
 
-def test_sources_are_laid_out(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_lay_out_writes_sources(fake_system: RosSystem, tmp_path: Path) -> None:
     folder = tmp_path / "ws"
     lay_out(fake_system, folder)
     assert sorted(path.name for path in (folder / "src" / "ariac").iterdir()) == [
@@ -32,7 +32,7 @@ def test_sources_are_laid_out(fake_system: RosSystem, tmp_path: Path) -> None:
     assert f'_cellwright_bin="{folder}/.cellwright/bin"' in hook
 
 
-def test_a_shell_finds_the_python_of_ros_once(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_env_hook_adds_python_of_ros_to_path_once(fake_system: RosSystem, tmp_path: Path) -> None:
     lay_out(fake_system, tmp_path)
     hook = tmp_path / "src" / "ariac" / "osrf_gear" / "env-hooks" / "50.cellwright.sh"
     ran = subprocess.run(
@@ -46,7 +46,7 @@ def test_a_shell_finds_the_python_of_ros_once(fake_system: RosSystem, tmp_path: 
     assert ran.stdout == f"{tmp_path}/.cellwright/bin:/usr/bin:/bin"
 
 
-def test_a_workspace_that_is_there_keeps_its_own(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_lay_out_keeps_other_files_of_workspace(fake_system: RosSystem, tmp_path: Path) -> None:
     own = tmp_path / "src" / "my_robot" / "package.xml"
     own.parent.mkdir(parents=True)
     own.write_text("mine")
@@ -62,7 +62,7 @@ def test_a_workspace_that_is_there_keeps_its_own(fake_system: RosSystem, tmp_pat
     assert not list(tmp_path.rglob("*~"))
 
 
-def test_install_stands_in_for_devel(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_install_setup_sources_devel(fake_system: RosSystem, tmp_path: Path) -> None:
     folder = tmp_path / "a workspace"
     lay_out(fake_system, folder)
     (folder / "devel").mkdir()
@@ -72,7 +72,7 @@ def test_install_stands_in_for_devel(fake_system: RosSystem, tmp_path: Path) -> 
     assert ran.stdout == "devel"
 
 
-def test_what_is_missing_is_named_with_its_remedy(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_missing_packages_are_named_with_install_command(fake_system: RosSystem, tmp_path: Path) -> None:
     absent = missing(fake_system)
     assert set(NEEDED) <= set(absent)
     (fake_system.share / "catkin" / "cmake").mkdir(parents=True)
@@ -81,12 +81,14 @@ def test_what_is_missing_is_named_with_its_remedy(fake_system: RosSystem, tmp_pa
     by_architecture.mkdir(parents=True)
     (by_architecture / "roscppConfig.cmake").touch()
     assert set(absent) - set(missing(fake_system)) == {"catkin", "roscpp"}
-    with pytest.raises(UsageError, match=r"for want of actionlib_msgs, .*apt-get install .*libroscpp-dev"):
+    with pytest.raises(
+        UsageError, match=r"cannot build: actionlib_msgs, .* missing; on Debian, run: apt-get install .*libroscpp-dev"
+    ):
         build(fake_system, tmp_path)
-    assert lack(["catkin"]).startswith("catkin cannot build here, for want of catkin; on Debian: apt-get install ")
+    assert lack(["catkin"]).startswith("catkin cannot build: catkin missing; on Debian, run: apt-get install ")
 
 
-def test_a_folder_that_cannot_be_written(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_lay_out_to_unwritable_folder_is_refused(fake_system: RosSystem, tmp_path: Path) -> None:
     (tmp_path / "src").touch()
-    with pytest.raises(UsageError, match="a workspace cannot be laid out here: Not a directory"):
+    with pytest.raises(UsageError, match="cannot write a workspace: Not a directory"):
         lay_out(fake_system, tmp_path)

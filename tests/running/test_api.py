@@ -14,7 +14,7 @@ from cellwright.util.errors import DescriptionError, UnknownNameError, UsageErro
 UNKNOWN_OPTION = "arm: {type: ur10}\noptions: {insert_agv: true}\n"
 
 
-def test_a_trial_by_its_name_its_path_and_its_text() -> None:
+def test_load_trial_takes_name_path_or_text() -> None:
     by_name = cellwright.load_trial("lesson")
     assert by_name == cellwright.load_trial(find_trial("lesson"))
     assert by_name == cellwright.load_trial(str(find_trial("lesson")))
@@ -22,12 +22,12 @@ def test_a_trial_by_its_name_its_path_and_its_text() -> None:
     assert cellwright.load_trial(text="time_limit: 7").time_limit == 7.0
 
 
-def test_files_are_joined() -> None:
+def test_load_trial_joins_several_files() -> None:
     assert not cellwright.load_trial("final01").has_arm
     assert cellwright.load_trial("final01", "kitter_sensors").has_arm
 
 
-def test_an_invalid_trial_is_refused() -> None:
+def test_invalid_trial_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="lesson"):
         cellwright.load_trial("leson")
     with pytest.raises(UsageError):
@@ -38,25 +38,25 @@ def test_an_invalid_trial_is_refused() -> None:
         cellwright.load_trial(text="arm: 3")
 
 
-def test_notes_for_an_author_are_warnings_at_the_caller(tmp_path: Path) -> None:
+def test_notes_for_author_are_warnings_at_caller(tmp_path: Path) -> None:
     file = tmp_path / "trial.yaml"
     file.write_text(UNKNOWN_OPTION)
-    with pytest.warns(DescriptionWarning, match="insert_agvs") as said:
+    with pytest.warns(DescriptionWarning, match="insert_agvs") as warned:
         cellwright.load_trial(file)
-    assert said[0].filename == __file__
-    with pytest.warns(DescriptionWarning, match="insert_agvs") as said:
+    assert warned[0].filename == __file__
+    with pytest.warns(DescriptionWarning, match="insert_agvs") as warned:
         cellwright.run_trial(file, None, options=cellwright.RunOptions(until=0.01))
-    assert said[0].filename == __file__
+    assert warned[0].filename == __file__
 
 
-def test_a_robot_by_its_name_and_its_file(tmp_path: Path) -> None:
+def test_load_robot_takes_name_or_file(tmp_path: Path) -> None:
     config = cellwright.load_robot("tandem")
     assert config.name == "tandem"
     file = tmp_path / "vr_configs.yml"
     file.write_text(f"urdf_path: {config.urdf_path.as_posix()}\nroboname: x\n")
-    with pytest.warns(DescriptionWarning, match="robot_name") as said:
+    with pytest.warns(DescriptionWarning, match="robot_name") as warned:
         assert cellwright.load_robot(file).name == "tandem"
-    assert said[0].filename == __file__
+    assert warned[0].filename == __file__
     with pytest.raises(UnknownNameError, match="tandem"):
         cellwright.load_robot("tandm")
 
@@ -75,7 +75,7 @@ class Ender:
 
 
 @pytest.mark.slow
-def test_a_run_in_one_line() -> None:
+def test_run_trial_gives_result_of_run_cell() -> None:
     agent = Ender()
     result = cellwright.run_trial("lesson", agent, seed=3)
     assert agent.seed == 3
@@ -85,11 +85,11 @@ def test_a_run_in_one_line() -> None:
     assert again.state_hash == result.state_hash
 
 
-def test_a_class_is_made() -> None:
+def test_run_trial_makes_agent_of_class() -> None:
     assert cellwright.run_trial("lesson", Ender).outcome is cellwright.Outcome.DONE
 
 
-def test_a_class_that_makes_no_agent() -> None:
+def test_class_that_is_no_agent_is_refused() -> None:
     class Demanding(Ender):
         def __init__(self, cell: object) -> None:
             raise AssertionError
@@ -100,7 +100,7 @@ def test_a_class_that_makes_no_agent() -> None:
         cellwright.run_trial("lesson", int)  # type: ignore[arg-type]
 
 
-def test_an_agent_by_its_name() -> None:
+def test_run_trial_takes_name_of_agent() -> None:
     options = cellwright.RunOptions(until=0.5)
     result = cellwright.run_trial("lesson", "lesson", options=options)
     assert result.outcome is cellwright.Outcome.UNTIL
@@ -110,7 +110,7 @@ def test_an_agent_by_its_name() -> None:
         cellwright.run_trial("lesson", None)
 
 
-def test_a_run_is_recorded_with_what_it_was_read_from(tmp_path: Path) -> None:
+def test_recording_of_run_trial_has_its_files(tmp_path: Path) -> None:
     options = cellwright.RunOptions(until=0.05)
     bare = cellwright.run_trial("lesson", None, options=options)
     result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
@@ -124,10 +124,10 @@ def test_a_run_is_recorded_with_what_it_was_read_from(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
-def test_a_recording_that_finds_no_room_is_a_warning(tmp_path: Path) -> None:
+def test_recording_on_full_disk_is_warning(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").symlink_to("/dev/full")
     options = cellwright.RunOptions(until=0.05)
-    with pytest.warns(RuntimeWarning, match=r"a\.mcap: can be written no more"):
+    with pytest.warns(RuntimeWarning, match=r"a\.mcap: cannot be written any more"):
         result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
     assert not result.is_recorded
     assert result.simulated == pytest.approx(0.05)

@@ -58,7 +58,7 @@ def ended(process: WarmProcess, number: int = signal.SIGINT) -> tuple[int, str, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_a_signal_and_prints_the_score(number: int, tmp_path: Path) -> None:
+def test_serve_runs_until_signal_and_prints_score(number: int, tmp_path: Path) -> None:
     with (
         serving(tmp_path, "lesson", "-v") as (process, address),
         socket.create_connection(address, timeout=TIMEOUT) as connection,
@@ -76,7 +76,7 @@ def test_it_serves_until_a_signal_and_prints_the_score(number: int, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_in_lockstep_time_stands_until_it_is_asked_for(tmp_path: Path) -> None:
+def test_lockstep_time_advances_only_on_request(tmp_path: Path) -> None:
     with serving(tmp_path, "lesson", "--lockstep", "--json") as (process, address):
         with socket.create_connection(address, timeout=TIMEOUT) as connection:
             connection.sendall(hello("/me", "cdr").encode())
@@ -97,7 +97,7 @@ def test_in_lockstep_time_stands_until_it_is_asked_for(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["option", "environment"])
-def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path: Path) -> None:
+def test_serve_with_exit_on_completion_ends_with_competition(way: str, tmp_path: Path) -> None:
     arguments = ["lesson", "--speed", "max", *(["--exit-on-completion"] if way == "option" else [])]
     more = {"ARIAC_EXIT_ON_COMPLETION": ""} if way == "environment" else {}
     with (
@@ -112,7 +112,7 @@ def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path:
 
 
 @pytest.mark.slow
-def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
+def test_port_in_use_is_reported_in_one_line(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         ran = subprocess.run(
@@ -124,5 +124,5 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
             check=False,
         )
     assert ran.returncode == 2
-    assert ran.stderr.startswith(f"error: 127.0.0.1:{port}: cannot be listened at: ")
+    assert ran.stderr.startswith(f"error: 127.0.0.1:{port}: cannot listen: ")
     assert ran.stderr.count("\n") == 1

@@ -171,3 +171,10 @@ def test_a_system_without_apt(machine: Machine, ci: bool) -> None:
     status, said = machine.run(ci=ci)
     assert status == (1 if ci else 0)
     assert "there is no apt-get here" in said
+
+
+def test_run_packages_hold_no_compiler() -> None:
+    done = subprocess.run([str(SCRIPT), "--run", "--list"], capture_output=True, text=True, timeout=30, check=True)
+    run = done.stdout.split()
+    assert {"ros-core", "ros-robot-state-publisher"} <= set(run) < set(packages())
+    assert not {"catkin", "cmake", "g++"} & set(run)

@@ -119,17 +119,17 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_the_pages_are_up_to_date(name: str) -> None:
+def test_configuration_page_is_up_to_date(name: str) -> None:
     page = (DOCS / name).read_text(encoding="utf-8")
     assert filled(page) == page, f"run: python -m tools.configuration_pages docs/{name}"
 
 
-def test_every_table_is_on_a_page_once() -> None:
+def test_table_is_on_one_page_once() -> None:
     names = [name for page in PAGES for name in re.findall(r"^<!-- made: (\S+) -->$", (DOCS / page).read_text(), re.M)]
     assert sorted(names) == sorted(tables())
 
 
-def test_only_text_between_the_marks_is_replaced() -> None:
+def test_only_text_between_marks_is_replaced() -> None:
     page = "above\n<!-- made: robot-bounds -->\nold\n<!-- end -->\nbelow\n"
     table = tables()["robot-bounds"]
     assert filled(page) == f"above\n<!-- made: robot-bounds -->\n\n{table}\n<!-- end -->\nbelow\n"
@@ -145,7 +145,7 @@ def entries_on_pages() -> dict[str, dict[str, str]]:
 
 
 @pytest.mark.parametrize("name", REFERENCE)
-def test_the_reference_has_the_entries_that_are_read(name: str) -> None:
+def test_reference_has_entries_that_are_read(name: str) -> None:
     keys, prefix, made = REFERENCE[name]
     written = entries_on_pages()[name]
     assert sorted(written) == sorted(prefix + key for key in keys.names)
@@ -162,11 +162,11 @@ def default_text(default: object) -> str:
     return str(default).lower().removesuffix(".0")
 
 
-def test_the_reference_has_every_table_of_entries_once() -> None:
+def test_reference_has_each_table_of_entries_once() -> None:
     assert sorted(entries_on_pages()) == sorted(REFERENCE)
 
 
-def test_the_whole_trial_is_valid() -> None:
+def test_trial_with_all_entries_is_valid() -> None:
     assert load_trial(text=yaml.safe_dump(WHOLE)).warnings == ()
 
 
@@ -187,7 +187,7 @@ def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bo
 @pytest.mark.parametrize(
     ("place", "name"), [(place, name) for place, (entries, _) in PLACES.items() for name in entries.names]
 )
-def test_exactly_the_required_entries_are_mandatory(place: str, name: str) -> None:
+def test_only_required_entries_are_mandatory(place: str, name: str) -> None:
     entries, where = PLACES[place]
     text = changed(where, name, less=True)
     if name in entries.required:
@@ -213,7 +213,7 @@ def test_declared_entries_have_fields() -> None:
     assert {"seed", "timestep", "arm"} == {field.name for field in fields(CellSettings)}
 
 
-def test_an_empty_file_has_the_defaults_of_the_reference() -> None:
+def test_empty_trial_has_defaults_of_reference() -> None:
     trial = load_trial(text="").trial
     assert trial.options == Options()
     assert trial.settings == CellSettings()
@@ -222,7 +222,7 @@ def test_an_empty_file_has_the_defaults_of_the_reference() -> None:
     assert entries_on_pages()["own"]["timestep"] == "1/500"
 
 
-def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
+def test_missing_required_robot_entry_is_refused(tmp_path: Path) -> None:
     text = find_robot("tandem").read_text()
     whole = yaml.safe_load(text)
     urdf = find_robot("tandem").parent / whole["urdf_path"]
@@ -242,7 +242,7 @@ def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("group", "entries"), [("arms", group_reader.ARMS), ("grippers", group_reader.GRIPPERS)])
-def test_the_entries_of_a_group_that_must_be_there(group: str, entries: Keys, tmp_path: Path) -> None:
+def test_missing_required_group_entry_is_refused(group: str, entries: Keys, tmp_path: Path) -> None:
     whole = yaml.safe_load(find_robot("tandem").read_text())
     urdf = find_robot("tandem").parent / whole["urdf_path"]
     file = tmp_path / "vr_configs.yml"

@@ -27,16 +27,16 @@ def found(tmp_path: Path, text: str, name: str = "module.py") -> list[str]:
     return [f"{each.line}: {each.text}" for each in report.findings]
 
 
-def test_given_up_words_are_read_from_the_table_alone() -> None:
+def test_given_up_words_are_read_from_table_only() -> None:
     assert prose.given_up_words(PAGE) == {"guest": "client", "guests": "client", "so many": "a number"}
 
 
-def test_a_page_without_the_table_is_an_error() -> None:
+def test_page_without_table_is_refused() -> None:
     with pytest.raises(ValueError, match="add it with a table"):
         prose.given_up_words("# Glossary\n")
 
 
-def test_the_glossary_has_the_table() -> None:
+def test_glossary_has_table_of_given_up_words() -> None:
     assert prose.given_up_words(prose.GLOSSARY.read_text())["anew"] == "again, or new"
 
 
@@ -52,23 +52,23 @@ def test_the_glossary_has_the_table() -> None:
         "x.guest = 1",
     ],
 )
-def test_a_given_up_word_in_prose_or_a_name_is_a_finding(line: str, tmp_path: Path) -> None:
+def test_given_up_word_in_prose_or_name_is_found(line: str, tmp_path: Path) -> None:
     (only,) = found(tmp_path, line + "\n")
     assert only.startswith("1: ")
     assert "is given up; write client" in only
 
 
 @pytest.mark.parametrize("line", ["import guest", "x = guest()", "x = {'guest': 1}", "# noqa: guest", "guesthouse = 1"])
-def test_a_word_of_others_is_none(line: str, tmp_path: Path) -> None:
+def test_given_up_word_in_code_of_others_is_ignored(line: str, tmp_path: Path) -> None:
     assert not found(tmp_path, line + "\n")
 
 
-def test_first_lines_that_open_with_a_question_word_are_findings(tmp_path: Path) -> None:
+def test_first_line_with_question_word_is_found(tmp_path: Path) -> None:
     text = '"""What it is."""\n\n\ndef f():\n    """Whether it rains."""\n\n\ndef g():\n    """Whatever."""\n'
     assert [each.split(":")[0] for each in found(tmp_path, text)] == ["1", "5"]
 
 
-def test_long_sentences_are_findings_in_docstrings_and_pages(tmp_path: Path) -> None:
+def test_long_sentence_in_docstring_or_page_is_found(tmp_path: Path) -> None:
     long = " ".join(["word"] * 36) + "."
     (only,) = found(tmp_path, f'"""Title.\n\n{long}\n"""\n')
     assert "36 words (at most 35)" in only
@@ -76,7 +76,7 @@ def test_long_sentences_are_findings_in_docstrings_and_pages(tmp_path: Path) -> 
     assert not found(tmp_path, f"# Title\n\n```\n{long}\n```\n\n| {long} |\n\n<!-- {long} -->\n", "page.md")
 
 
-def test_code_in_a_page_is_no_prose(tmp_path: Path) -> None:
+def test_code_in_page_is_ignored(tmp_path: Path) -> None:
     assert not found(tmp_path, "The `guest` of\n\n```python\nguest = 1\n```\n", "page.md")
     (only,) = found(tmp_path, "A line.\nSo many guests.\n".replace("guests", "parts"), "page.md")
     assert only.startswith("2: 'So many' is given up")
@@ -85,3 +85,10 @@ def test_code_in_a_page_is_no_prose(tmp_path: Path) -> None:
 def test_sentences_end_at_full_stops_and_entries() -> None:
     text = "First one. Second, e.g. this\ngoes on.\n\nArgs:\n    name: of it.\n    size: how large [m].\n- an item\n"
     assert [each.split()[0] for each in prose.sentences(text)] == ["First", "Second,", "Args:", "name:", "size:", "-"]
+
+
+@pytest.mark.parametrize(
+    ("name", "skipped"), [("tests/data/help/run.txt", True), ("docs/glossary.md", True), ("docs/score.md", False)]
+)
+def test_text_of_others_is_skipped_also_where_it_is_named(name: str, skipped: bool) -> None:
+    assert prose.is_skipped(prose.ROOT / name) is skipped

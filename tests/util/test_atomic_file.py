@@ -21,7 +21,7 @@ class DiskFullError(Exception):
 
 
 @given(st.text() | st.binary(), st.binary())
-def test_what_is_written_is_there(content: str | bytes, before: bytes) -> None:
+def test_atomic_file_has_written_content(content: str | bytes, before: bytes) -> None:
     import tempfile
 
     with tempfile.TemporaryDirectory() as folder:
@@ -40,7 +40,7 @@ def test_what_is_written_is_there(content: str | bytes, before: bytes) -> None:
 
 
 @pytest.mark.parametrize("is_there", [False, True])
-def test_what_ends_half_way_leaves_all_as_it_was(tmp_path: Path, *, is_there: bool) -> None:
+def test_failed_write_leaves_folder_unchanged(tmp_path: Path, *, is_there: bool) -> None:
     file = tmp_path / "a"
     if is_there:
         file.write_text("before")
@@ -55,43 +55,43 @@ def test_what_ends_half_way_leaves_all_as_it_was(tmp_path: Path, *, is_there: bo
     assert [each.read_text() for each in tmp_path.iterdir()] == (["before"] if is_there else [])
 
 
-def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+def test_missing_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught:
         write_atomic(tmp_path / "none" / "a.png", b"")
     assert caught.value.filename == str(tmp_path / "none" / "a.png")
 
 
-def test_a_name_too_long(tmp_path: Path) -> None:
+def test_too_long_name_is_refused(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="name too long") as caught:
         write_atomic(tmp_path / ("a" * 300), b"")
     assert caught.value.errno == errno.ENAMETOOLONG
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_longest_name(tmp_path: Path) -> None:
+def test_longest_name_is_written(tmp_path: Path) -> None:
     write_atomic(tmp_path / ("a" * 255), b"x")
     assert [each.read_bytes() for each in tmp_path.iterdir()] == [b"x"]
 
 
-def test_a_folder_is_no_file(tmp_path: Path) -> None:
+def test_folder_in_place_of_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         write_atomic(tmp_path, b"")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
 class TestOnPosix:
-    def test_a_device_stays_one(self) -> None:
+    def test_device_is_written_and_not_replaced(self) -> None:
         write_atomic(Path("/dev/null"), b"x")
         assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
 
-    def test_a_link_stays(self, tmp_path: Path) -> None:
+    def test_link_stays_and_its_target_is_written(self, tmp_path: Path) -> None:
         (tmp_path / "link").symlink_to(tmp_path / "real")
         write_atomic(tmp_path / "link", b"1")
         write_atomic(tmp_path / "link", b"2")
         assert (tmp_path / "link").is_symlink()
         assert (tmp_path / "real").read_bytes() == b"2"
 
-    def test_rights_stay(self, tmp_path: Path) -> None:
+    def test_permissions_stay(self, tmp_path: Path) -> None:
         file = tmp_path / "a"
         file.touch()
         file.chmod(0o640)
@@ -99,13 +99,11 @@ class TestOnPosix:
         assert stat.S_IMODE(file.stat().st_mode) == 0o640
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
-    def test_a_full_disk(self) -> None:
+    def test_full_disk_is_reported(self) -> None:
         with pytest.raises(OSError, match="No space left"):
             write_atomic(Path("/dev/full"), b"x")
 
-    def test_one_that_must_not_be_written_is_not_replaced_either(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_read_only_file_is_not_replaced(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         file = tmp_path / "a"
         file.write_text("kept")
         openers = Path.open
@@ -120,7 +118,9 @@ class TestOnPosix:
             write_atomic(file, b"new")
         assert [each.read_text() for each in tmp_path.iterdir()] == ["kept"]
 
-    def test_a_file_in_a_folder_where_none_can_be_made(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_file_in_read_only_folder_is_written_directly(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         file = tmp_path / "a"
         file.write_text("a long text")
         openers = Path.open
@@ -138,7 +138,7 @@ class TestOnPosix:
         assert caught.value.filename == str(tmp_path / "b")
 
 
-def test_a_writer_that_opens_its_file_itself(tmp_path: Path) -> None:
+def test_replacement_path_replaces_file_of_another_writer(tmp_path: Path) -> None:
     file = tmp_path / "a.bag"
     with replacement_path(file) as unfinished:
         unfinished.write_text("new")
@@ -155,7 +155,7 @@ def test_a_writer_that_opens_its_file_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
-def test_a_named_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+def test_named_pipe_is_refused_without_waiting(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with pytest.raises(OSError, match="it is a named pipe, not a file"):
@@ -167,7 +167,7 @@ def test_a_named_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.isdir("/dev/fd"), reason="pipes without a name have no path")
-def test_a_pipe_that_a_shell_passes_on_is_read() -> None:
+def test_unnamed_pipe_of_shell_is_read() -> None:
     read, write = os.pipe()
     os.write(write, b"time_limit: 7\n")
     os.close(write)
@@ -176,6 +176,6 @@ def test_a_pipe_that_a_shell_passes_on_is_read() -> None:
     os.close(read)
 
 
-def test_a_folder_cannot_be_read(tmp_path: Path) -> None:
+def test_open_to_read_of_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         open_to_read(tmp_path)

@@ -22,7 +22,7 @@ sys.stdin.read()
 DEAF = "import sys, time; print('ready', flush=True); time.sleep(600)"
 
 
-def test_it_gets_lines_reports_that_it_is_ready_and_ends_with_its_stdin() -> None:
+def test_child_gets_lines_and_ends_with_its_stdin() -> None:
     child = ChildProcess([sys.executable, "-c", ECHO], stderr=tempfile.TemporaryFile())  # noqa: SIM115
     child.send("for you")
     assert child.ready_line(TIMEOUT) == "ready for you"
@@ -33,7 +33,7 @@ def test_it_gets_lines_reports_that_it_is_ready_and_ends_with_its_stdin() -> Non
     assert child.last_output() == "", "its file is closed"
 
 
-def test_lines_sent_to_an_ended_process_are_lost() -> None:
+def test_lines_to_ended_process_are_dropped() -> None:
     child = ChildProcess([sys.executable, "-c", ""])
     child._process.wait(TIMEOUT)
     child.send("something")
@@ -41,7 +41,7 @@ def test_lines_sent_to_an_ended_process_are_lost() -> None:
     child.end(0.0)
 
 
-def test_one_that_does_not_heed_the_end_of_its_stdin_is_killed() -> None:
+def test_child_that_ignores_end_of_stdin_is_killed() -> None:
     child = ChildProcess([sys.executable, "-c", DEAF])
     assert child.ready_line() == "ready"
     assert child.ready_line(0.0) == "", "nothing more comes"
@@ -49,7 +49,7 @@ def test_one_that_does_not_heed_the_end_of_its_stdin_is_killed() -> None:
     assert not child.is_running
 
 
-def test_its_output_is_read_to_the_end() -> None:
+def test_child_output_is_read_to_the_end() -> None:
     heard = BytesIO()
 
     def read(output: IO[bytes]) -> None:
@@ -60,7 +60,7 @@ def test_its_output_is_read_to_the_end() -> None:
     assert heard.getvalue().split() == [b"one", b"two"]
 
 
-def test_a_program_that_is_not_there() -> None:
+def test_missing_program_raises_os_error() -> None:
     log = tempfile.TemporaryFile()  # noqa: SIM115
     with pytest.raises(OSError, match="no-such-program"):
         ChildProcess(["/no-such-program"], stderr=log)

@@ -9,7 +9,7 @@ ANYTHING = st.text(st.characters(exclude_categories=()))
 
 
 @given(ANYTHING, st.integers(10, 50))
-def test_what_is_showable_can_be_printed_written_and_is_short(text: str, max_length: int) -> None:
+def test_printable_text_is_encodable_and_short(text: str, max_length: int) -> None:
     shown = printable(text, max_length)
     shown.encode()
     assert all(sign.isprintable() or sign in "\n\t" for sign in shown)
@@ -17,29 +17,29 @@ def test_what_is_showable_can_be_printed_written_and_is_short(text: str, max_len
 
 
 @given(st.text(st.characters(categories=["L", "N", "P"]), max_size=100))
-def test_an_ordinary_text_stays_as_it_is(text: str) -> None:
+def test_printable_keeps_ordinary_text(text: str) -> None:
     assert printable(text, 100) == text
 
 
-def test_of_a_long_text_both_ends_are_kept() -> None:
+def test_printable_keeps_both_ends_of_long_text() -> None:
     assert printable("begin" + 1000 * "-" + "end!!", 10) == "begin … end!!"
 
 
 @given(ANYTHING)
-def test_an_error_is_one_line(text: str) -> None:
+def test_one_line_is_always_one_line(text: str) -> None:
     line = one_line(ValueError(text))
     assert line.startswith("ValueError")
     assert line.isprintable()
 
 
-def test_an_error_in_a_line() -> None:
+def test_one_line_has_type_and_reason() -> None:
     assert one_line(ValueError("no\n  part")) == "ValueError: no part"
     assert one_line(KeyError()) == "KeyError"
     assert one_line(SyntaxError("wrong", ("file.py", 1, 2, "text"))) == "SyntaxError: wrong"
     assert one_line(SyntaxError()) == "SyntaxError"
 
 
-def test_the_name_with_the_same_number_is_meant() -> None:
+def test_did_you_mean_prefers_name_with_same_number() -> None:
     names = ["final15", "final01", "final10"]
     assert did_you_mean("final1", names) == "; did you mean final01"
     assert did_you_mean("Final001", names) == "; did you mean final01"

@@ -14,7 +14,7 @@ from cellwright.util.files import JsonLines, read_json_lines
 FULL = Path("/dev/full")
 
 
-def test_every_line_is_in_the_file_at_once(tmp_path: Path) -> None:
+def test_each_line_is_written_at_once(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     with JsonLines(path) as lines:
         for number in range(3):
@@ -25,7 +25,7 @@ def test_every_line_is_in_the_file_at_once(tmp_path: Path) -> None:
     assert len(read_json_lines(path)) == 3
 
 
-def test_a_file_is_replaced_or_appended_to(tmp_path: Path) -> None:
+def test_file_is_replaced_or_appended_to(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     for append, expected in ((False, [1]), (True, [1, 2]), (False, [3])):
         with JsonLines(path, append=append) as lines:
@@ -34,7 +34,7 @@ def test_a_file_is_replaced_or_appended_to(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cut", ['{"n": 1', "[1]", "", "\n", "\x00\x00", "12"])
-def test_what_was_cut_short_is_left_out_and_spoils_nothing(cut: str, tmp_path: Path) -> None:
+def test_cut_line_is_left_out_and_next_one_is_whole(cut: str, tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     path.write_text('{"n": 0}\n' + cut)
     assert read_json_lines(path) == [{"n": 0}]
@@ -44,7 +44,7 @@ def test_what_was_cut_short_is_left_out_and_spoils_nothing(cut: str, tmp_path: P
 
 
 @given(size=st.integers(0, 200))
-def test_a_file_cut_anywhere_holds_its_whole_lines(size: int, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_file_cut_anywhere_keeps_whole_lines(size: int, tmp_path_factory: pytest.TempPathFactory) -> None:
     cut = b"".join(b'{"n": %d}\n' % n for n in range(20))[:size]
     path = tmp_path_factory.getbasetemp() / "cut.jsonl"
     path.write_bytes(cut)
@@ -53,22 +53,22 @@ def test_a_file_cut_anywhere_holds_its_whole_lines(size: int, tmp_path_factory: 
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
-def test_a_full_disk_is_reported_once() -> None:
+def test_full_disk_is_reported_once() -> None:
     reported: list[str] = []
     with JsonLines(FULL, append=True, report=reported.append) as lines:
         lines.write_value({"n": 1})
         assert not lines.is_writing
         lines.write_value({"n": 2})
-    assert reported == ["/dev/full: can be written no more: No space left on device"]
+    assert reported == ["/dev/full: cannot be written any more: No space left on device"]
 
 
-def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
+def test_unopenable_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be written"):
         JsonLines(tmp_path)
     with pytest.raises(UsageError, match="cannot be read"):
         read_json_lines(tmp_path / "none.jsonl")
 
 
-def test_what_is_no_json_is_refused(tmp_path: Path) -> None:
+def test_nan_is_refused(tmp_path: Path) -> None:
     with JsonLines(tmp_path / "a.jsonl") as lines, pytest.raises(ValueError, match="not JSON compliant"):
         lines.write_value({"x": float("nan")})

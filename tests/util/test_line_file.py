@@ -16,7 +16,7 @@ from tests.waiting import TIMEOUT
 FULL = Path("/dev/full")
 
 
-def test_several_lines_that_belong_together_are_written_at_once(tmp_path: Path) -> None:
+def test_several_lines_are_written_at_once(tmp_path: Path) -> None:
     file = LineFile(tmp_path / "a.log")
     file.write("one\ntwo")
     assert (tmp_path / "a.log").read_text() == "one\ntwo\n"
@@ -26,7 +26,7 @@ def test_several_lines_that_belong_together_are_written_at_once(tmp_path: Path) 
     assert (tmp_path / "a.log").read_text() == "one\ntwo\n"
 
 
-def test_a_line_that_was_cut_short_is_ended_before_going_on(tmp_path: Path) -> None:
+def test_append_ends_cut_line_first(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     path.write_text("whole\ncut sho")
     LineFile(path, append=True).write("next")
@@ -34,7 +34,7 @@ def test_a_line_that_was_cut_short_is_ended_before_going_on(tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL here")
-def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> None:
+def test_written_lines_survive_killed_program(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     code = (
         "import os, signal, sys; from pathlib import Path; from cellwright.util.files import LineFile\n"
@@ -48,15 +48,15 @@ def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
-def test_a_full_disk_is_reported_once() -> None:
+def test_full_disk_is_reported_once() -> None:
     reported: list[str] = []
     file = LineFile(FULL, append=True, report=reported.append)
     file.write("one")
     file.write("two")
     assert not file.is_writing
-    assert reported == ["/dev/full: can be written no more: No space left on device"]
+    assert reported == ["/dev/full: cannot be written any more: No space left on device"]
 
 
-def test_a_file_that_cannot_be_opened_is_for_the_caller_to_tell(tmp_path: Path) -> None:
+def test_unopenable_file_raises_os_error(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="directory"):
         LineFile(tmp_path)

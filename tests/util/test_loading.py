@@ -8,20 +8,20 @@ from cellwright.util.process import interrupts_end_the_process
 
 
 @pytest.fixture(autouse=True)
-def _same_afterwards() -> Iterator[None]:
+def _restore_handler() -> Iterator[None]:
     before = signal.getsignal(signal.SIGINT)
     yield
     signal.signal(signal.SIGINT, before)
 
 
-def test_ctrl_c_ends_a_process_that_is_loading() -> None:
+def test_ctrl_c_ends_process_during_loading() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with interrupts_end_the_process():
         assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_also_where_loading_fails() -> None:
+def test_failed_loading_restores_ctrl_c_handler() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with pytest.raises(ImportError), interrupts_end_the_process():
         raise ImportError
@@ -29,14 +29,14 @@ def test_also_where_loading_fails() -> None:
 
 
 @pytest.mark.parametrize("own", [signal.SIG_IGN, signal.SIG_DFL, lambda _number, _frame: None])
-def test_a_handler_of_the_caller_stays(own: signal.Handlers) -> None:
+def test_handler_of_caller_stays(own: signal.Handlers) -> None:
     signal.signal(signal.SIGINT, own)
     with interrupts_end_the_process():
         assert signal.getsignal(signal.SIGINT) is own
     assert signal.getsignal(signal.SIGINT) is own
 
 
-def test_in_a_thread_nothing_is_changed() -> None:
+def test_loading_in_thread_keeps_handler() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     found: list[object] = []
 

@@ -14,7 +14,7 @@ from tests.waiting import TIMEOUT
 
 @pytest.mark.slow
 @pytest.mark.parametrize("value", ["osmesa", "bogus", "", "Disable"])
-def test_a_way_of_drawing_that_there_is_not_keeps_nothing_from_working(value: str) -> None:
+def test_missing_gl_backend_does_not_break_import(value: str) -> None:
     program = "import cellwright; print(cellwright.Cell.__name__)"
     ran = subprocess.run(
         [sys.executable, "-c", program],
@@ -32,7 +32,7 @@ def test_a_way_of_drawing_that_there_is_not_keeps_nothing_from_working(value: st
     ("value", "found", "settled"),
     [("EGL", "libEGL.so.1", "EGL"), ("egl", None, "disable"), ("glfw", None, "glfw"), ("cgl", None, "disable")],
 )
-def test_a_value_stays_if_its_library_exists(
+def test_gl_value_stays_if_its_library_exists(
     monkeypatch: pytest.MonkeyPatch, value: str, found: str | None, settled: str
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", value)

@@ -34,23 +34,23 @@ class Disk(io.RawIOBase):
         return True
 
 
-def standard(disk: Disk, *, encoding: str = "utf-8", buffered: bool = True) -> io.TextIOWrapper:
+def text_stream(disk: Disk, *, encoding: str = "utf-8", buffered: bool = True) -> io.TextIOWrapper:
     buffer: Any = io.BufferedWriter(disk) if buffered else disk
     return io.TextIOWrapper(buffer, encoding=encoding)
 
 
 @pytest.mark.parametrize("buffered", [True, False])
-def test_all_is_passed_on(monkeypatch: pytest.MonkeyPatch, *, buffered: bool) -> None:
+def test_stdout_is_passed_on_completely(monkeypatch: pytest.MonkeyPatch, *, buffered: bool) -> None:
     disk = Disk(10**6)
-    monkeypatch.setattr(sys, "stdout", standard(disk, buffered=buffered))
-    monkeypatch.setattr(sys, "stderr", standard(Disk(100)))
+    monkeypatch.setattr(sys, "stdout", text_stream(disk, buffered=buffered))
+    monkeypatch.setattr(sys, "stderr", text_stream(Disk(100)))
     streams = StandardStreams()
     sys.stdout.write("1\u2500\n" * 5000)
     assert streams.status(0) == 0
     assert disk.content.decode() == "1\u2500\n" * 5000
 
 
-def test_a_pipe_that_does_not_wait_is_waited_for() -> None:
+def test_non_blocking_pipe_is_waited_for() -> None:
     class Sometimes(Disk):
         turn = 0
 
@@ -64,9 +64,9 @@ def test_a_pipe_that_does_not_wait_is_waited_for() -> None:
     assert (disk.content, outlet.failure) == (b"x" * 30, None)
 
 
-def test_characters_that_there_are_not_are_written_as_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_characters_outside_encoding_are_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
     disk = Disk(100)
-    monkeypatch.setattr(sys, "stdout", standard(disk, encoding="latin-1"))
+    monkeypatch.setattr(sys, "stdout", text_stream(disk, encoding="latin-1"))
     streams = StandardStreams()
     sys.stdout.write("\xe9 \u2500 \udcff")
     assert streams.status(0) == 0
@@ -80,12 +80,12 @@ def test_characters_that_there_are_not_are_written_as_their_numbers(monkeypatch:
         (errno.EPIPE, 0, ""),
     ],
 )
-def test_what_takes_no_more_ends_nothing(
+def test_failing_stdout_does_not_end_command(
     number: int, status: int, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disk, errors = Disk(14, number), Disk(1000)
-    monkeypatch.setattr(sys, "stdout", standard(disk))
-    monkeypatch.setattr(sys, "stderr", standard(errors))
+    monkeypatch.setattr(sys, "stdout", text_stream(disk))
+    monkeypatch.setattr(sys, "stderr", text_stream(errors))
     streams = StandardStreams()
     for _ in range(1000):
         sys.stdout.write("a line\n")
@@ -96,21 +96,21 @@ def test_what_takes_no_more_ends_nothing(
     assert errors.content.decode().startswith(message)
 
 
-def test_stderr_that_takes_no_more_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "stderr", standard(Disk(0)))
+def test_failing_stderr_does_not_end_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", text_stream(Disk(0)))
     StandardStreams()
     sys.stderr.write("a line\n")
     sys.stderr.flush()
 
 
-def test_a_replaced_stream_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replaced_stream_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     mine = io.StringIO()
     monkeypatch.setattr(sys, "stdout", mine)
     assert StandardStreams().status(0) == 0
     assert sys.stdout is mine
 
 
-def test_an_outlet_is_like_its_file(tmp_path: Path) -> None:
+def test_tolerant_stream_reports_attributes_of_its_file(tmp_path: Path) -> None:
     with (tmp_path / "a").open("wb", buffering=0) as raw:
         outlet = TolerantStream(raw)
         assert (outlet.fileno(), outlet.isatty(), outlet.name) == (raw.fileno(), False, raw.name)
@@ -119,7 +119,7 @@ def test_an_outlet_is_like_its_file(tmp_path: Path) -> None:
 @pytest.mark.slow
 @ON_POSIX
 @pytest.mark.skipif(not FULL.exists(), reason="no disk that is always full")
-def test_a_command_whose_result_finds_no_room() -> None:
+def test_command_with_full_stdout_exits_with_1() -> None:
     with FULL.open("w") as full:
         ran = subprocess.run(
             [sys.executable, "-m", "cellwright", "trials"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
@@ -129,7 +129,7 @@ def test_a_command_whose_result_finds_no_room() -> None:
 
 @pytest.mark.slow
 @ON_POSIX
-def test_a_command_with_everything_closed() -> None:
+def test_command_with_closed_streams_exits_with_0() -> None:
     ran = subprocess.run(
         ["sh", "-c", 'exec "$0" -m cellwright trials <&- >&- 2>&-', sys.executable], check=False, timeout=TIMEOUT
     )

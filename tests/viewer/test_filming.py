@@ -58,7 +58,7 @@ class Filmed:
 
 
 @pytest.mark.slow
-def test_frames_are_taken_at_their_times_and_the_run_stays_as_it_is(tmp_path: Path) -> None:
+def test_recorder_takes_frames_at_exact_times_and_leaves_run_unchanged(tmp_path: Path) -> None:
     filmed, plain = Filmed(tmp_path / "a.mp4"), Filmed(None)
     assert filmed.hash == plain.hash
     assert filmed.warnings == []
@@ -70,25 +70,25 @@ def test_frames_are_taken_at_their_times_and_the_run_stays_as_it_is(tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_time_lapse_takes_fewer(tmp_path: Path) -> None:
+def test_recorder_at_tenfold_speed_takes_fewer_frames(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", speed=10.0)
     assert filmed.times == pytest.approx([0.0, 0.4, 0.8], abs=1e-9)
     assert len(read(tmp_path / "a.mp4")) == 3
 
 
 @pytest.mark.slow
-def test_time_goes_no_slower_than_by_a_frame_a_tick(tmp_path: Path) -> None:
+def test_recorder_below_one_frame_per_tick_is_refused(tmp_path: Path) -> None:
     assert Filmed(tmp_path / "a.mp4", speed=0.05, until=0.02).made["frames"] == 11
-    with pytest.raises(UsageError, match=r"give a speed of 0\.05 or more, not 0\.04"):
+    with pytest.raises(UsageError, match=r"speed must be at least 0\.05, one frame per tick \(got 0\.04\)"):
         Filmed(tmp_path / "b.mp4", speed=0.04, until=0.02)
     assert not (tmp_path / "b.mp4").exists()
 
 
 @pytest.mark.slow
-def test_a_video_that_ends_early_is_reported_once_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_killed_video_is_reported_once_and_run_continues(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", killed_at=3)
     assert filmed.hash == Filmed(None).hash
     (warning,) = filmed.warnings
-    assert "a.mp4: the video is not whole: the process that draws has ended" in warning
+    assert "a.mp4: video is incomplete: render process has ended" in warning
     assert not filmed.film.is_whole
     assert len(filmed.times) < 21  # the dropped frames were not drawn

@@ -47,24 +47,22 @@ def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     process.stdout.close()
 
 
-def test_no_display(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
+def test_window_without_display_is_refused(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(importlib.util, "find_spec", lambda _name: object())
-    assert "there is no display" in unavailable_reason()
-    with pytest.raises(WindowError, match="there is no display"):
+    assert "no display" in unavailable_reason()
+    with pytest.raises(WindowError, match="no display"):
         Window(node.world.model, ("127.0.0.1", 1), sliders=False)
 
 
-def test_nothing_to_draw_with(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_window_without_glfw_is_refused_with_install_hint(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "glfw" else object())
-    assert unavailable_reason().startswith(
-        "no window can be opened: glfw is not installed; pip install 'cellwright[gui]'"
-    )
+    assert unavailable_reason().startswith("window cannot open: glfw not installed; run: pip install 'cellwright[gui]'")
 
 
-def test_the_picture_is_the_robot(node: RobotNode) -> None:
+def test_robot_picture_has_pose_and_slider_moves_of_robot(node: RobotNode) -> None:
     node.simulation.reset()
     services = RobotServices(node)
     node.base.place(Pose((1.0, 2.0, 0.5)))
@@ -87,7 +85,7 @@ def test_the_picture_is_the_robot(node: RobotNode) -> None:
     assert picture.moved() == {}, "the robot moves them too"
 
 
-def test_the_first_view_has_the_robot_in_front(node: RobotNode) -> None:
+def test_first_view_looks_at_robot_from_its_camera(node: RobotNode) -> None:
     data = mujoco.MjData(node.world.model)
     picture = RobotPicture(node.world.model, data)
     picture.take(RobotServices(node).state({}))
@@ -120,7 +118,7 @@ class Unseen:
         self.shown.append(float(self._data.ctrl[self._slider]))
 
 
-def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> None:
+def test_slider_with_refused_target_goes_back_and_window_stays() -> None:
     node = RobotNode(two_arms(), sim_time=True, safety=SafetySettings(start_guard=0.2, max_age=1.0))
     server = Server(node, port=0)
     RobotServices(node).offer_state(server)
@@ -146,7 +144,7 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
 @pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.usefixtures("display")
-def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture[str]) -> None:
+def test_window_opens_and_ends_with_its_node(capfd: pytest.CaptureFixture[str]) -> None:
     node = RobotNode(two_arms())
     server = Server(node, port=0)
     requests: list[Any] = []
@@ -177,7 +175,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
 @pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.usefixtures("display")
-def test_a_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
+def test_window_on_missing_display_is_refused(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
     monkeypatch.setenv("DISPLAY", ":54321")
-    with pytest.raises(WindowError, match=r"^no window can be opened: .*54321|^no window can be opened: X11"):
+    with pytest.raises(WindowError, match=r"^window cannot open: .*54321|^window cannot open: X11"):
         Window(node.world.model, ("127.0.0.1", 1), sliders=False)

@@ -21,14 +21,23 @@ from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 if TYPE_CHECKING:
     from cellwright.rendering.video import VideoFigures
 
-WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
+SIMULATION, END, OUTPUT, NETWORK = "Simulation", "End", "Output", "Network"
 """Headings for options in the help."""
 
 TRIAL = argument(
     "TRIAL",
-    "A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, as by the "
-    "original's launcher: `final01 kitter_sensors`.",
+    "A bundled trial, such as `lesson`, or a YAML file; several are joined, as by the 2017 launcher: "
+    "`final01 kitter_sensors`.",
 )
+
+AGENT_HELP = "Agent: `kitter`, `lesson`, or your own as `path.py:Class` or `module:Class`"
+LOCKSTEP_HELP = "Advance simulation time only on a client's request"
+ROBOT_HELP = (
+    "A bundled robot such as `qinglong`, a robot configuration (`vr_configs.yml`) or its folder, or a URDF or xacro "
+    "file."
+)
+SPEED_HELP = "Simulated seconds per second: `1` is real time, `max` is as fast as possible."
+"""Help of options that several commands have, with notes of their own; the first two lack the full stop."""
 
 Files = Annotated[list[str], TRIAL]
 
@@ -36,76 +45,85 @@ Servo = Annotated[
     str | None,
     option(
         "PROFILE",
-        "Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
-        WORK,
+        "Servo profile of the arm: `original` (soft, as in 2017) or `precise`. Default: the file's.",
+        SIMULATION,
     ),
 ]
-Seed = Annotated[int | None, option("N", "Root of all chance; the file's own, else 0.", WORK)]
+Seed = Annotated[int | None, option("N", "Seed of all random streams. Default: the file's, else 0.", SIMULATION)]
 Vary = Annotated[
     bool,
     flag(
-        "--vary", "Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.", WORK
+        "--vary", "Slightly vary parts in bins, friction, and the phases of belt and gripper, by the seed.", SIMULATION
     ),
 ]
 Development = Annotated[
-    bool, flag("--development-mode -d", "Allow what a competition refuses, such as setting the belt's power.", WORK)
+    bool,
+    flag("--development-mode -d", "Allow what a competition refuses, such as setting the belt's power.", SIMULATION),
 ]
 Until = Annotated[float | None, option("T", "Stop at this simulation time [s].", END)]
 Record = Annotated[
     list[Path] | None,
     option(
         "FILE.mcap",
-        "Record everything to this file, to be replayed and looked at; FILE.bag for the tools of ROS 1; repeatable.",
+        "Record the run to this file, for `replay`, `plot` and `view`; FILE.bag for ROS 1 tools; repeatable.",
         OUTPUT,
     ),
 ]
-Recorded = Annotated[Path, argument("FILE.mcap", "What `--record` wrote, whole or cut short.")]
-Host = Annotated[str, option("HOST", "Address to listen at.", REACH)]
+Recorded = Annotated[Path, argument("FILE.mcap", "Recording from `--record`, complete or cut short.")]
+Host = Annotated[str, option("HOST", "Address to listen on.", NETWORK)]
 Port = Annotated[
     int | None,
-    option(
-        "N", "Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.", REACH
-    ),
+    option("N", "Port to listen on; 0 takes a free one. Default: 11399, or one of the next if it is in use.", NETWORK),
 ]
+Ros1 = Annotated[bool, flag("--ros1", "Connect to ROS 1 as well, at the master in ROS_MASTER_URI.", NETWORK)]
+AsJson = Annotated[bool, flag("--json", "Print the result as JSON, and nothing else on stdout.", OUTPUT)]
 Log = Annotated[
     Path | None,
     option(
         "FILE.jsonl",
-        "Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
+        "Write events to this file as they happen, with the evidence of each kit; one line of JSON each.",
         OUTPUT,
     ),
 ]
 
 
-LOOK = "Looking on"
+VIEWING = "Viewing"
 """Heading in the help."""
 
-View = Annotated[bool, flag("--view", "Show it on a page, in a browser; the page's address is printed.", LOOK)]
+_VIEW = "Show it on a page in a browser; the page's address is printed."
+
+View = Annotated[bool, flag("--view", _VIEW, VIEWING)]
+RunView = Annotated[
+    bool,
+    flag("--view", f"{_VIEW} The page stays after the run, until Ctrl-C; with --json it ends with the run.", VIEWING),
+]
 ViewHost = Annotated[
     str | None,
-    option(
-        "HOST",
-        f"Address at which the page is; {LOOPBACK} when left out. Any other needs the token that is printed.",
-        LOOK,
-    ),
+    option("HOST", f"Address of the page. Default: {LOOPBACK}; any other requires the token that is printed.", VIEWING),
 ]
 ViewPort = Annotated[
     int | None,
     option(
         "N",
-        f"Port of the page: {DEFAULT_PORT} when left out, and one of the next where it is in use. 0: a free one.",
-        LOOK,
+        f"Port of the page; 0 takes a free one. Default: {DEFAULT_PORT}, or one of the next if it is in use.",
+        VIEWING,
     ),
 ]
-OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's browser.", LOOK)]
+PictureCamera = Annotated[
+    str,
+    option(
+        "NAME", "View of pictures: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", VIEWING, name="--camera"
+    ),
+]
+OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's browser.", VIEWING)]
 
 
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
     """Return the options of the page; None for no page."""
     if not view:
-        said = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
-        if given := [option for option, is_given in said.items() if is_given]:
-            refuse(f"{given[0]}: there is no page; say --view as well")
+        page_flags = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
+        if given := [option for option, is_given in page_flags.items() if is_given]:
+            refuse(f"{given[0]} requires --view")
         return None
     host, port = LOOPBACK if host is None else host, DEFAULT_PORT if port is None else port
     in_range("--view-port", port, 0, 65535, "a port from 0 to 65535")
@@ -116,7 +134,7 @@ def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
     """Refuse a camera name behind `--view`, which took one in an earlier version."""
     for word in words if view else ():
         if word in VIEWS and not Path(word).exists():
-            refuse(f"--view {word}: --view opens a page now, and takes no name; for pictures say --camera {word}")
+            refuse(f"--view {word}: --view opens a page and takes no name; for pictures use --camera {word}")
 
 
 def _is_local(host: str) -> bool:
@@ -131,7 +149,7 @@ VideoFile = Annotated[
     Path | None,
     option(
         "FILE.mp4",
-        "Write a video of it, 25 pictures a simulated second; one that is killed leaves it playable.",
+        "Write a video, 25 pictures per simulated second; it stays playable if the process is killed.",
         VIDEO,
         name="--video",
     ),
@@ -140,17 +158,21 @@ VideoCamera = Annotated[
     str | None,
     option(
         "VIEW",
-        "Where it is taken from: a view as for pictures, or `x,y,z:x,y,z`, place and target in m.",
+        "View of the video: a name as for pictures, or `x,y,z:x,y,z` for camera and target [m].",
         VIDEO,
         name="--video-camera",
     ),
 ]
 VideoSpeed = Annotated[
     float,
-    option("FACTOR", "Simulated seconds a second of video: 10 makes 10 minutes one.", VIDEO, name="--video-speed"),
+    option(
+        "FACTOR", "Simulated seconds per second of video; 10 shortens 10 minutes to one.", VIDEO, name="--video-speed"
+    ),
 ]
-VideoSize = Annotated[str, option("WxH", "In pixels, such as 1920x1080.", VIDEO, name="--video-size")]
-VideoFine = Annotated[bool, flag("--video-fine", "Smoother edges; without a GPU that takes half as long again.", VIDEO)]
+VideoSize = Annotated[str, option("WxH", "Size in pixels, such as 1920x1080.", VIDEO, name="--video-size")]
+VideoFine = Annotated[
+    bool, flag("--video-fine", "Smoother edges; without a GPU drawing takes half as long again.", VIDEO)
+]
 
 DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
@@ -165,7 +187,7 @@ def video_options(file: Path | None, view: str | None, speed: float, size: str, 
     width, height = _video_size(size)
     if checked is None:
         if view is not None or speed != 1.0 or size != DEFAULT_VIDEO_SIZE or fine:
-            options.refuse("--video-camera, --video-speed, --video-size and --video-fine go with --video FILE.mp4")
+            options.refuse("--video-camera, --video-speed, --video-size and --video-fine require --video FILE.mp4")
         return None
     requested_backend()
     return VideoOptions(checked, camera, speed, width, height, fine)
@@ -193,7 +215,7 @@ def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions 
     for path in paths:
         kind = path.suffix.lower()
         if kind not in KINDS:
-            options.refuse(f"--record {path}: give a file such as run.mcap, or run.bag for the tools of ROS 1")
+            options.refuse(f"--record {path}: give a file such as run.mcap, or run.bag for ROS 1 tools")
         options.output_file("--record", path, kind)
     RecordingFiles(paths)
     return RecordOptions(paths, about, report=output.warn)

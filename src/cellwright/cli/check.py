@@ -19,14 +19,13 @@ from cellwright.util.errors import CellwrightError
 
 
 def check(
-    files: Files,
-    as_json: Annotated[bool, flag("--json", "Print the findings, and what the files come to, as JSON.")] = False,
+    files: Files, as_json: Annotated[bool, flag("--json", "Print findings and resolved values as JSON.")] = False
 ) -> None:
-    """Say what is wrong with a trial's files, or a robot's, line by line, or ok. Nothing is run.
+    """Check the files of a trial or a robot: print errors and warnings, a line each, or ok. Nothing is run.
 
-    Errors make a file unusable. Warnings name what the format of 2017 passed over in silence, such as an option that
-    does not exist. With `--json`: `ok`, `errors`, `warnings`, and under `resolved` every part, sensor and order with
-    its figures worked out, the arm and the options.
+    Errors make a file unusable. Warnings name entries that the 2017 simulator silently ignored, such as an unknown
+    option. With `--json`: `ok`, `errors`, `warnings`, and under `resolved` the values of every part, sensor and order,
+    the arm and the options.
 
     A robot is a robot configuration (`vr_configs.yml`) or a URDF: `resolved` is what `cellwright robot --json` prints.
 

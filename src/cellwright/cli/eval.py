@@ -14,7 +14,7 @@ from rich.text import Text
 
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cli import options
-from cellwright.cli.arguments import OUTPUT, WORK, Vary
+from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, AsJson, Vary
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.options import N
 from cellwright.cli.output import FOLD, RIGHT, print_entry, print_line, table, write_result
@@ -88,9 +88,7 @@ class EvalProgress:
         runs = "run" if count == 1 else "runs"
         print_line(self._console, f"{count} {runs}, agent {self._jobs[0].agent}, results in {folder}")
         if known:
-            print_line(
-                self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before"
-            )
+            print_line(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result already")
 
     def take(self, result: Result) -> None:
         """Add a new result, and print it."""
@@ -138,51 +136,46 @@ _LIMITS = "Limits of each run"
 
 def evaluate(
     trials: Annotated[
-        list[str],
-        argument(
-            "TRIAL", "Trials that come with Cellwright, such as `lesson`, and YAML files; each is a trial of its own."
-        ),
+        list[str], argument("TRIAL", "Bundled trials, such as `lesson`, and YAML files; each is a separate trial.")
     ],
-    agent: Annotated[
-        str, option("AGENT", "What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.", WORK)
-    ] = "kitter",
+    agent: Annotated[str, option("AGENT", f"{AGENT_HELP}.", SIMULATION)] = "kitter",
     joined: Annotated[
         list[str] | None,
         option(
             "FILE",
-            "A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
-            f"Without it a trial that has no arm gets `{ARM_AND_SENSORS}`.",
-            WORK,
+            "Join this file to each trial, such as one with your arm and sensors; repeatable. "
+            f"Default for trials without an arm: `{ARM_AND_SENSORS}`.",
+            SIMULATION,
             name="--with",
         ),
     ] = None,
-    seeds: Annotated[int, option("N", "Each trial runs with the seeds 1 to N.", WORK)] = 1,
+    seeds: Annotated[int, option("N", "Run each trial with the seeds 1 to N.", SIMULATION)] = 1,
     vary: Vary = False,
-    jobs: Annotated[int | None, option("J", "Runs at a time; as many as processors when left out.", WORK)] = None,
-    time_limit: Annotated[float, option("T", "Time on the wall clock [s].", _LIMITS)] = 600.0,
+    jobs: Annotated[int | None, option("J", "Runs in parallel. Default: the number of processors.", SIMULATION)] = None,
+    time_limit: Annotated[float, option("T", "Wall time [s].", _LIMITS)] = 600.0,
     memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0,
     min_score: Annotated[
         str | None,
-        option("SCORE", "Exit with status 1 when a run is below: points, or `75%` of what is within reach.", OUTPUT),
+        option("SCORE", "Exit with status 1 if a run scores less: points, or `75%` of the reachable points.", OUTPUT),
     ] = None,
-    out: Annotated[Path, option("FOLDER", "Where results, logs and reports go.", OUTPUT)] = Path("evaluation"),
+    out: Annotated[Path, option("FOLDER", "Folder for results, logs and reports.", OUTPUT)] = Path("evaluation"),
     record: Annotated[
         bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
     ] = False,
-    as_json: Annotated[bool, flag("--json", "Print the summary as JSON on stdout.", OUTPUT)] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Judge a program in many runs, each in a process of its own.
+    """Evaluate an agent in many runs, each in its own process.
 
-    Results are in FOLDER/results.jsonl as soon as they are there; the same command again goes on where it was stopped.
-    At the end FOLDER has report.html for people, junit.xml and summary.json for CI.
+    Each result is in FOLDER/results.jsonl at once; repeat the command to continue an interrupted evaluation. At the end
+    FOLDER has report.html for people, and junit.xml and summary.json for CI.
 
-        # the bundled agent in five cells that differ a little
+        # the bundled agent in two trials, five variations of each
         cellwright eval lesson final01 --vary --seeds 5
 
-        # your program in CI: status 1 if a run has less than 75 % of the points
+        # your agent in CI: status 1 if a run has less than 75 % of the points
         cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%
 
-    Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
+    Exit status: 0 every run is done and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
     """
     with options.errors_of("--min-score"):
         threshold = None if min_score is None else summary.Threshold.read(min_score)
@@ -198,11 +191,11 @@ def evaluate(
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
     if not MEMORY_IS_LIMITED:
-        console.print("note: on this system the memory of a run is not limited")
+        console.print("note: this system cannot limit the memory of a run")
     try:
         store = ResultsFile(out)
     except OSError as error:
-        options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
+        options.refuse(f"--out {out}: cannot be written: {error.strerror}")
     with store:
         results, failures = _work(planned, store, limits, workers, console, records=record)
     left = len(planned) - len(results)
@@ -213,7 +206,7 @@ def evaluate(
     failures += write_result(out / "summary.json", document + "\n")
     show_summary(console, results, threshold)
     if left:
-        console.print(f"interrupted: {left} runs are left; the same command goes on with them")
+        console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
     print_entry(console, "report", str(out / "report.html"))
     for failure in failures:
         typer.echo(f"error: {failure}", err=True)
@@ -228,7 +221,12 @@ def _work(
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
-            store, limits=limits, workers=workers, records=records, on_result=progress.take, on_look=progress.show_jobs
+            store,
+            limits=limits,
+            workers=workers,
+            records=records,
+            on_result=progress.take,
+            on_progress=progress.show_jobs,
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)

@@ -89,7 +89,7 @@ class CommandsOnDemand(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """Load a command; None if there is none of this name."""
         if cmd_name == "bench":
-            raise UsageError("bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright")
+            raise UsageError("bench: command removed; run `python -m benchmarks` in a checkout of Cellwright")
         return _loaded(cmd_name) if cmd_name in COMMANDS else None
 
 
@@ -110,23 +110,23 @@ _INTERRUPTED = 130  # what Typer returns for Ctrl-C
 app = typer.Typer(
     name="cellwright",
     cls=CommandsOnDemand,
-    help="""Simulates industrial robot cells, and judges the programs that work them.
+    help="""Simulate industrial robot cells, and score the agents that work them.
 
-    A cell, its orders and its faults are written in a YAML file, in the format of the ARIAC competition of 2017. A
-    program works the cell; the referee says what it earned. Begin with:
+    A YAML file describes the cell, its orders and its faults, in the format of the ARIAC competition of 2017. An agent
+    works the cell, and the referee scores it. Begin with:
 
-        cellwright run lesson        # a trial that comes along, and its score
-        cellwright run --help        # your own program, pictures, servos, JSON
-        cellwright trials            # what else comes along
-        cellwright eval lesson       # many runs, each judged, and a report
-        cellwright serve lesson      # for programs in other processes
-        cellwright plot run.mcap     # a figure of what was recorded
-        cellwright view lesson       # see a trial, a robot, a recording, what is served
-        cellwright check trial.yaml  # is this file sound?
+        cellwright run lesson        # a bundled trial, and its score
+        cellwright run --help        # your own agent, pictures, servos, JSON
+        cellwright trials            # list the bundled trials
+        cellwright eval lesson       # many runs, scored, and a report
+        cellwright serve lesson      # a cell for programs in other processes
+        cellwright plot run.mcap     # a figure of a recording
+        cellwright view lesson       # a trial, robot, recording or server
+        cellwright check trial.yaml  # errors and warnings of a file
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node
-        cellwright replay run.mcap   # what was recorded, looked at and played""",
+        cellwright replay run.mcap   # inspect and play a recording""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
     add_completion=False,
@@ -165,7 +165,7 @@ def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app
     except typer.TyperException as error:
         message = error.format_message()
         if message:
-            sys.stderr.write(f"error: {message} ({name} --help tells what there is)\n")
+            sys.stderr.write(f"error: {message} (see {name} --help)\n")
         return BAD_INPUT
     except typer.Abort:
         status = _INTERRUPTED

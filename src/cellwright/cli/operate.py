@@ -19,6 +19,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from cellwright.cli import options, output
+from cellwright.cli.arguments import OUTPUT, AsJson
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import RIGHT, WHOLE, print_line, table, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
@@ -69,7 +70,7 @@ def described_limits(environment: Mapping[str, str]) -> JointLimits:
     return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
 
 
-WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
+WHERE, WHAT, RESULT = "Connection", "Motion", OUTPUT
 """Headings for options in the help."""
 
 NODE = "/operator"
@@ -77,20 +78,20 @@ NODE = "/operator"
 _NODE_TIMEOUT = 5.0  # [s] for a node to appear in ROS
 
 Connect = Annotated[
-    str | None, option("HOST:PORT", f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.", WHERE)
+    str | None, option("HOST:PORT", f"Address of the node's server. Default: {LOOPBACK}:{DEFAULT_PORT}.", WHERE)
 ]
 
-OverRos1 = Annotated[bool, flag("--ros1", "Over ROS 1, at the master that ROS_MASTER_URI names.", WHERE)]
+OverRos1 = Annotated[bool, flag("--ros1", "Connect over ROS 1, at the master in ROS_MASTER_URI.", WHERE)]
 
-Node = Annotated[str, option("NAME", "Name of the operator's node.", WHERE)]
+Node = Annotated[str, option("NAME", "Name of the operator node.", WHERE)]
 
 
 Robot = Annotated[
     str | None,
     option(
         "ROBOT",
-        "The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
-        "of a robot that comes along, or what is at the master as `robot_description`.",
+        "Robot description for the joint limits: a name, a robot configuration or a URDF. Default: that of the "
+        "bundled robot, or `robot_description` at the ROS master.",
         WHERE,
     ),
 ]
@@ -131,7 +132,7 @@ class NodeConnection:
             try:
                 robot = OperatedRobot(session)
             except RunEndedError as error:
-                raise UsageError(f"the node is gone: {error}") from None
+                raise UsageError(f"the node has ended: {error}") from None
             yield robot
         finally:
             session.close()
@@ -148,7 +149,8 @@ class NodeConnection:
             missing = [name for name in self._limits.joints if name not in robot.joints]
             if missing:
                 raise UsageError(
-                    f"--robot: {self._limits.source} has a joint {missing[0]}, and the node's robot has not"
+                    f"--robot: {self._limits.source} has a joint {missing[0]} that the node's robot lacks; "
+                    "give the description of that robot"
                 )
             return self._limits
         called = self.name(robot).lower()
@@ -164,7 +166,7 @@ class NodeConnection:
 def warn_of_unknown(limits: JointLimits) -> None:
     """Warn that nothing was checked against limits, if none are known."""
     if not limits.joints:
-        output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
+        output.warn("joint limits unknown: targets are not checked against them; give the description with --robot")
 
 
 _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
@@ -173,7 +175,7 @@ _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 def figures_table(exercises: Sequence[Exercise]) -> Table:
     """Return a table of the figures of all joints, a line each."""
     has_steps = any(each.tracking.step for each in exercises)
-    headings = ["RMS", "greatest", "delay", *(["rise", "settled", "over", "rest"] if has_steps else [])]
+    headings = ["RMS", "max", "delay", *(["rise", "settling", "overshoot", "rest"] if has_steps else [])]
     rows = []
     for each in exercises:
         figures = each.tracking
@@ -245,21 +247,21 @@ def signal(
         list[str],
         argument(
             "JOINT",
-            "Joints, one after another in this order; `J_arm_r_*` stands for all that match, the last of the "
-            "robot first.",
+            "Joints, moved one after another in this order; `J_arm_r_*` means all that match, the robot's last "
+            "one first.",
         ),
     ],
     wave: Annotated[
         WaveShape,
         option(
             "SHAPE",
-            "`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
+            "`sine` swings to both sides of the joint's position; `step` and `ramp` move away from it and back.",
             WHAT,
         ),
     ] = WaveShape.SINE,
-    amplitude: Annotated[float, option("A", "How far [rad; m]; below 0, downwards first.", WHAT)] = 0.1,
-    frequency: Annotated[float, option("F", "Periods a second [Hz].", WHAT)] = 0.5,
-    duration: Annotated[float, option("T", "How long for each joint [s]; made whole periods.", WHAT)] = 4.0,
+    amplitude: Annotated[float, option("A", "Amplitude [rad; m]; below 0, downwards first.", WHAT)] = 0.1,
+    frequency: Annotated[float, option("F", "Frequency [Hz].", WHAT)] = 0.5,
+    duration: Annotated[float, option("T", "Duration for each joint [s]; rounded to whole periods.", WHAT)] = 4.0,
     connect: Connect = None,
     ros1: OverRos1 = False,
     robot: Robot = None,
@@ -267,21 +269,22 @@ def signal(
     max_error: Annotated[
         float | None,
         option(
-            "E", "Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.", RESULT
+            "E", "Exit with status 1 if the maximum error is larger [rad; m]; for a step, the error at its end.", RESULT
         ),
     ] = None,
     max_delay: Annotated[
-        float | None, option("MS", "Exit status 1 if a joint comes later [ms], or does not follow.", RESULT)
+        float | None,
+        option("MS", "Exit with status 1 if a joint's delay is larger [ms], or it does not follow.", RESULT),
     ] = None,
-    as_json: Annotated[bool, flag("--json", "Print the figures as JSON, and nothing else on stdout.", RESULT)] = False,
+    as_json: AsJson = False,
     csv: Annotated[Path | None, option("FILE.csv", "Write every measured position to this file.", RESULT)] = None,
-    plot: Annotated[Path | None, option("FILE.svg", "Draw targets, positions and errors.", RESULT)] = None,
+    plot: Annotated[Path | None, option("FILE.svg", "Plot targets, positions and errors to this file.", RESULT)] = None,
 ) -> None:
-    """Give joints a test signal, and tell how well they follow it.
+    """Send a test signal to joints, and measure how well they follow it.
 
-    Each joint is told its target 100 times a second by /io_teleop/joint_cmd, about where it stands, and is brought back
-    there in the end. Begin with a small amplitude, and with the joints farthest from the body. A joint that follows
-    well shows no vibration, no overshoot, and little delay.
+    Each joint gets a target on /io_teleop/joint_cmd 100 times a second, around its present position, and returns there
+    at the end. Begin with a small amplitude, and with the joints farthest from the body. A joint that follows well
+    shows no vibration, no overshoot, and little delay.
 
         # a tenth of a radian to both sides, twice
         cellwright operate signal J_arm_r_07
@@ -292,27 +295,27 @@ def signal(
         # in CI: fails if a joint is more than 0.05 rad off
         cellwright operate signal J_head_yaw --max-error 0.05 --json
 
-    The target is held against what is measured: error is target minus position; delay is by how much the position has
-    to be put forward to be most like the target; rise is from 10 to 90 % of a step; a joint has settled when it stays
-    within 5 % of it. Of several steps the worst is told.
+    Error is target minus measured position. Delay is the time shift at which the position matches the target best. Rise
+    is from 10 to 90 % of a step. Settling ends when the joint stays within 5 % of the step. Of several steps the worst
+    counts.
 
     Exit status: 0 done; 1 an error or a delay was larger than allowed, or the node has ended; 2 bad input, and nothing
     was moved.
     """
     full_wave = Wave.lasting(wave, amplitude, frequency, duration)
-    options.in_range("--max-error", max_error, 0.0, math.inf, "a number from 0 on")
-    options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number from 0 on")
+    options.in_range("--max-error", max_error, 0.0, math.inf, "a number of at least 0")
+    options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number of at least 0")
     options.output_file("--csv", csv, ".csv")
     options.output_file("--plot", plot, ".svg")
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
-    with link.robot() as there:
-        chosen = _chosen(there, joints)
-        limits = link.limits(there)
-        for warning in check_signal(there, chosen, full_wave, limits):
+    with link.robot() as operated:
+        chosen = _chosen(operated, joints)
+        limits = link.limits(operated)
+        for warning in check_signal(operated, chosen, full_wave, limits):
             warn(warning)
         warn_of_unknown(limits)
-        exercises, failure = _exercise(there, chosen, full_wave, console)
+        exercises, failure = _exercise(operated, chosen, full_wave, console)
     failures = _failures(exercises, max_error, max_delay) + ([failure] if failure else [])
     if csv is not None:
         failures += write_result(csv, csv_text(exercises))
@@ -368,11 +371,11 @@ def _failures(exercises: Sequence[Exercise], max_error: float | None, max_delay:
     for each in exercises:
         figures, joint = each.tracking, each.trace.joint
         if max_error is not None and figures.judged > max_error:
-            lines.append(f"{joint}: an error of {figures.judged:.4g}, and {max_error:g} was allowed")
+            lines.append(f"{joint}: error {figures.judged:.4g} exceeds --max-error {max_error:g}")
         if max_delay is not None and figures.delay is None:
-            lines.append(f"{joint}: it does not follow")
+            lines.append(f"{joint}: does not follow its target")
         elif max_delay is not None and figures.delay is not None and figures.delay * 1e3 > max_delay:
-            lines.append(f"{joint}: a delay of {figures.delay * 1e3:.0f} ms, and {max_delay:g} ms was allowed")
+            lines.append(f"{joint}: delay {figures.delay * 1e3:.0f} ms exceeds --max-delay {max_delay:g}")
     return lines
 
 
@@ -391,8 +394,8 @@ def _show(console: Console, exercises: Sequence[Exercise]) -> None:
 _STOP_TIMEOUT = 2.0  # [s] that the report of a stop may take
 
 
-class Word(StrEnum):
-    """Word of the command line for a robot's node."""
+class NodeCommand(StrEnum):
+    """Command of `cellwright operate call` to a robot's node."""
 
     HOME = "home"
     ENABLE = "enable"
@@ -402,16 +405,16 @@ class Word(StrEnum):
 
 
 def call(
-    word: Annotated[
-        Word, argument("WORD", "`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.")
+    command: Annotated[
+        NodeCommand, argument("COMMAND", "`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.")
     ],
     connect: Connect = None,
     ros1: OverRos1 = False,
     node: Node = NODE,
 ) -> None:
-    """Say one word to a robot's node: go home, take commands or none, stop, or end the stop.
+    """Send one command to a robot's node: go home, enable or disable commands, stop, or clear the stop.
 
-    It ends when the node has answered: `home` when the robot is there.
+    It returns when the node has answered; for `home`, when the robot has arrived.
 
         cellwright operate call home
 
@@ -420,54 +423,56 @@ def call(
     link = NodeConnection(connect, ros1=ros1, node=node)
     with link.robot() as robot:
         try:
-            if word is Word.STOP:
+            if command is NodeCommand.STOP:
                 robot.send(Now.STOP)
                 robot.session.wait_until(
                     lambda: robot.status is not None and robot.status.emergency_stop, _STOP_TIMEOUT
                 )
                 done = robot.status is None or bool(robot.status.emergency_stop)
-                said = "stopped" if done else "sent, and the node does not say that it has stopped"
+                text = "stopped" if done else "sent, but the node has not reported the stop"
             else:
-                response = robot.session.call(*service_request(Ask[word.name]))
-                done, said = bool(response.success), str(response.message)
+                response = robot.session.call(*service_request(Ask[command.name]))
+                done, text = bool(response.success), str(response.message)
         except (CellwrightError, RunEndedError) as error:
-            done, said = False, str(error)
-    typer.echo(f"{word}: {said}" if said else word.value, err=not done)
+            done, text = False, str(error)
+    typer.echo(f"{command}: {text}" if text else command.value, err=not done)
     raise typer.Exit(DONE if done else NOT_DONE)
 
 
 def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = None, node: Node = NODE) -> None:
-    """Drive a robot by the keys of this terminal: joints, tips, grippers, home, enable, emergency stop.
+    """Drive a robot with the keys of this terminal: joints, tips, grippers, home, enable, emergency stop.
 
-    A key is one step, from where the robot stands; when it is let go nothing is sent any more, and the robot holds. The
-    keys are listed on the screen. Joints are moved by /io_teleop/joint_cmd, tips by /io_teleop/target_ee_poses, and
-    grippers by /io_teleop/target_gripper_status. The space bar sends /io_teleop/emergency_stop, also while the robot
-    goes home; that is software, and replaces no hardware circuit.
+    Each key press is one step from the robot's present position; on release nothing is sent, and the robot holds. The
+    screen lists the keys. Joints move by /io_teleop/joint_cmd, tips by /io_teleop/target_ee_poses, and grippers by
+    /io_teleop/target_gripper_status. The space bar sends /io_teleop/emergency_stop, also while the robot goes home;
+    this is a software stop and replaces no hardware circuit.
 
         cellwright operate keyboard
 
-        # a robot of your own, with its limits on the screen
+        # your own robot, with its limits on the screen
         cellwright operate keyboard --robot my_robot/vr_configs.yml
 
-    Exit status: 0 quit with q or Ctrl-C; 1 the node has ended, or the process was asked to; 2 bad input, or no
+    Exit status: 0 quit with q or Ctrl-C; 1 the node has ended, or a signal ended the process; 2 bad input, or no
     terminal.
     """
     if not sys.stdin.isatty() or not sys.stdout.isatty():
         options.refuse(
-            "the keyboard operator needs a terminal; without one: cellwright operate play FILE, "
+            "the keyboard operator requires a terminal; without one use cellwright operate play FILE "
             "or cellwright operate signal JOINT"
         )
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(highlight=False)
     ended = ""
-    with link.robot() as there, closing(ServiceCaller(lambda: link.session("_services"))) as services:
-        limits = link.limits(there)
-        operator = Keyboard(there, Jog(there, limits), services)
-        name = link.name(there)
+    with link.robot() as operated, closing(ServiceCaller(lambda: link.session("_services"))) as services:
+        limits = link.limits(operated)
+        operator = Keyboard(operated, Jog(operated, limits), services)
+        name = link.name(operated)
         live = Live(console=console, screen=True, auto_refresh=False)
 
         def draw() -> None:
-            shown = panel(there, operator.jog, limits, name=name, message=operator.message, height=console.size.height)
+            shown = panel(
+                operated, operator.jog, limits, name=name, message=operator.message, height=console.size.height
+            )
             live.update(shown, refresh=True)
 
         try:
@@ -479,7 +484,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
             ended = str(error)
     if ended:
         typer.echo(f"error: {ended}", err=True)
-    print_line(console, f"{there.sent} messages sent; the robot stays where it was told to go")
+    print_line(console, f"{operated.sent} messages sent; the robot holds its last targets")
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
@@ -491,24 +496,24 @@ APPLIED = "/io_teleop/applied_joint_cmd"
 
 
 def record(
-    file: Annotated[Path, argument("FILE", "A file that ends in .csv or .jsonl.")],
+    file: Annotated[Path, argument("FILE", "File to write, .csv or .jsonl.")],
     duration: Annotated[
-        float | None, option("T", "How long [s], from the first message on; until Ctrl-C when left out.", WHAT)
+        float | None, option("T", "Duration [s], from the first message on. Default: until Ctrl-C.", WHAT)
     ] = None,
     targets: Annotated[
-        bool, flag("--targets", "Write the targets that the node applies, instead of what is measured.", WHAT)
+        bool, flag("--targets", "Write the targets that the node applies, instead of measured positions.", WHAT)
     ] = False,
     connect: Connect = None,
     ros1: OverRos1 = False,
     node: Node = NODE,
 ) -> None:
-    """Write where a robot's joints are, 100 times a second, for `cellwright operate play`.
+    """Record a robot's joint positions, 100 times a second, for `cellwright operate play`.
 
-    Each line is on disk as soon as it is written, so that nothing is lost when something fails.
+    Each line goes to disk at once, so that a failure loses nothing.
 
         cellwright operate record motion.csv --duration 10
 
-    Exit status: 0 recorded; 1 the node has ended, nothing was told, or the disk is full; 2 bad input.
+    Exit status: 0 recorded; 1 the node has ended or sent nothing, or the disk is full; 2 bad input.
     """
     suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
     path = options.output_file("FILE", file, suffix)
@@ -528,10 +533,10 @@ def record(
             except RunEndedError as error:
                 failures.append(str(error))
     if not recorder.lines and not failures:
-        failures.append(f"nothing came on {APPLIED if targets else JOINT_STATES}")
+        failures.append(f"no messages on {APPLIED if targets else JOINT_STATES}")
     for failure in failures:
         typer.echo(f"error: {failure}", err=True)
-    print_line(console, f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}")
+    print_line(console, f"{recorder.lines} samples, {recorder.time:.1f} s, in {file}")
     raise typer.Exit(NOT_DONE if failures else DONE)
 
 
@@ -540,58 +545,58 @@ class _StopRequestedError(Exception):
 
 
 def play(
-    file: Annotated[Path, argument("FILE", "Targets: CSV, JSON lines, a ROS 1 bag, or the folder of a ROS 2 bag.")],
-    speed: Annotated[float, option("FACTOR", "Seconds of the file a second.", WHAT)] = 1.0,
+    file: Annotated[
+        Path, argument("FILE", "File of targets: CSV, JSON lines, a ROS 1 bag, or the folder of a ROS 2 bag.")
+    ],
+    speed: Annotated[float, option("FACTOR", "Seconds of the file per second.", WHAT)] = 1.0,
     approach: Annotated[
         float | None,
         option(
-            "T",
-            "How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
-            WHAT,
+            "T", "Duration of the approach to the first targets [s]. Default: as long as it takes at 0.5 rad/s.", WHAT
         ),
     ] = None,
-    loop: Annotated[bool, flag("--loop", "Begin again at the end, until Ctrl-C.", WHAT)] = False,
+    loop: Annotated[bool, flag("--loop", "Restart at the end, until Ctrl-C.", WHAT)] = False,
     topic: Annotated[
         str | None,
-        option("TOPIC", "Of a bag: take this topic's joint states as targets; all commands in it when left out.", WHAT),
+        option("TOPIC", "For a bag: take this topic's joint states as targets. Default: all its commands.", WHAT),
     ] = None,
     connect: Connect = None,
     ros1: OverRos1 = False,
     robot: Robot = None,
     node: Node = NODE,
-    as_json: Annotated[bool, flag("--json", "Print what was played as JSON.", RESULT)] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Play a file of targets: move slowly to the first of them, then say each in its time.
+    """Play a file of targets: move slowly to the first of them, then send each at its time.
 
-    A CSV file begins with the line `time,JOINT,JOINT`; times are in seconds, positions in rad or m, and an empty field
-    says nothing about its joint. A line of JSON is `{"time": 0.0, "positions": {"JOINT": 0.1}}`. In both,
-    `gripper_right` and `gripper_left` are how far a gripper is closed, 0 to 1. Of a bag its io_teleop commands are
-    played, each on its own topic.
+    A CSV file begins with the line `time,JOINT,JOINT`; times are in seconds, positions in rad or m. An empty field
+    leaves its joint out. A line of JSON is `{"time": 0.0, "positions": {"JOINT": 0.1}}`. In both, `gripper_right` and
+    `gripper_left` are the closing of a gripper, 0 to 1. From a bag, the io_teleop commands are played, each on its own
+    topic.
 
         cellwright operate record motion.csv --duration 10
         cellwright operate play motion.csv --speed 0.5
 
-        # a recording of somebody else's: what was measured becomes the target
+        # a recording of another program: measured positions become targets
         cellwright operate play session.bag --topic /io_teleop/joint_states
 
-    Exit status: 0 played, or stopped by Ctrl-C; 1 the robot did not come to the first targets, refused a command, or is
-    gone; 2 bad input, and nothing was moved.
+    Exit status: 0 played, or stopped by Ctrl-C; 1 the robot did not reach the first targets, refused a command, or its
+    node has ended; 2 bad input, and nothing was moved.
     """
     options.in_range("--speed", speed, options.ABOVE_0, options.FINITE, "a factor above 0")
-    options.in_range("--approach", approach, 0.0, options.LATEST, "a time from 0 s on")
+    options.in_range("--approach", approach, 0.0, options.LATEST, "a time of at least 0 s")
     targets = _read_any_targets(file, topic)
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     failure, rounds = "", 0
-    with link.robot() as there:
-        limits = link.limits(there)
-        playback.check(there, targets, limits)
+    with link.robot() as operated:
+        limits = link.limits(operated)
+        playback.check(operated, targets, limits)
         warn_of_unknown(limits)
         stop = StopCondition()
         with stopped_by_signals(stop.request):
             try:
                 while loop or rounds == 0:
-                    _play_once(there, targets, speed, approach, console, stop)
+                    _play_once(operated, targets, speed, approach, console, stop)
                     rounds += 1
             except (CellwrightError, RunEndedError) as error:
                 failure = str(error)
@@ -608,14 +613,14 @@ def play(
             "duration": targets.duration,
             "outcome": outcome,
             "rounds": rounds,
-            "messages": there.sent,
+            "messages": operated.sent,
             "error": failure,
             "exit_status": status,
         }
         typer.echo(json.dumps(document, indent=2))
     elif not failure:
         times = f"{rounds} times, " if loop else ""
-        print_line(console, f"{outcome}: {times}{there.sent} messages sent")
+        print_line(console, f"{outcome}: {times}{operated.sent} messages sent")
     raise typer.Exit(status)
 
 
@@ -625,7 +630,7 @@ def _read_any_targets(file: Path, topic: str | None) -> Targets:
     if is_bag(file):
         return read_bag(file, topic)
     if topic is not None:
-        options.refuse("--topic: only a bag has topics")
+        options.refuse("--topic requires a bag")
     return read_targets(file)
 
 
@@ -635,7 +640,7 @@ def _play_once(
     """Play the targets once."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("to the first targets", total=None)
+        task = progress.add_task("approaching the first targets", total=None)
 
         def beat(time: float) -> None:
             if stop.is_requested:
@@ -651,15 +656,15 @@ app = typer.Typer(
     name="operate",
     help="""Drive a robot's controller node without a headset.
 
-    An operator is a client as any other: it comes over the node's socket or over ROS 1, and speaks on the io_teleop
+    An operator is a client like any other: it connects over the node's socket or over ROS 1, and uses the io_teleop
     topics. Start the node first, in another terminal:
 
         cellwright teleop qinglong             # the robot
-        cellwright operate keyboard            # move it by keys
-        cellwright operate signal J_head_yaw   # does the joint follow as it should?
-        cellwright operate record motion.csv   # write down what the robot does
-        cellwright operate play motion.csv     # and have it do so again
-        cellwright operate call home           # one word, for scripts""",
+        cellwright operate keyboard            # move it with keys
+        cellwright operate signal J_head_yaw   # measure how well a joint follows
+        cellwright operate record motion.csv   # record the robot's motion
+        cellwright operate play motion.csv     # play it
+        cellwright operate call home           # one command, for scripts""",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",

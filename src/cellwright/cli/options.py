@@ -107,9 +107,9 @@ def load(files: Sequence[str]) -> Trial:
     return loaded.trial
 
 
-def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
+def trial(files: Sequence[str], seed_value: int | None, *, is_varied: bool) -> Trial:
     """Read the trial in these files, varied by a seed if `is_varied`; warnings are printed on stderr."""
-    loaded, given = load(files), seed(root)
+    loaded, given = load(files), seed(seed_value)
     return vary(loaded, loaded.settings.seed if given is None else given) if is_varied else loaded
 
 
@@ -158,18 +158,18 @@ def output_file(option: str, path: P, suffix: str) -> P:
     return path
 
 
-def _check_file(said: str, path: Path) -> None:
+def _check_file(place: str, path: Path) -> None:
     """Refuse a file that is not writable."""
     try:
         if not path.parent.is_dir():
-            refuse(f"{said}: there is no folder {path.parent}")
+            refuse(f"{place}: there is no folder {path.parent}")
         if path.is_dir():
-            refuse(f"{said}: {path} is a folder")
+            refuse(f"{place}: {path} is a folder")
         is_there = path.exists()
     except OSError as error:  # the name is too long, or the folder is not readable
-        refuse(f"{said}: {error.strerror}")
+        refuse(f"{place}: {error.strerror}")
     if not os.access(path if is_there else path.parent, os.W_OK):
-        refuse(f"{said}: {path} cannot be written")
+        refuse(f"{place}: {path} cannot be written")
 
 
 def _number(text: str) -> float:
@@ -201,7 +201,7 @@ def physics_rate(text: str) -> Fraction:
         value = Fraction(text)
     except (ValueError, ZeroDivisionError):
         value = Fraction(0)
-    remedy = f"a number of steps a second from {MIN_RATE} to {MAX_RATE}, such as 240"
+    remedy = f"a rate from {MIN_RATE} to {MAX_RATE} Hz, such as 240"
     return in_range("--rate", value, MIN_RATE, MAX_RATE, remedy, text)
 
 

@@ -87,20 +87,20 @@ def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:
-    """Return the ready line: name, address, and rate; for a speed of None, as fast as it goes."""
+    """Return the ready line: name, address, and rate; for a speed of None, as fast as possible."""
     host, port = server.address
     if server.lockstep:
         pace = "lockstep"
     else:
-        pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
+        pace = "as fast as possible" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
     in_use = f" ({server.busy_port} is in use)" if server.busy_port else ""
     return f"ready: {name} at {host}:{port}{in_use}, {pace}"
 
 
 def pace_text(pace: PaceFigures) -> str:
     """Return how time kept up with the wall clock, in words."""
-    stood = f", time stood {pace.stood:.1f} s for clients that were behind" if pace.stood else ""
-    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"
+    stood = f", {pace.stood:.1f} s paused for slow clients" if pace.stood else ""
+    return f"{pace.factor:.4f} x real time, latest step {pace.worst_lateness * 1e3:.1f} ms late{stood}"
 
 
 ShowProgress: TypeAlias = Callable[..., None]

@@ -13,25 +13,24 @@ from cellwright.cli.main import DONE, NOT_DONE, option
 def plot(
     file: Recorded,
     out: Annotated[
-        Path | None,
-        option("FILE", "The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out."),
+        Path | None, option("FILE", "Figure file, .png, .svg or .pdf. Default: the recording's name with -plot.png.")
     ] = None,
-    what: Annotated[
-        str | None,
-        option("NAMES", "Parts of it, with commas: score, trays, joints, tool, commands; all when left out."),
+    panels: Annotated[
+        str | None, option("NAMES", "Panels, with commas: score, trays, joints, tool, commands. Default: all.")
     ] = None,
+    what: Annotated[str | None, typer.Option(hidden=True)] = None,
 ) -> None:
-    """Draw what was recorded, over simulation time, on one page.
+    """Plot a recording over simulation time, on one page.
 
-    Of a cell: the score with what happened, what lay on the trays and what the referee said of it, the arm's joints and
-    their targets, the tool's height and path, and when commands came. Of a robot: its joints by group and their
-    targets, the tips of its arms, what its safety said, and who commanded it when.
+    For a cell: the score with events, the parts on the trays and the referee's verdicts, the arm's joints and their
+    targets, the tool's height and path, and the times of commands. For a robot: its joints by group and their targets,
+    the tips of its arms, its safety events, and the source of its commands over time.
 
         cellwright run lesson --record run.mcap
         cellwright plot run.mcap
-        cellwright plot run.mcap --what score,trays --out score.pdf
+        cellwright plot run.mcap --panels score,trays --out score.pdf
 
-    A recording that was cut short is drawn as far as it goes.
+    A recording that was cut short is plotted as far as it goes.
 
     Exit status: 0 done; 1 the figure could not be written; 2 bad input.
     """
@@ -39,8 +38,11 @@ def plot(
     from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
-    names = PANELS if what is None else map(str.strip, what.split(","))
-    panels = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
+    if what is not None:
+        output.warn("--what is --panels now")
+        panels = what if panels is None else panels
+    names = PANELS if panels is None else map(str.strip, panels.split(","))
+    chosen = [options.one_of("--panels", "panel", name, PANELS) for name in names]
     path = Path(f"{file.stem}-plot.png") if out is None else out  # in the working folder
     suffix = path.suffix.lower()
     if suffix not in FIGURE_SUFFIXES:
@@ -51,7 +53,7 @@ def plot(
         data = load_plot_data(opened)
     if data.warning:
         output.warn(data.warning)
-    figure = draw_figure(data, panels)
+    figure = draw_figure(data, chosen)
     try:
         write_figure(figure, path)
     except OSError as error:

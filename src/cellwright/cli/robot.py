@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import output
+from cellwright.cli.arguments import ROBOT_HELP
 from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
@@ -33,9 +34,9 @@ def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
         positions = json.loads(text)
     except (ValueError, RecursionError) as error:
         reason = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
-        refuse(f"--pose: no valid JSON ({reason}); {_EXAMPLE}")
+        refuse(f"--pose: invalid JSON ({reason}); {_EXAMPLE}")
     if not isinstance(positions, dict):
-        refuse(f"--pose: no posture; {_EXAMPLE}")
+        refuse(f"--pose: must be a JSON object; {_EXAMPLE}")
     return {name: _position(name, value, robot) for name, value in positions.items()}
 
 
@@ -47,7 +48,7 @@ def _position(name: str, value: Any, robot: RobotModel) -> float:
         refuse(f"--pose: {UnknownNameError('joint', name, driven).sentence()}")
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not is_number or not math.isfinite(value) or abs(value) > _MAX_POSITION:
-        refuse(f"--pose: {name}: must be a finite number [rad; m], not {json.dumps(value)[:40]}")
+        refuse(f"--pose: {name}: must be a finite number [rad; m] (got {json.dumps(value)[:40]})")
     return float(value)
 
 
@@ -60,7 +61,7 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
         with file.open("x", encoding="utf-8") as stream:
             stream.write(text)
     except FileExistsError:
-        refuse(f"--init {file}: is there already; take another name, or remove it")
+        refuse(f"--init {file}: file exists; choose another name, or remove it")
     except OSError as error:
         with suppress(OSError):
             file.unlink()  # it may be half written
@@ -69,7 +70,9 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
     groups = {"arm": len(draft.arms), "gripper": len(draft.grippers), "head": int(draft.head is not None)}
     groups |= {"waist": int(draft.waist is not None), "lift": int(draft.dorsal is not None)}
     listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in groups.items() if count)
-    typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
+    typer.echo(
+        f"{file}: {listed or 'no groups found'}, all guessed; review the file, then run: cellwright check {file}"
+    )
 
 
 _MAX_WIDTH = 1000  # width of a table in a file or through a pipe: nothing is folded there
@@ -89,7 +92,7 @@ def show_robot(config: RobotConfig) -> None:
     console.print()
     notes = _notes(config)
     if is_narrow:
-        notes.insert(1, ("left out", f"effort and speed, for which a terminal needs {needed} columns, or `| cat`"))
+        notes.insert(1, ("left out", f"effort and speed; they need a terminal of {needed} columns, or `| cat`"))
     for name, text in notes:
         output.print_entry(console, name, text)
 
@@ -167,9 +170,9 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
             notes.append((_label(config, f"grippers[{number}]"), f"open at the {text} of its joints"))
     if config.max_accelerations:
         bounds = ", ".join(f"{name} {value:g}" for name, value in config.max_accelerations.items())
-        notes.append(("bounds", f"of accelerations, rad/s² and m/s²: {bounds}"))
+        notes.append(("bounds", f"accelerations [rad/s²; m/s²]: {bounds}"))
     if config.fixed_link is not None:
-        notes.append(("fixed", f"{config.fixed_link} is fastened to the world instead of the root"))
+        notes.append(("fixed", f"{config.fixed_link} is fixed to the world instead of the root"))
     for joint in config.robot.joints:
         if joint.mimic is not None:
             offset = f" + {joint.mimic.offset:g}" if joint.mimic.offset else ""
@@ -199,57 +202,50 @@ def _figure(number: float) -> str:
 
 
 def robot(
-    name: Annotated[
-        str | None,
-        argument(
-            "ROBOT",
-            "A robot that comes with Cellwright, a robot configuration (`vr_configs.yml`), a folder with one, or "
-            "a URDF or xacro file.",
-        ),
-    ] = None,
+    name: Annotated[str | None, argument("ROBOT", ROBOT_HELP)] = None,
     as_json: Annotated[bool, flag("--json", "Print joints, groups and the poses of all links as JSON.")] = False,
     pose: Annotated[
         str | None,
         option(
             "JSON",
-            "With --json: the posture for the poses of the links, such as "
-            """`'{"elbow": 1.57}'`; joints that are left out stand at 0 [rad; m].""",
+            "With --json: joint positions for the poses of the links, such as "
+            """`'{"elbow": 1.57}'`; other joints are at 0 [rad; m].""",
         ),
     ] = None,
     init: Annotated[
         Path | None,
         option(
             "FILE.yml",
-            "Write the beginning of a robot configuration for a URDF: arms, grippers and head as names and joints "
-            "suggest, to be gone through.",
+            "Write a draft of a robot configuration for a URDF, with arms, grippers and head guessed from names and "
+            "joints.",
         ),
     ] = None,
 ) -> None:
-    """List the joints of a robot: index, type, links, limits, and the groups that a configuration puts them in.
+    """List the joints of a robot: index, type, links, limits, and groups of the configuration.
 
-    Indices are those that robot configuration files are written with: parents before children, children in the order
-    of their elements in the URDF, fixed joints counted. The link that a joint moves has the joint's index, and the
-    root link has -1. Without an argument, the robots that come along are listed.
+    Robot configuration files use these indices: parents before children, children in the order of their elements in the
+    URDF, fixed joints counted. The link that a joint moves has the joint's index, and the root link has -1. Without an
+    argument, the command lists the bundled robots.
 
-        cellwright robot qinglong                  # one that comes along
-        cellwright robot my_robot/vr_configs.yml   # where are the indices wrong?
+        cellwright robot qinglong                  # a bundled robot
+        cellwright robot my_robot/vr_configs.yml   # check the indices
         cellwright robot my_robot.urdf --json      # for programs
         cellwright robot my_robot.urdf --init vr_configs.yml
 
-    With `--json`: `joints` in the order of their indices, and under `links` where the frame of each link is in the
-    world, `[[x, y, z], [qx, qy, qz, qw]]`, with the root link at the origin. A limit that is null does not exist. Fixed
-    joints have the limits 0 and -1 and no axis, as PyBullet reports them.
+    With `--json`: `joints` in the order of their indices, and under `links` the pose of each link's frame in the world,
+    `[[x, y, z], [qx, qy, qz, qw]]`, with the root link at the origin. A null limit means no limit. Fixed joints have
+    the limits 0 and -1 and no axis, as PyBullet reports them.
 
     Exit status: 0 done, 2 the file or the pose cannot be used.
     """
     if name is None:
         for option, value in (("--pose", pose), ("--init", init)):
             if value is not None:
-                refuse(f"{option}: give a robot as well")
+                refuse(f"{option} requires a robot")
         show_bundled(as_json=as_json)
         raise typer.Exit(DONE)
     if pose is not None and not as_json:
-        refuse("--pose: the poses of links are printed with --json")
+        refuse("--pose requires --json")
     if init is not None and (as_json or init.suffix.lower() not in (".yml", ".yaml")):
         refuse(f"--init {init}: give a file such as vr_configs.yml, and no --json")
     config = load_robot(name, output.warn)

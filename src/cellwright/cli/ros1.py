@@ -15,14 +15,14 @@ from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensur
 
 def ros1_env(
     folder: Annotated[
-        Path | None, option("DIR", "Where the packages are laid out; the user's cache when left out.", name="--dir")
+        Path | None, option("DIR", "Folder for the packages. Default: the user's cache.", name="--dir")
     ] = None,
-    shell: Annotated[str, option("SHELL", "Whose language: `sh` (bash, zsh) or `fish`.")] = "sh",
+    shell: Annotated[str, option("SHELL", "Shell language: `sh` (bash, zsh) or `fish`.")] = "sh",
 ) -> None:
-    """Print the paths with which ROS 1's tools know the cell, and the robot.
+    """Print the paths with which ROS 1 tools find the packages of the cell and the robot.
 
-    Messages, launcher and configurations are laid out once, as ROS packages. In a shell that has the paths, `python`
-    and `python3` are the interpreter that has ROS.
+    The first call writes messages, launcher and configurations as ROS packages. In a shell with these paths, `python`
+    and `python3` are the interpreter of ROS.
 
         # bash, zsh
         eval "$(cellwright ros1-env)"
@@ -30,7 +30,7 @@ def ros1_env(
         # fish
         cellwright ros1-env --shell fish | source
 
-        # and then, with ROS's own tools
+        # then, with ROS 1 tools
         rosrun osrf_gear gear.py -f "$(rospack find osrf_gear)/config/sample.yaml"
         rosrun io_teleop_robot_control_node openloong_controller_node.py
 
@@ -45,13 +45,13 @@ def ros1_env(
 
 
 def ros1_workspace(
-    folder: Annotated[Path, argument("DIR", "The workspace, such as `~/simulation_ws`.")],
-    is_built: Annotated[bool, flag("--build/--no-build", "Build it at once, with catkin_make.")] = True,
+    folder: Annotated[Path, argument("DIR", "Workspace folder, such as `~/simulation_ws`.")],
+    is_built: Annotated[bool, flag("--build/--no-build", "Build the workspace with catkin_make.")] = True,
 ) -> None:
-    """Lay out a catkin workspace that knows the cell, for programs in C++ or Python.
+    """Create a catkin workspace with the cell's packages, for programs in C++ or Python.
 
-    The packages go to DIR/src/ariac, that of a robot's node to DIR/src/io_teleop; your own belong beside, in DIR/src.
-    In a workspace that is there already they are brought up to date, and nothing else is touched.
+    The packages go to DIR/src/ariac, that of a robot's node to DIR/src/io_teleop; put your own into DIR/src. In an
+    existing workspace the packages are updated, and nothing else is touched.
 
         cellwright ros1-workspace simulation_ws
         cd simulation_ws/src
@@ -60,10 +60,10 @@ def ros1_workspace(
         catkin_make --pkg my_robot
         source devel/setup.bash
 
-    Exit status: 0 done; 2 there is no ROS 1, something to build with is missing, or the build failed.
+    Exit status: 0 done; 2 there is no ROS 1, a build tool is missing, or the build failed.
     """
     if folder.exists() and not folder.is_dir():
-        refuse(f"{folder}: is no folder")
+        refuse(f"{folder}: is not a folder")
     ros = find_system()
     absent = workspace.missing(ros)
     if absent and is_built:

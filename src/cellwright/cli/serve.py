@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cli import arguments, options, output, summary
-from cellwright.cli.arguments import END, LOOK, OUTPUT, REACH, WORK
+from cellwright.cli.arguments import END, LOCKSTEP_HELP, OUTPUT, SIMULATION, SPEED_HELP, VIEWING
 from cellwright.cli.main import DONE, NOT_DONE, flag, option
 from cellwright.cli.output import progress_bar
 from cellwright.cli.signals import stopped_by_signals
@@ -92,8 +92,8 @@ def run_served(
     pictures = Pictures(camera, [], output.warn)
     # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
     if picture is not None and (result.outcome is Outcome.DONE or not session.stop.is_requested):
-        with progress_bar(console, f"drawing {picture}", 1.0) as tell:
-            pictures.take(picture, session.node, tell)
+        with progress_bar(console, f"drawing {picture}", 1.0) as show:
+            pictures.take(picture, session.node, show)
     return summary.show_files(
         console,
         session,
@@ -108,14 +108,9 @@ def run_served(
 def serve(
     files: arguments.Files,
     speed: Annotated[
-        str | None,
-        option(
-            "FACTOR",
-            f"Simulated seconds a second, or `max`. Default: {options.SPEED}, else 1; in lockstep `max`.",
-            WORK,
-        ),
+        str | None, option("FACTOR", f"{SPEED_HELP} Default: {options.SPEED}, else `1`; in lockstep `max`.", SIMULATION)
     ] = None,
-    lockstep: Annotated[bool, flag("--lockstep", "Let time pass only when a guest asks.", WORK)] = False,
+    lockstep: Annotated[bool, flag("--lockstep", f"{LOCKSTEP_HELP}.", SIMULATION)] = False,
     servo: arguments.Servo = None,
     seed: arguments.Seed = None,
     vary: arguments.Vary = False,
@@ -123,29 +118,23 @@ def serve(
     until: arguments.Until = None,
     exit_on_completion: Annotated[
         bool,
-        flag("--exit-on-completion", f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.", END),
+        flag("--exit-on-completion", f"Stop when the competition is done; also if {EXIT_ON_COMPLETION} is set.", END),
     ] = False,
     host: arguments.Host = LOOPBACK,
     port: arguments.Port = None,
-    ros1: Annotated[
-        bool, flag("--ros1", "Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.", REACH)
-    ] = False,
-    as_json: Annotated[
-        bool, flag("--json", "Print the result as JSON at the end, and nothing else on stdout.", OUTPUT)
-    ] = False,
+    ros1: arguments.Ros1 = False,
+    as_json: arguments.AsJson = False,
     log: arguments.Log = None,
     record: arguments.Record = None,
     picture: Annotated[
         Path | None,
         option(
             "FILE.png",
-            "Write a picture of the cell at the end, unless it is stopped with the competition not done.",
-            LOOK,
+            "Write a picture of the cell at the end, unless stopped before the competition is done.",
+            VIEWING,
         ),
     ] = None,
-    camera: Annotated[
-        str, option("NAME", "Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", LOOK)
-    ] = "overview",
+    camera: arguments.PictureCamera = "overview",
     view: arguments.View = False,
     view_host: arguments.ViewHost = None,
     view_port: arguments.ViewPort = None,
@@ -155,37 +144,37 @@ def serve(
     video_speed: arguments.VideoSpeed = 1.0,
     video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
     video_fine: arguments.VideoFine = False,
-    verbose: Annotated[bool, flag("--verbose -v", "Say also how time kept to the wall clock.", OUTPUT)] = False,
+    verbose: Annotated[bool, flag("--verbose -v", "Print how well time kept up with the wall clock.", OUTPUT)] = False,
 ) -> None:
-    """Run a trial for programs in other processes, until Ctrl-C; then print its score.
+    """Serve a trial to programs in other processes, until Ctrl-C; then print its score.
 
-    Programs connect over a socket; what happens is a line each.
+    Programs connect over a socket. Each event is a line of output.
 
         # the lesson's cell, in real time
         cellwright serve lesson
 
-        # the same, and a page to look at it
+        # the same, shown on a page
         cellwright serve lesson --view
 
-        # time passes only when a program asks for it: the same result on any host
+        # simulation time advances only on a client's request: the same result on any host
         cellwright serve lesson --lockstep
 
-        # then, in another terminal: your program works that cell
+        # then, in another terminal: your agent works that cell
         cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
 
-        # the same cell for programs of ROS 1, with a master if there is none
+        # the same cell for ROS 1 programs; starts a master if there is none
         cellwright serve lesson --ros1
 
-    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or a file that was asked
-    for is not whole; 2 bad input, and nothing was started.
+    Exit status: 0 stopped as requested; 1 the simulation became unstable, or a requested file is incomplete; 2 bad
+    input, and nothing was started.
     """
     arguments.refuse_camera_name(files, view=view)
     kept = arguments.record_options(record, agent="served")
     is_default = speed is None and not lockstep
     rate = options.default_speed(os.environ) if is_default else options.speed("max" if speed is None else speed)
-    root, place = options.seed(seed), options.camera(camera)
+    seed_value, place = options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
-    target = options.cell_of(files, console, seed=root, servo=servo, is_varied=vary, competition=not development)
+    target = options.cell_of(files, console, seed=seed_value, servo=servo, is_varied=vary, competition=not development)
     session = served_session(
         target,
         console,

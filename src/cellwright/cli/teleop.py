@@ -16,7 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import OUTPUT, REACH, WORK
+from cellwright.cli.arguments import LOCKSTEP_HELP, NETWORK, OUTPUT, ROBOT_HELP, SIMULATION, SPEED_HELP
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, progress_bar, table
 from cellwright.cli.signals import stopped_by_signals
@@ -43,7 +43,7 @@ from cellwright.viewer.web.start import LOOPBACK
 def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
     """Check a driver, and print each finding in a line; return the exit status."""
     if driver is None:
-        options.refuse("--check-driver: name the driver: --driver my_driver.py:MyDriver")
+        options.refuse("--check-driver requires --driver (for example --driver my_driver.py:MyDriver)")
     make = find_driver(driver)
     problems = check_driver(make, load(partial(typer.echo, err=True)))
     for problem in problems:
@@ -54,8 +54,8 @@ def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]],
 
 
 _PERCENT = (
-    f"%: of a step's way, a sine's swing, a gripper's travel\n"
-    f"   steps and sines may be off by {100 * MAX_RANGE_ERROR:g} %, or be {1e3 * MAX_TIME_ERROR:.0f} ms early or late"
+    f"%: of a step's height, a sine's swing, a gripper's travel\n"
+    f"   tolerance of steps and sines: {100 * MAX_RANGE_ERROR:g} %, or {1e3 * MAX_TIME_ERROR:.0f} ms early or late"
 )
 
 
@@ -63,13 +63,13 @@ def refuse_node_options(given: Mapping[str, bool]) -> None:
     """Refuse options that are given, and that need a node that keeps running."""
     for name, is_given in given.items():
         if is_given:
-            options.refuse(f"--check: leave out {name}, meant for a node that goes on running")
+            options.refuse(f"--check cannot be combined with {name}")
 
 
 def show_motion_report(console: Console, report: MotionReport) -> None:
     """Print a row for each finding, and a summary."""
-    recorded = f"against its recorded motion, {Path(report.reference).name}"
-    against = recorded if report.reference else "joint by joint: it has no recorded motion"
+    recorded = f"compared with its recorded motion, {Path(report.reference).name}"
+    against = recorded if report.reference else "joint by joint, since it has no recorded motion"
     output.print_line(console, f"{report.robot} in its node, {against}")
     console.print()
     console.print(findings_table(report))
@@ -92,7 +92,7 @@ def findings_table(report: MotionReport) -> Table:
         verdict = Text("ok", style="green") if finding.passed else Text("FAILS", style="bold red")
         limit = f"{finding.limit:.3g} {finding.unit}"
         rows.append((Text(finding.what), _figure(finding), limit, Text(finding.where), verdict))
-    return table({"looked at": FOLD, "worst": RIGHT, "limit": RIGHT, "where": FOLD, "": WHOLE}, rows)
+    return table({"check": FOLD, "worst": RIGHT, "limit": RIGHT, "where": FOLD, "": WHOLE}, rows)
 
 
 def motion_document(report: MotionReport) -> dict[str, Any]:
@@ -217,74 +217,69 @@ def run_robot(
 SAFETY = "Safety"
 """Heading for options in the help."""
 
-Robot = Annotated[
-    str,
-    argument(
-        "ROBOT",
-        "A robot that comes with Cellwright, such as `qinglong`; a robot configuration (`vr_configs.yml`) or its "
-        "folder; or a URDF.",
+Robot = Annotated[str, argument("ROBOT", ROBOT_HELP)]
+MotionLaw = Annotated[
+    Motion, option("LAW", "`servo`: within the URDF's speeds and efforts; `teleport`: at once.", SIMULATION)
+]
+Rate = Annotated[str, option("HZ", "Physics steps per second.", SIMULATION)]
+Check = Annotated[
+    bool,
+    flag(
+        "--check", "Check the robot's motion, against its recorded motion or else joint by joint, and stop.", SIMULATION
     ),
 ]
-MotionLaw = Annotated[Motion, option("LAW", "`servo`: with the URDF's speeds and efforts; `teleport`: at once.", WORK)]
-Rate = Annotated[str, option("HZ", "Steps of physics a second.", WORK)]
-Check = Annotated[
-    bool, flag("--check", "Only look how the robot moves: against its recorded motion, or else joint by joint.", WORK)
+SelfCollision = Annotated[bool, flag("--self-collision", "Let the robot's links collide with each other.", SIMULATION)]
+SimTime = Annotated[
+    bool, flag("--sim-time", "Publish simulation time on /clock, and stamp messages with it.", SIMULATION)
 ]
-SelfCollision = Annotated[bool, flag("--self-collision", "Let links touch each other.", WORK)]
-SimTime = Annotated[bool, flag("--sim-time", "Tell simulation time on /clock, and stamp messages with it.", WORK)]
-Speed = Annotated[
-    str | None, option("FACTOR", "Simulated seconds a second, or `max`; other than 1 only with --sim-time.", WORK)
-]
-Lockstep = Annotated[bool, flag("--lockstep", "Let time pass only when a guest asks; implies --sim-time.", WORK)]
-AsJson = Annotated[bool, flag("--json", "Print the summary as JSON at the end, and nothing else on stdout.", OUTPUT)]
-Verbose = Annotated[bool, flag("--verbose -v", "Say more in the summary.", OUTPUT)]
+Speed = Annotated[str | None, option("FACTOR", f"{SPEED_HELP} Values other than `1` require --sim-time.", SIMULATION)]
+Lockstep = Annotated[bool, flag("--lockstep", f"{LOCKSTEP_HELP}; implies --sim-time.", SIMULATION)]
+Verbose = Annotated[bool, flag("--verbose -v", "Print more in the summary.", OUTPUT)]
 
 OwnDriver = Annotated[
     str | None,
     option(
-        "FILE.py:CLASS",
-        "Have a robot of your own moved, by a driver of your own; nothing is simulated then.",
-        WORK,
-        name="--driver",
+        "FILE.py:CLASS", "Move your own robot by your own driver; nothing is simulated.", SIMULATION, name="--driver"
     ),
 ]
 CheckDriver = Annotated[
     bool,
     flag(
         "--check-driver",
-        "Move each joint of that robot by 0.02 and back, say what is wrong with its driver, and stop.",
-        WORK,
+        "Move each joint of that robot by 0.02 and back, print the errors of its driver, and stop.",
+        SIMULATION,
     ),
 ]
-Gui = Annotated[bool, flag("--gui", "Show the robot in a window, MuJoCo's own.", OUTPUT)]
-InitDebug = Annotated[bool, flag("--init-debug", "Show it with a slider for each joint, under `Control`.", OUTPUT)]
+Gui = Annotated[bool, flag("--gui", "Show the robot in MuJoCo's window.", OUTPUT)]
+InitDebug = Annotated[
+    bool, flag("--init-debug", "Show it in MuJoCo's window with a slider for each joint, under `Control`.", OUTPUT)
+]
 Snapshot = Annotated[Path | None, option("FILE.png", "Write a picture of the robot at the end.", OUTPUT)]
 
 StartDisabled = Annotated[
-    bool, flag("--start-disabled", "Take no commands until the service /io_teleop/set_enabled says so.", SAFETY)
+    bool, flag("--start-disabled", "Take no commands until the service /io_teleop/set_enabled enables them.", SAFETY)
 ]
 Watchdog = Annotated[
-    float | None,
-    option("S", "Hold the joints that a topic moves when nothing has come on it for so long [s], such as 0.5.", SAFETY),
+    float | None, option("S", "Hold the joints that a topic moves after this silence on it [s], such as 0.5.", SAFETY)
 ]
 MaxSpeed = Annotated[
     list[str] | None,
     option(
         "[JOINTS=]V",
-        "Move targets no faster than this [rad/s; m/s]; for joints whose names fit a pattern: `J_arm_*=1.5`. May "
-        "be repeated, the last that fits counts.",
+        "Limit the speed of targets [rad/s; m/s]; `J_arm_*=1.5` for the joints that match. Repeatable; the last "
+        "match counts.",
         SAFETY,
     ),
 ]
 StartGuard = Annotated[
     float | None,
-    option("D", "How far a first target may be from where the joint stands [rad; m], such as 0.8.", SAFETY),
+    option("D", "Maximum distance of a first target from the joint's position [rad; m], such as 0.8.", SAFETY),
 ]
 GuardThen = Annotated[
     Guard,
     option(
-        "WHAT",
-        "What becomes of one farther away: `refuse`, or `blend` (go there slowly).",
+        "ACTION",
+        "Action for a first target farther away: `refuse`, or `blend` (go there slowly).",
         SAFETY,
         name="--start-guard-then",
     ),
@@ -293,20 +288,21 @@ ResumeSpeed = Annotated[
     float, option("V", "Speed of the first approach after a stop, a silence or a blend [rad/s; m/s].", SAFETY)
 ]
 OneCommander = Annotated[
-    float | None, option("S", "Take a topic from one node only, until it has been silent for so long [s].", SAFETY)
+    float | None, option("S", "Take a topic from one node only, until that node has been silent this long [s].", SAFETY)
 ]
 MaxAge = Annotated[
-    float | None, option("S", "Refuse commands stamped longer ago [s], or earlier than the one before.", SAFETY)
+    float | None,
+    option("S", "Refuse commands older than this by their stamp [s], or stamped earlier than the one before.", SAFETY),
 ]
-Clutch = Annotated[bool, flag("--clutch", "Let targets count from where they and the joints were at first.", SAFETY)]
-TipSpeed = Annotated[
-    float | None, option("V", "How fast the tips of arms are brought to poses [m/s]; 2 when left out.", SAFETY)
+Clutch = Annotated[
+    bool, flag("--clutch", "Apply targets relative to the first target and the joint positions at that time.", SAFETY)
 ]
+TipSpeed = Annotated[float | None, option("V", "Speed of arm tips towards target poses [m/s]. Default: 2.", SAFETY)]
 TipTurning = Annotated[
-    float | None, option("W", "How fast they are turned on the way [rad/s]; a turn a second when left out.", SAFETY)
+    float | None,
+    option("W", "Angular speed of arm tips towards target poses [rad/s]. Default: one turn per second.", SAFETY),
 ]
-InRos1 = Annotated[bool, flag("--ros1", "Be a node of ROS 1 too, at the master that ROS_MASTER_URI names.", REACH)]
-NodeName = Annotated[str, option("NAME", "Name of the node in ROS.", REACH, name="--node")]
+NodeName = Annotated[str, option("NAME", "Name of the node in ROS.", NETWORK, name="--node")]
 
 
 def teleop(
@@ -337,7 +333,7 @@ def teleop(
     gui: Gui = False,
     init_debug: InitDebug = False,
     snapshot: Snapshot = None,
-    ros1: InRos1 = False,
+    ros1: arguments.Ros1 = False,
     node: NodeName = NODE,
     view: arguments.View = False,
     view_host: arguments.ViewHost = None,
@@ -349,12 +345,12 @@ def teleop(
     video_speed: arguments.VideoSpeed = 1.0,
     video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
     video_fine: arguments.VideoFine = False,
-    as_json: AsJson = False,
+    as_json: arguments.AsJson = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run a robot's controller node: it moves as the `io_teleop` topics say, until Ctrl-C.
+    """Run a robot's controller node, which follows the `io_teleop` topics, until Ctrl-C.
 
-    Programs connect over a socket; what happens is a line each.
+    Programs connect over a socket. Each event is a line of output.
 
         # the QingLong humanoid, in real time
         cellwright teleop qinglong
@@ -362,38 +358,38 @@ def teleop(
         # the same, on a page that shows and drives it
         cellwright teleop qinglong --view
 
-        # a robot of your own
+        # your own robot
         cellwright teleop my_robot/vr_configs.yml
 
-        # for programs of ROS 1, with a master if there is none
+        # for ROS 1 programs; starts a master if there is none
         cellwright teleop qinglong --ros1
 
-        # with care: a silent operator, and a first jump, are no accident
+        # safer: hold when the operator is silent, refuse a jump at the start
         cellwright teleop qinglong --watchdog 0.5 --start-guard 0.8
 
-        # does it move as the robot does? a table of what was looked at
+        # check its motion, and print a table of findings
         cellwright teleop qinglong --check
 
-        # a real robot, by a driver of your own
+        # a real robot, by your own driver
         cellwright teleop my_robot/vr_configs.yml --driver my_driver.py:MyDriver
 
-    Always: names that the robot lacks are passed over, messages that make no sense are refused whole, targets are kept
-    within the joints' limits, and the emergency stop holds at once.
+    Always: names that the robot lacks are ignored, invalid messages are refused as a whole, targets are kept within the
+    joints' limits, and the emergency stop holds at once.
 
-    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, a file that was asked for
-    is not whole, or a check found something; 2 bad input, and nothing was started.
+    Exit status: 0 stopped as requested; 1 the simulation became unstable, a requested file is incomplete, or a check
+    failed; 2 bad input, and nothing was started.
     """
     factor = options.speed(("max" if lockstep else "1") if speed is None else speed)
     if factor != 1.0 and not (sim_time or lockstep):
-        options.refuse(f"--speed {speed}: time other than the wall clock's has to be told: add --sim-time")
+        options.refuse(f"--speed {speed} requires --sim-time")
     if driver is not None and (sim_time or lockstep):
-        options.refuse("--driver: a real robot keeps real time: leave out --sim-time and --lockstep")
+        options.refuse("--driver: a real robot runs in real time; leave out --sim-time and --lockstep")
     if driver is not None and not check_driver:
         given = {"--motion teleport": motion is not Motion.SERVO, "--self-collision": self_collision}
-        if said := [option for option, is_given in given.items() if is_given]:
-            options.refuse(f"--driver: a robot of your own moves as it does: leave out {' and '.join(said)}")
+        if simulated := [option for option, is_given in given.items() if is_given]:
+            options.refuse(f"--driver simulates nothing; leave out {' and '.join(simulated)}")
     if guard is not Guard.REFUSE and start_guard is None:
-        options.refuse(f"--start-guard-then {guard}: say how far away a first target has to be: add --start-guard 0.8")
+        options.refuse(f"--start-guard-then {guard} requires --start-guard (for example --start-guard 0.8)")
     safety = SafetySettings(
         start_disabled=start_disabled,
         silence=watchdog,
@@ -411,7 +407,7 @@ def teleop(
         if check:
             options.refuse("--check and --check-driver: give one of them")
         if safety != SafetySettings():
-            options.refuse("--check-driver: leave out the options of safety: the driver is told its targets directly")
+            options.refuse("--check-driver sends targets to the driver directly; leave out the safety options")
         raise typer.Exit(run_driver_check(driver, partial(load_robot, robot)))
     timestep, console = 1 / options.physics_rate(rate), Console(stderr=as_json, highlight=False)
     make_driver = None if driver is None else find_driver(driver)
@@ -433,7 +429,7 @@ def teleop(
                 "--video": filmed is not None,
                 "--view": page is not None,
                 "--gui, --init-debug and --snapshot": window != RobotWindow(is_shown=False),
-                "the options of safety": safety != SafetySettings(),
+                "the safety options": safety != SafetySettings(),
             }
         )
         config = load_robot(robot, output.warn)

@@ -25,10 +25,10 @@ _NAME_WIDTH = max(map(len, bundled()))
 
 
 def trials(as_json: Annotated[bool, flag("--json", "Print the list as JSON.")] = False) -> None:
-    """List the trials that come along: what they ask for, and what makes each hard.
+    """List the bundled trials: the orders of each, and its difficulties.
 
-    The finals and most others have no arm and no sensors, as in the competition, where each team brought its own. Name
-    a file that has them as well; the ones that come along stand at the end of the list.
+    The finals and most others have no arm and no sensors, as in the competition, where each team brought its own. Add a
+    file that has them; the bundled ones are at the end of the list.
 
         cellwright run final01 kitter_sensors
     """
@@ -50,7 +50,7 @@ def _plugin_trials() -> dict[str, Trial]:
     for name in plugins.names("trials"):
         try:
             if name in (*bundled(), *bundled_sensors()):
-                raise plugins.plugin_error("trials", name, "has a name of Cellwright's own")
+                raise plugins.plugin_error("trials", name, "has the name of a bundled trial")
             loaded[name] = _load(name)
         except CellwrightError as error:
             output.warn(error)
@@ -71,7 +71,7 @@ def _show(listed_trials: dict[str, Trial], sensors: dict[str, Trial]) -> None:
     headings = {name: _heading(name) for name in listed_trials}
     for heading in dict.fromkeys(headings.values()):
         names = [name for name in listed_trials if headings[name] == heading]
-        columns = {"trial": {**WHOLE, "width": _NAME_WIDTH}, "limit": RIGHT, "asks for; - what is hard": {"ratio": 1}}
+        columns = {"trial": {**WHOLE, "width": _NAME_WIDTH}, "limit": RIGHT, "orders; - difficulties": {"ratio": 1}}
         rows = [(name, _limit(listed_trials[name]), "\n".join(_lines(listed_trials[name]))) for name in names]
         look = {"title_justify": "left", "title_style": "bold", "box": None, "padding": (0, 2, 0, 0)}
         console.print(output.table(columns, rows, title=heading, **look, show_edge=True, pad_edge=True))

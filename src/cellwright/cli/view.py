@@ -34,7 +34,7 @@ class TargetKind(Enum):
     TRIAL = "a trial"
     ROBOT = "a robot"
     RECORDING = "a recording"
-    ADDRESS = "something that is served"
+    ADDRESS = "a server"
 
 
 def kind_of(words: Sequence[str]) -> TargetKind:
@@ -42,7 +42,7 @@ def kind_of(words: Sequence[str]) -> TargetKind:
     kinds = [_kind_of_word(word) for word in words]
     if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
         other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
-        refuse(f"{other}: one thing at a time is shown; only the files of a trial are joined")
+        refuse(f"{other}: cannot be joined; give one target, or several files of a trial")
     return kinds[0]
 
 
@@ -86,17 +86,16 @@ def view(
     words: Annotated[
         list[str],
         argument(
-            "WHAT", "A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served."
+            "TARGET", "A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of a server."
         ),
     ],
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: OpenPage = False,
 ) -> None:
-    """Show a trial, a robot, a recording, or something that is served, on a page in a browser, until Ctrl-C.
+    """Show a trial, a robot, a recording or a server on a page in a browser, until Ctrl-C.
 
-    The page's address is printed. A trial and a recording stand at their start: look around, then let them go on. A
-    trial is in development mode.
+    The page's address is printed. A trial and a recording start paused. A trial is in development mode.
 
         # the lesson's cell
         cellwright view lesson
@@ -104,10 +103,10 @@ def view(
         # a robot, which the page drives as well
         cellwright view qinglong
 
-        # what was recorded
+        # a recording
         cellwright view run.mcap
 
-        # what `cellwright serve -d` or `cellwright teleop` has there; a competition shows its own page alone
+        # the server of `cellwright serve -d` or `cellwright teleop`; a competition has only its own page
         cellwright view 127.0.0.1:11399
 
     Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.

@@ -38,7 +38,7 @@ class Cadence:
 
     def __init__(self, period: Fraction, kind: str = "period") -> None:
         if period <= 0:
-            raise UsageError(f"a {kind} must be above 0 s, not {period}")
+            raise UsageError(f"{kind} must be above 0 s (got {period})")
         self.period = period
         self._numerator = period.numerator * NANOSECONDS
         self._denominator = period.denominator

@@ -73,7 +73,7 @@ class ClientService(Protocol):
 
     @property
     def advance_request(self) -> Any:
-        """In lockstep, the request that is served now (`until` [ns], `each_tick`, `guest`); None if there is none."""
+        """In lockstep, the request that is served now: `until` [ns], `each_tick`, and its client; None for none."""
 
     @property
     def is_client_behind(self) -> bool:
@@ -156,7 +156,7 @@ class SimulationLoop:
             SimulationError: the state has become unstable.
         """
         if self._service is not None and self._service.lockstep:
-            self._pass_on_request(self._service)
+            self._run_lockstep(self._service)
             return
         clock, stop = self._simulation.clock, self.stop
         while clock.now < stop.deadline:
@@ -169,7 +169,7 @@ class SimulationLoop:
         Raises:
             SimulationError: the state has become unstable.
         """
-        if not self._wait_for_the_rate() or not self._wait_for_clients():
+        if not self._wait_for_rate() or not self._wait_for_clients():
             return False
         self.pacer.step()
         self._serve_and_poll()
@@ -180,21 +180,21 @@ class SimulationLoop:
         service = self._service
         if service is None or not self._can_wait or self.rate.speed is None or not service.hold_time():
             return True
-        begun = time.perf_counter()
+        started = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():
             self._serve(_NAP, until_request=False)
             self._serve_and_poll()
-        self.pacer.stand(time.perf_counter() - begun)
+        self.pacer.stand(time.perf_counter() - started)
         return not self.stop.is_requested
 
-    def _wait_for_the_rate(self) -> bool:
+    def _wait_for_rate(self) -> bool:
         """Serve clients while time stands; return False if the run must stop."""
         while not (self.stop.is_requested or self.rate.take()):
             self._serve(_NAP, until_request=False)
             self._serve_and_poll()
         return not self.stop.is_requested
 
-    def _pass_on_request(self, service: ClientService) -> None:
+    def _run_lockstep(self, service: ClientService) -> None:
         clock, stop, end = self._simulation.clock, self.stop, _FOREVER
         while not stop.is_requested and time.perf_counter() < end:
             is_over = clock.now >= stop.deadline
@@ -216,7 +216,7 @@ class SimulationLoop:
         while clock.now < request.until and clock.now < stop.deadline:
             while service.is_client_behind and not stop.is_requested:
                 self._serve(_POLL / 2)  # lockstep loses no message: a client that is behind has to read first
-            if request.client.is_gone or not self._wait_for_the_rate() or request.client.is_gone:
+            if request.client.is_gone or not self._wait_for_rate() or request.client.is_gone:
                 return
             self.pacer.step()
             if request.each_tick or request.client.has_news:

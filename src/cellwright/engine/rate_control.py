@@ -73,7 +73,7 @@ class RateControl:
             UsageError: a number below 1.
         """
         if ticks < 1:
-            raise UsageError(f"at least one tick can be asked for, not {ticks}")
+            raise UsageError(f"ticks must be at least 1 (got {ticks})")
         with self._lock:
             self._ticks = ticks + (self._ticks if self._is_paused else 0)
             self._is_paused = True
@@ -108,7 +108,7 @@ class RateControl:
 
 def _checked(speed: float | None) -> float | None:
     if speed is not None and not 0.0 < speed < math.inf:
-        raise UsageError(f"a speed must be above 0, not {speed}")
+        raise UsageError(f"speed must be a finite number above 0 (got {speed})")
     return speed
 
 
@@ -147,9 +147,9 @@ class RealTimePacer:
         self._changes = self.rate.changes
         self._clock = clock
         self._sleep = sleep
-        self._begun = self._wall = self._stepped = clock()
-        self._begun_at = self._simulated = self._newest = simulation.now
-        self._rested = 0.0
+        self._started = self._wall = self._stepped = clock()
+        self._started_at = self._simulated = self._newest = simulation.now
+        self._paused_time = 0.0
         self.stood = 0.0
         """Total wall time [s] that `pause` has reported."""
         self.max_lateness = 0.0
@@ -158,8 +158,8 @@ class RealTimePacer:
     @property
     def factor(self) -> float:
         """Average real-time factor up to the latest tick, without pauses; 0 before any time."""
-        passed = self._stepped - self._begun - self._rested
-        return (self._newest - self._begun_at) / 1e9 / passed if passed > 0.0 else 0.0
+        passed = self._stepped - self._started - self._paused_time
+        return (self._newest - self._started_at) / 1e9 / passed if passed > 0.0 else 0.0
 
     def step(self) -> bool:
         """Step one tick, then wait until it is due; return False if there was no time to wait."""
@@ -197,7 +197,7 @@ class RealTimePacer:
         """Count from here, as at the start of a run; wall time since the last tick counts as a pause."""
         self._changes = self.rate.changes
         now = self._clock()
-        self._rested += now - self._stepped
+        self._paused_time += now - self._stepped
         self._wall = self._stepped = now
-        self._begun_at += self._simulation.now - self._newest  # 0, unless the time was set meanwhile
+        self._started_at += self._simulation.now - self._newest  # 0, unless the time was set meanwhile
         self._simulated = self._newest = self._simulation.now

@@ -20,7 +20,14 @@ from cellwright.util.pose import Pose
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """Reading of a sensor in one sample.
+    """Reading of a sensor in one sample. A kind of sensor adds its own fields.
+
+    Example:
+        >>> @dataclass(frozen=True, slots=True, kw_only=True)
+        ... class Height(Reading):
+        ...     height: float
+        >>> Height(time_ns=100_000_000, sample=1, height=0.75)
+        Height(time_ns=100000000, sample=1, height=0.75)
 
     Attributes:
         time_ns: simulation time of the tick of the measurement [ns].
@@ -61,6 +68,19 @@ class Sensor(Device, ABC, Generic[R]):
     It measures only while it has a listener. A reading depends on the state of the cell and on its sample number only,
     not on the listeners: watching changes nothing.
 
+    Example:
+        >>> from mujoco import MjModel
+        >>> class SampleCounter(Sensor[Reading]):
+        ...     default_period = Fraction(1, 10)
+        ...     def measure(self, index):
+        ...         return Reading(time_ns=self.simulation.now, sample=index)
+        >>> simulation, sensor = Simulation(MjModel.from_xml_string("<mujoco/>")), SampleCounter("counter", Pose())
+        >>> simulation.add(sensor)
+        >>> simulation.reset()
+        >>> leave = sensor.listen(print)
+        >>> simulation.step_until(100_000_000)
+        Reading(time_ns=100000000, sample=1)
+
     Args:
         name: name of the device, and of its noise's random stream.
         world_T_sensor: pose of the sensor, which is fixed.
@@ -89,11 +109,11 @@ class Sensor(Device, ABC, Generic[R]):
     ) -> None:
         super().__init__(name)
         if latency < 0:
-            raise UsageError(f"sensor {name!r}: a latency cannot be below 0 s, as {latency} is")
+            raise UsageError(f"sensor {name!r}: latency must not be below 0 s (got {latency})")
         if not (noise >= 0 and math.isfinite(noise)):
-            raise UsageError(f"sensor {name!r}: a noise factor must be finite and not below 0, as {noise} is")
+            raise UsageError(f"sensor {name!r}: noise must be finite and not below 0 (got {noise})")
         if not world_T_sensor.is_finite():
-            raise UsageError(f"sensor {name!r}: its pose is not finite: {world_T_sensor}")
+            raise UsageError(f"sensor {name!r}: its pose must be finite (got {world_T_sensor})")
         self.world_T_sensor = world_T_sensor
         self.frame = f"{name}_frame"
         """Name of the frame of the readings."""
@@ -103,7 +123,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._latency_ns = nanoseconds(latency)
         self._enabled_at_start = enabled
         self._enabled = enabled
-        self._chance: SampleNoise | None = None
+        self._noise_stream: SampleNoise | None = None
         self._rank = _FIRST_RANK
         self._listeners: list[_ReadingListener[R]] = []
         self._pending_readings: deque[R] = deque()
@@ -148,9 +168,9 @@ class Sensor(Device, ABC, Generic[R]):
 
     def normal(self, index: int, size: int) -> NDArray[np.float64]:
         """Return the noise of sample `index` in units of standard deviations, shape (size,); zeros without noise."""
-        if self._chance is None or self.noise == 0.0:
+        if self._noise_stream is None or self.noise == 0.0:
             return np.zeros(size)
-        return self.noise * self._chance.normal(index, size)
+        return self.noise * self._noise_stream.normal(index, size)
 
     def describe(self) -> dict[str, Any]:
         """Return the data that viewers draw, as JSON values.
@@ -229,7 +249,7 @@ class Sensor(Device, ABC, Generic[R]):
     def attach(self, simulation: Simulation) -> None:
         """Join a simulation; its seed is the root of the noise."""
         super().attach(simulation)
-        self._chance = SampleNoise(simulation.seed, self.name)
+        self._noise_stream = SampleNoise(simulation.seed, self.name)
         # sensors due at the same time act in the order of the devices, not of their first listeners
         self._rank = _FIRST_RANK + len(simulation.devices)
 

@@ -47,6 +47,22 @@ class Device(PlainState):
     `get_state` returns the state as plain JSON values, which are part of the state hash and of snapshots. `STATE` names
     the plain attributes. For anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
     message counters are not state: watching changes nothing.
+
+    Example:
+        >>> class StepCounter(Device):
+        ...     STATE = ("steps",)
+        ...     steps = 0
+        ...     def after_step(self):
+        ...         self.steps += 1
+        >>> simulation = Simulation(mujoco.MjModel.from_xml_string("<mujoco/>"))
+        >>> simulation.add(StepCounter("counter"))
+        >>> simulation.reset()
+        >>> simulation.step()
+        >>> simulation.device("counter").get_state()
+        {'steps': 1}
+
+    Args:
+        name: name of the device, unique in its simulation.
     """
 
     def __init__(self, name: str) -> None:
@@ -190,7 +206,7 @@ class Simulation:
             UsageError: a device of this name exists.
         """
         if device.name in self.devices:
-            raise UsageError(f"there are two devices named {device.name!r}")
+            raise UsageError(f"two devices have the name {device.name!r}")
         self.devices[device.name] = device
         device.attach(self)
         self.collect_hooks()

@@ -97,7 +97,7 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
         header, engine, fields = _read(path)
     except Exception as error:  # a damaged file can fail anywhere in the library
         reason = "".join(c if c.isprintable() else " " for c in str(error))[:200] or type(error).__name__
-        raise CheckpointError(f"{path}: not a checkpoint that can be read ({reason})") from error
+        raise CheckpointError(f"{path}: not a checkpoint ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
     record = header.get("record", {})  # files of earlier versions have none
@@ -114,16 +114,16 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
 def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """Read the header, the engine's state and the model's fields from a file, without checking them."""
     if path.exists() and not path.is_file():
-        raise ValueError("no plain file")  # a device or pipe may have no end
+        raise ValueError("not a regular file")  # a device or pipe may have no end
     with path.open("rb") as stream:
         with zipfile.ZipFile(stream) as archive:
             if sum(member.file_size for member in archive.infolist()) > _MAX_SIZE:
-                raise ValueError(f"more than {_MAX_SIZE >> 20} MiB in it")
+                raise ValueError(f"larger than {_MAX_SIZE >> 20} MiB")
         stream.seek(0)
         with np.load(stream, allow_pickle=False) as file:
             header = json.loads(file["header"].tobytes())
             if not isinstance(header, dict):
-                raise ValueError("its header is no object")
+                raise ValueError("its header is not a JSON object")
             return header, file["engine"], {name: file[name] for name in CHANGING_FIELDS}
 
 

@@ -60,7 +60,7 @@ class Refusals:
         self._report = report
         self._counts: Counter[str] = Counter()
         self._reported: dict[str, int] = {}
-        self._untold: Counter[str] = Counter()
+        self._unreported: Counter[str] = Counter()
         self._report_times: deque[int] = deque(maxlen=MAX_LINES)  # times of the newest lines [ns]
 
     @property
@@ -82,23 +82,23 @@ class Refusals:
         now = self._now()
         last = self._reported.get(source)
         if _is_recent(now, last) or (len(self._report_times) == MAX_LINES and _is_recent(now, self._report_times[0])):
-            self._untold[source] += 1
+            self._unreported[source] += 1
             return
         self._report_times.append(now)
-        untold = self._untold.pop(source, 0)
+        unreported = self._unreported.pop(source, 0)
         self._reported[source] = now
-        more = f" (and {untold} more since the last report)" if untold else ""
+        more = f" (and {unreported} more since the last report)" if unreported else ""
         self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{more}")
 
     def flush(self) -> None:
         """Report what was counted but not reported, as at the end of a run; of many sources only the first ones."""
-        untold = list(self._untold.items())
-        for source, count in untold[:MAX_LINES]:
+        unreported = list(self._unreported.items())
+        for source, count in unreported[:MAX_LINES]:
             self._report(f"refused {source}: {count} more since the last report")
             self._reported[source] = self._now()
-        if rest := untold[MAX_LINES:]:
+        if rest := unreported[MAX_LINES:]:
             self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
-        self._untold.clear()
+        self._unreported.clear()
 
 
 def _is_recent(now: int, then: int | None) -> bool:
@@ -170,11 +170,11 @@ class Subscription:
     """Subscription of a callback to every message of a topic, until it is cancelled."""
 
     def __init__(
-        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, along: bool
+        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, passive: bool
     ) -> None:
         self._topic = topic
         self.since = since  # simulation time [ns] of its start, or -1 after time has restarted
-        self.along = along  # passive: it gets what is built for others, and does not count as a listener
+        self.is_passive = passive  # it gets what is built for others, and does not count as a listener
         self.callback = callback
         self.node = node
         self.origin = origin
@@ -196,7 +196,7 @@ class Publisher:
 
     def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
         if latch and on_listeners is not None:
-            raise UsageError(f"{topic.name}: a latched topic is published whoever listens; leave out on_listeners")
+            raise UsageError(f"{topic.name}: a latched topic is published even without listeners; omit on_listeners")
         self._topic = topic
         self._class = topic.message_class
         self._callbacks: tuple[Callback, ...] = ()
@@ -219,7 +219,7 @@ class Publisher:
 
     @property
     def listeners(self) -> int:
-        """Number of listeners to this publisher, without passive ones (`along`)."""
+        """Number of listeners to this publisher, without passive ones."""
         return self._count
 
     def publish(self, message: Message, *, measured: int | None = None) -> None:
@@ -263,7 +263,7 @@ class Publisher:
         before = self._callbacks
         subscriptions = self._topic.subscriptions_to(self.node)
         self._callbacks = tuple(each.callback for each in subscriptions)
-        self._count = sum(not each.along for each in subscriptions)
+        self._count = sum(not each.is_passive for each in subscriptions)
         if self.on_listeners is not None and self._callbacks != before:
             self.on_listeners(self._count)
 
@@ -287,7 +287,8 @@ class Topic:
         message_class = message_type(type_name)
         if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
             raise UsageError(
-                f"{self.name} carries {self.type} {self.direction.value}, not {type_name} {direction.value} as well"
+                f"{self.name} is declared as {self.direction.value}put of {self.type}, "
+                f"not as {direction.value}put of {type_name}"
             )
         self.type = short_name(message_class.__msgtype__)
         self.message_class = message_class
@@ -385,11 +386,11 @@ class Bus:
 
         Raises:
             UnknownNameError: there is no message type of this name.
-            UsageError: the name is not absolute, or the topic is taken.
+            UsageError: the name is not absolute, or the topic is declared already.
         """
         entry = self._topic(topic)
         if entry.direction is not None:
-            raise UsageError(f"{topic} is taken: it carries {entry.type} {entry.direction.value}")
+            raise UsageError(f"{topic} is already declared as {entry.direction.value}put of {entry.type}")
         entry.declare(type_name, Direction.IN, "")
         entry.handler, entry.handling_node = handler, node
 
@@ -401,10 +402,10 @@ class Bus:
 
         Raises:
             UnknownNameError: there is no service type of this name.
-            UsageError: the name is not absolute, or the service is served already.
+            UsageError: the name is not absolute, or the service exists already.
         """
         if absolute(service) in self._services:
-            raise UsageError(f"the service {service} is served already")
+            raise UsageError(f"service {service} already exists")
         self._services[service] = Service(service, service_type(type_name), handler, node)
 
     def forget_latched(self) -> None:
@@ -433,7 +434,7 @@ class Bus:
                 publisher.newest = None if text is None or known is None else from_cdr(b64decode(text), known)
 
     def subscribe(
-        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, along: bool = False
+        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, passive: bool = False
     ) -> Subscription:
         """Call `callback(message)` for each message of a topic, in either direction.
 
@@ -444,14 +445,13 @@ class Bus:
             callback: takes a message.
             node: name of the subscribing node.
             origin: deliver only what publishers of this node publish.
-            along: passive: get what is built for others. Messages that are built only for listeners are not built
-                for it.
+            passive: get what is built for others. Messages that are built only for listeners are not built for it.
 
         Raises:
             UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
-        subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
+        subscription = Subscription(entry, callback, node, origin, self._now(), passive=passive)
         entry.add(subscription)
         return subscription
 
@@ -473,18 +473,18 @@ class Bus:
             listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
             raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
         try:
-            taken = _validated(message, entry.message_class, topic, is_decoded)
+            valid = _validated(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
         if self.on_input:
-            self.note(ExternalInput(InputKind.PUBLISH, topic, taken, node))
+            self.note(ExternalInput(InputKind.PUBLISH, topic, valid, node))
         refusal: RejectedCommandError | None = None
         try:
-            entry.handler(taken, node)
+            entry.handler(valid, node)
         except RejectedCommandError as error:
             refusal = error
         for subscription in entry.subscriptions_to(node):
-            subscription.callback(taken)
+            subscription.callback(valid)
         if refusal is not None:
             raise self._refused(topic, node, refusal)
 
@@ -501,10 +501,10 @@ class Bus:
         except UnknownNameError as error:
             raise self._refused(service, node, error) from None
         try:
-            taken = _validated(request, entry.type.request, service, is_decoded)
+            valid = _validated(request, entry.type.request, service, is_decoded)
             if self.on_input:
-                self.note(ExternalInput(InputKind.CALL, service, taken, node))
-            response = entry.handler(taken, node)
+                self.note(ExternalInput(InputKind.CALL, service, valid, node))
+            response = entry.handler(valid, node)
         except RejectedCommandError as error:
             raise self._refused(service, node, error) from None
         if isinstance(response, PendingResponse):
@@ -515,10 +515,10 @@ class Bus:
             )
         return response
 
-    def note(self, given: ExternalInput) -> None:
+    def note(self, external_input: ExternalInput) -> None:
         """Report external input to `on_input`; for input that bypasses the bus, before it is carried out."""
-        for take_note in self.on_input:
-            take_note(given)
+        for callback in self.on_input:
+            callback(external_input)
 
     def topics(self) -> tuple[TopicInfo, ...]:
         """Return all topics that the cell publishes or receives, by name."""
@@ -600,5 +600,5 @@ def _validated(message: M, message_class: type[Message], name: str, is_decoded: 
 def absolute(name: str) -> str:
     """Return the name itself; a UsageError unless it is absolute."""
     if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
-        raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
+        raise UsageError(f"{name!r} is not an absolute name; write it like '/ariac/orders'")
     return name

@@ -57,7 +57,7 @@ class Rendezvous:
 
     def __post_init__(self) -> None:
         if not all(0.0 < each < math.inf for each in (self.ramp, self.descent, self.dwell)) or not self.hover >= 0.0:
-            raise UsageError("ramp, descent and dwell must take a positive time, and the height must not be negative")
+            raise UsageError("ramp, descent and dwell must be positive and finite, and hover must not be negative")
 
     @property
     def before(self) -> float:
@@ -76,15 +76,15 @@ class Rendezvous:
         the belt's, so that the acceleration has no jumps. `since` is the time after departure [s].
         """
         if since < self.ramp:
-            return self.ramp * _missed(max(0.0, since) / self.ramp)
+            return self.ramp * _lead_integral(max(0.0, since) / self.ramp)
         left = self.duration - since
-        return -self.ramp * _missed(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
+        return -self.ramp * _lead_integral(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
 
     def height(self, since: float) -> float:
         """Return the height of the gripper above its grasp [m] at a time [s] after departure, a minimum-jerk curve."""
         down = (since - self.ramp) / self.descent
         up = (self.duration - self.ramp - since) / self.descent
-        return self.hover * _left(max(0.0, min(1.0, down, up)))
+        return self.hover * _remaining_share(max(0.0, min(1.0, down, up)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,10 +152,10 @@ def intercept(
     timing = timing or Rendezvous()
     speed = part.velocity[1]
     if speed == 0.0 or not step > 0.0:
-        raise UsageError("a part to be met must move along y, and the step between places be positive")
+        raise UsageError(f"part must move along y, and step must be positive (got {speed} m/s and {step} m)")
     numbers = (now, lead, step, part.time, *window, *part.velocity)
     if not all(map(math.isfinite, numbers)) or not part.world_T_part.is_finite():
-        raise UsageError("a part to be met must have finite pose, velocity and times")
+        raise UsageError("part, now, lead, window and step must be finite")
     start = Joints.of(near)
     low, high = sorted(window)
     count = max(1, math.ceil((high - low) / step - 1e-9))
@@ -171,7 +171,7 @@ def intercept(
             above = solve(_gripper_at(part, part_T_gripper, sets_off, 0.0, timing), start, rail=rail)
             approach = move(start, above, limits)
             if now + approach.duration + lead > sets_off:
-                reason = f"the arm is at y {y:.2f} m too late"
+                reason = f"the arm reaches y {y:.2f} m too late"
                 continue
             tracking = track(part, part_T_gripper, above, sets_off, timing=timing, limits=limits)
         except UnreachableError as error:
@@ -187,7 +187,7 @@ def intercept(
             rises=touches + timing.dwell,
             world_T_grasp=part.at(touches) @ part_T_gripper,
         )
-    raise UnreachableError(f"the part cannot be met between y {low:.2f} and {high:.2f} m: {reason}")
+    raise UnreachableError(f"the part cannot be intercepted between y {low:.2f} and {high:.2f} m: {reason}")
 
 
 def track(
@@ -201,9 +201,16 @@ def track(
 ) -> JointMotion:
     """Plan the motion that descends to a moving part, stays with it, rises and comes to rest; the rail stands still.
 
-    It serves for a part that was seen again after the arm has reached its place. It begins at `sets_off` [s], when
-    `start`, the arm's posture, is within a few centimetres of above the part. The arm makes up the difference while it
-    gains speed. The other arguments are those of `intercept`.
+    It serves for a part that was seen again after the arm has reached its place.
+
+    Args:
+        part: the part to meet.
+        part_T_gripper: pose of the gripper link at the grasp.
+        start: posture of the arm at `sets_off`, with the gripper within a few centimetres of above the part. The arm
+            makes up the difference while it gains speed.
+        sets_off: time [s] at which the motion begins.
+        timing: durations of descending, staying and rising; `Rendezvous()` by default.
+        limits: limits of the motion.
 
     Raises:
         UnreachableError: part of the path is out of reach, or the arm is not fast enough for it.
@@ -217,11 +224,11 @@ def track(
     off = Joints(*(a - b for a, b in zip(begin, reference[0], strict=True)))
     knots = []
     for each, joints in zip(since, reference, strict=True):
-        share = _left(min(1.0, each / timing.ramp))
+        share = _remaining_share(min(1.0, each / timing.ramp))
         knots.append(Joints(*(q + share * d for q, d in zip(joints, off, strict=True))))
     motion = timed(since, knots)
     if (strain := motion.strain(limits)) > _OVERSHOOT:
-        raise UnreachableError(f"moving along with the part takes {strain:.1f} times what the limits allow")
+        raise UnreachableError(f"following the part takes {strain:.1f} times the motion limits")
     return motion
 
 
@@ -232,11 +239,11 @@ def _gripper_at(part: MovingPart, part_T_gripper: Pose, sets_off: float, since: 
     return Pose((x, y, z + timing.height(since)), ahead.quaternion)
 
 
-def _left(u: float) -> float:
+def _remaining_share(u: float) -> float:
     """Return the remaining share of a rest-to-rest distance at a share `u` of its time: the minimum-jerk curve."""
     return 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
 
 
-def _missed(u: float) -> float:
+def _lead_integral(u: float) -> float:
     """Return the integral of 1 - (3 u^2 - 2 u^3) from u to 1."""
     return (1.0 - u) - (0.5 - u**3 + u**4 / 2.0)

@@ -90,9 +90,10 @@ class JointMotion:
 
     def __post_init__(self) -> None:
         if not len(self.times) == len(self.positions) == len(self.velocities) > 0:
-            raise UsageError("a motion needs as many positions and velocities as times, and at least one")
+            lengths = f"{len(self.times)}, {len(self.positions)} and {len(self.velocities)}"
+            raise UsageError(f"times, positions and velocities must have the same length, at least 1 (got {lengths})")
         if self.times[0] != 0.0 or any(not a < b for a, b in pairwise(self.times)):
-            raise UsageError("the times of a motion must rise from 0")
+            raise UsageError("times must rise from 0")
 
     @classmethod
     def hold(cls, joints: Joints, duration: float) -> JointMotion:
@@ -140,7 +141,7 @@ class JointMotion:
             UsageError: `dt` is not above 0.
         """
         if not dt > 0.0:
-            raise UsageError(f"the time between points must be positive, not {dt}")
+            raise UsageError(f"dt must be positive (got {dt})")
         count = math.ceil(self.duration / dt - 1e-9)
         return tuple(self.at(min(index * dt, self.duration)) for index in range(count + 1))
 
@@ -152,7 +153,7 @@ class JointMotion:
         """
         gaps = zip((*self.end, *self.velocities[-1]), (*following.start, *following.velocities[0]), strict=True)
         if any(abs(a - b) > _JOINED for a, b in gaps):
-            raise UsageError("a motion must begin where, and as fast as, the one before it ends")
+            raise UsageError("the next motion must begin at the position and velocity at which this one ends")
         return JointMotion(
             self.times + tuple(self.duration + time for time in following.times[1:]),
             self.positions + following.positions[1:],

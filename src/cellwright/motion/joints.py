@@ -56,7 +56,7 @@ class Joints(NamedTuple):
                     raise UnknownNameError("arm joint", name, positions)
             positions = cls(*(float(positions[name]) for name in ARM_JOINTS))
         if not all(map(math.isfinite, positions)):
-            raise UsageError(f"joint positions must be finite, not {tuple(positions)}")
+            raise UsageError(f"joint positions must be finite (got {tuple(positions)})")
         return positions
 
     def by_name(self) -> dict[str, float]:
@@ -98,7 +98,7 @@ JointsLike: TypeAlias = Joints | Mapping[str, float]
 
 def _turns(angle: float) -> list[float]:
     """Return the angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
-    low, high = _most_turns(angle)
+    low, high = _turn_range(angle)
     return [_turned(angle, turns) for turns in range(low, high + 1)]
 
 
@@ -106,11 +106,11 @@ def _nearest_turn(angle: float, near: float) -> float:
     """Return the one of `_turns` that is nearest to `near`; the lower one of two that are equally near."""
     if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
         return angle  # fast path for nearly all calls
-    low, high = _most_turns(angle)
+    low, high = _turn_range(angle)
     return _turned(angle, max(low, min(high, math.ceil((near - angle) / _TURN - 0.5))))
 
 
-def _most_turns(angle: float) -> tuple[int, int]:
+def _turn_range(angle: float) -> tuple[int, int]:
     """Return the minimum and maximum number of whole turns that can be added."""
     return math.ceil((-_FURTHEST - angle) / _TURN), math.floor((_FURTHEST - angle) / _TURN)
 
@@ -134,7 +134,7 @@ class MotionLimits:
     def __post_init__(self) -> None:
         for value in (*self.velocity, *self.acceleration, *self.jerk):
             if not 0.0 < value < math.inf:
-                raise UsageError(f"limits of a motion must be positive and finite, not {value}")
+                raise UsageError(f"motion limits must be positive and finite (got {value})")
 
     def slower(self, factor: float) -> MotionLimits:
         """Return the limits under which a motion from rest to rest takes `factor` times as long.
@@ -143,7 +143,7 @@ class MotionLimits:
             UsageError: `factor` is not above 0 and finite.
         """
         if not 0.0 < factor < math.inf:
-            raise UsageError(f"a motion cannot take {factor} times as long")
+            raise UsageError(f"factor must be positive and finite (got {factor})")
         return MotionLimits(
             Joints(*(value / factor for value in self.velocity)),
             Joints(*(value / factor**2 for value in self.acceleration)),

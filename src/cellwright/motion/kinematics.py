@@ -98,39 +98,36 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
         UsageError: a number is not finite.
     """
     if not world_T_gripper.is_finite() or not math.isfinite(rail):
-        raise UsageError("a pose to be reached must be finite")
+        raise UsageError("world_T_gripper and rail must be finite")
     if abs(rail) > RAIL_LIMIT + _TOUCHING:
-        raise UnreachableError(f"the rail does not go to {rail:.3f} m: it ends at ±{RAIL_LIMIT} m")
+        raise UnreachableError(f"the rail must be within ±{RAIL_LIMIT} m (got {rail:.3f} m)")
     favoured = None if near is None else Joints.of(near)
     unit = Pose(world_T_gripper.position, normalized(world_T_gripper.quaternion))
     shoulder_T_wrist_3 = Pose((BASE_X, rail, BASE_Z + D1)).inverse() @ unit @ _GRIPPER_T_WRIST_3
     rows = _rows(shoulder_T_wrist_3.quaternion)
     found: list[Joints] = []
-    least_excess = math.inf
-    for pan in _pans(shoulder_T_wrist_3.position):
+    min_excess = math.inf
+    for pan in _pan_angles(shoulder_T_wrist_3.position):
         outward = shoulder_T_wrist_3.position[0] * math.cos(pan) + shoulder_T_wrist_3.position[1] * math.sin(pan)
         up = shoulder_T_wrist_3.position[2]
-        for plane, wrist_2, wrist_3_angle in _hands(
+        for plane, wrist_2, wrist_3_angle in _wrist_solutions(
             _turned_back(pan, rows), outward, up, favoured.wrist_3 if favoured else 0.0
         ):
             x, z = outward - D5 * math.sin(plane), up - D5 * math.cos(plane)
             distance = math.hypot(x, z)
-            out = max(distance - MAX_REACH, (A2 - A3) - distance)
-            if out > _TOUCHING:
-                least_excess = min(least_excess, out)
+            excess = max(distance - MAX_REACH, (A2 - A3) - distance)
+            if excess > _TOUCHING:
+                min_excess = min(min_excess, excess)
                 continue
             bend = math.acos(max(-1.0, min(1.0, (distance**2 - A2**2 - A3**2) / (2 * A2 * A3))))
             for elbow in (bend, -bend):
                 lift = math.atan2(-z, x) - math.atan2(A3 * math.sin(elbow), A2 + A3 * math.cos(elbow))
                 angles = (pan, lift, elbow, plane - math.pi - lift - elbow, wrist_2, wrist_3_angle)
                 joints = Joints(rail, *map(_principal, angles))
-                if not any(_alike(joints, other) for other in found):
+                if not any(_is_same(joints, other) for other in found):
                     found.append(joints)
     if not found:
-        raise UnreachableError(
-            f"the wrist would have to be {least_excess * 1000:.1f} mm beyond what the arm reaches with the rail at "
-            f"{rail:.3f} m"
-        )
+        raise UnreachableError(f"the wrist is {min_excess * 1000:.1f} mm out of reach with the rail at {rail:.3f} m")
     return tuple(found if favoured is None else (joints.nearest(favoured) for joints in found))
 
 
@@ -159,19 +156,21 @@ def is_usual(joints: Joints) -> bool:
     return wrist_out > 0.0 and elbow_up * wrist_out > wrist_up * elbow_out
 
 
-def _pans(wrist_3: Vector3) -> tuple[float, ...]:
+def _pan_angles(wrist_3: Vector3) -> tuple[float, ...]:
     """Return the pan angles [rad] for which the arm's plane, d4 off the pan axis, contains the origin of wrist 3."""
     distance = math.hypot(wrist_3[0], wrist_3[1])
     if distance < D4 - _TOUCHING:
         raise UnreachableError(
-            f"wrist 3 would be {distance:.3f} m from the pan axis, and it gets no nearer than {D4:.3f} m; move the rail"
+            f"wrist 3 must be at least {D4:.3f} m from the pan axis (got {distance:.3f} m); move the rail"
         )
     direction = math.atan2(wrist_3[1], wrist_3[0])
     aside = math.asin(min(1.0, D4 / distance))
     return direction - aside, direction + aside - math.pi
 
 
-def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) -> Iterator[tuple[float, float, float]]:
+def _wrist_solutions(
+    pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float
+) -> Iterator[tuple[float, float, float]]:
     """Yield the two sets of Y-Z-Y Euler angles [rad] of the hand in the arm's plane: plane angle, wrist 2 and wrist 3.
 
     `outward` and `up` [m] lead from the shoulder to the origin of wrist 3, in the plane. A free plane angle leaves
@@ -230,7 +229,7 @@ def _principal(angle: float) -> float:
     return math.remainder(angle, 2.0 * math.pi)
 
 
-def _alike(a: Joints, b: Joints) -> bool:
+def _is_same(a: Joints, b: Joints) -> bool:
     return all(abs(_principal(mine - other)) < _SAME for mine, other in zip(a[1:], b[1:], strict=True))
 
 
@@ -293,15 +292,15 @@ def solve(
             if cost >= best_cost:
                 continue
             if accept is not None and not accept(joints):
-                reasons[place] = f"with the rail at {place:.3f} m only in postures that are not accepted"
+                reasons[place] = f"with the rail at {place:.3f} m only in postures that `accept` refuses"
                 continue
             best, best_cost = joints, cost
     if best is None:
         x, y, z = world_T_gripper.position
-        why = "no place for the rail was given"
+        why = "no rail position was given"
         if places:
             why = reasons[min(places, key=lambda place: discomfort(world_T_gripper, place))]
-        raise UnreachableError(f"the arm does not bring its gripper to x {x:.3f}, y {y:.3f}, z {z:.3f} m: {why}")
+        raise UnreachableError(f"the gripper cannot reach x {x:.3f}, y {y:.3f}, z {z:.3f} m: {why}")
     return best
 
 

@@ -40,7 +40,7 @@ def straight(
         UsageError: a number is not finite, or the spacing not positive.
     """
     if not spacing > 0.0:
-        raise UsageError(f"the spacing of a path must be positive, not {spacing}")
+        raise UsageError(f"spacing must be positive (got {spacing})")
     begin = Joints.of(start)
     world_T_start = forward(begin)
     goal_rail = begin.rail if rail is None else rail
@@ -48,7 +48,7 @@ def straight(
     turn = angle_between(world_T_start, world_T_goal)
     reach = max(length / spacing, turn / TURN_SPACING, abs(goal_rail - begin.rail) / spacing)
     if not math.isfinite(reach):
-        raise UsageError("a pose to be reached must be finite")
+        raise UsageError("world_T_goal, rail and spacing must be finite")
     count = max(1, math.ceil(reach - 1e-9))
     shares = [index / count for index in range(1, count + 1)]
     return follow(
@@ -76,7 +76,9 @@ def follow(
     """
     places = [float(rails)] * len(world_T_grippers) if isinstance(rails, float | int) else rails
     if len(places) != len(world_T_grippers):
-        raise UsageError("a path needs as many rail positions as poses")
+        raise UsageError(
+            f"rails and world_T_grippers must have the same length (got {len(places)} and {len(world_T_grippers)})"
+        )
     path = [Joints.of(start)]
     for world_T_gripper, rail in zip(world_T_grippers, places, strict=True):
         last = path[-1]
@@ -87,8 +89,8 @@ def follow(
         best = min(postures, key=lambda joints: _largest_turn(joints, last))
         if (turn := _largest_turn(best, last)) > max_step:
             raise UnreachableError(
-                f"the path would need a joint to jump by {turn:.2f} at {_place(world_T_gripper)}: "
-                "it passes a singularity, or the end of a joint"
+                f"a joint would jump by {turn:.2f} at {_place(world_T_gripper)}: "
+                "the path passes a singularity or a joint limit"
             )
         path.append(best)
     return tuple(path)

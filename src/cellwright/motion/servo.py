@@ -85,7 +85,7 @@ def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payl
         UsageError: the motion does not begin and end at rest.
     """
     if any(abs(v) > 1e-6 for v in (*motion.velocities[0], *motion.velocities[-1])):
-        raise UsageError("only a motion from rest to rest can be anticipated")
+        raise UsageError("motion must begin and end at rest")
     fading = 4.0 * max(d / p for d, p in zip(servo.derivative, servo.stiffness, strict=True))
     duration = motion.duration + max(fading, 2 * _STEP)
     count = math.ceil(duration / _STEP)

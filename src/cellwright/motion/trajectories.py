@@ -57,7 +57,9 @@ def move(
     for index, bound in enumerate(profile.position_extrema):
         reach = max(abs(bound.min), abs(bound.max))
         if reach > max(LIMITS[index], abs(begin[index])) + _SLACK or abs(end[index]) > LIMITS[index] + _SLACK:
-            raise UnreachableError(f"{Joints._fields[index]} would go to {reach:.4f}; it ends at {LIMITS[index]:.4f}")
+            raise UnreachableError(
+                f"{Joints._fields[index]} would go to {reach:.4f}, beyond its limit of {LIMITS[index]:.4f}"
+            )
     duration = profile.duration
     if duration <= _SAME:
         return JointMotion.hold(begin, 0.0)
@@ -87,7 +89,7 @@ def through(waypoints: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMI
         if not stops or max(abs(a - b) for a, b in zip(waypoint, stops[-1], strict=True)) > _SAME:
             stops.append(waypoint)
     if not stops:
-        raise UsageError("a motion needs at least one waypoint")
+        raise UsageError("waypoints must not be empty")
     if len(stops) == 1:
         return move(stops[0], stops[0], limits)
     pieces = [move(a, b, limits) for a, b in pairwise(stops)]
@@ -130,7 +132,7 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
         marks.append(marks[-1] + length if marks else 0.0)
         knots.append(joints)
     if not knots:
-        raise UsageError("a path needs at least one position")
+        raise UsageError("path must not be empty")
     if len(knots) == 1:
         return JointMotion.hold(knots[0], 0.0)
     curve = JointMotion(tuple(marks), tuple(knots), knot_velocities(marks, knots))
@@ -139,8 +141,8 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
     request.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
     request.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
     profile = _calculate(request)
-    stretch = _needed_stretch(_driven(curve, profile, _MAX_STEP / 8), limits)
-    return _stretched(_driven(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
+    stretch = _needed_stretch(_timed_by_profile(curve, profile, _MAX_STEP / 8), limits)
+    return _stretched(_timed_by_profile(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
 
 
 def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotion:
@@ -150,9 +152,11 @@ def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotio
         UsageError: times that do not rise from 0, another number of positions, or a number that is not finite.
     """
     if len(times) != len(positions) or len(times) < 2:
-        raise UsageError("a timed motion needs as many positions as times, and at least two")
+        raise UsageError(
+            f"times and positions must have the same length, at least 2 (got {len(times)} and {len(positions)})"
+        )
     if any(not a < b for a, b in pairwise(times)):
-        raise UsageError("the times of a motion must rise from 0")
+        raise UsageError("times must rise from 0")
     knots = tuple(map(Joints.of, positions))
     return JointMotion(tuple(times), knots, knot_velocities(times, knots, STILL, STILL))
 
@@ -175,7 +179,7 @@ def _profile(
 ) -> Trajectory:
     for velocity, limit in zip((*start_velocity, *goal_velocity), limits.velocity * 2, strict=True):
         if not abs(velocity) <= limit + _SLACK:
-            raise UsageError(f"a velocity of {velocity} at an end is above the limit of {limit}")
+            raise UsageError(f"start and goal velocities must be within the limit of {limit} (got {velocity})")
     request = InputParameter(7)
     request.current_position, request.target_position = start, goal
     request.current_velocity, request.target_velocity = start_velocity, goal_velocity
@@ -222,7 +226,7 @@ def _between(a: Joints, b: Joints, leaving: Joints, arriving: Joints, limits: Mo
     return move(a, b, limits, start_velocity=leaving, goal_velocity=arriving)
 
 
-def _driven(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion:
+def _timed_by_profile(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion:
     """Return the curve with its parameter driven by a profile of one joint, with knots every `step` [s] at most."""
     count = max(8, math.ceil(profile.duration / step))
     times = tuple(profile.duration * index / count for index in range(count + 1))

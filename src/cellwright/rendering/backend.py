@@ -28,8 +28,10 @@ def requested_backend() -> str:
     backend = os.environ.get(BACKEND, "")
     if backend and backend not in BACKENDS:
         value = printable(backend, _MAX_SHOWN).replace("\n", " ")
-        meant = did_you_mean(backend.lower(), BACKENDS)
-        raise UsageError(f"{BACKEND}={value}: give one of {', '.join(BACKENDS)}, or leave it unset{meant}")
+        suggestion = did_you_mean(backend.lower(), BACKENDS)
+        raise UsageError(
+            f"{BACKEND}={value}: unknown backend; set one of {', '.join(BACKENDS)}, or unset it{suggestion}"
+        )
     return backend
 
 

@@ -38,15 +38,15 @@ class Camera:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(v) for v in (*self.eye, *self.target, *self.up, self.fov)):
-            raise UsageError("a camera needs finite numbers")
+            raise UsageError("camera numbers must be finite")
         if not 0 < self.fov < math.pi:
-            raise UsageError(f"the opening angle of a camera lies between 0 and pi rad, not at {self.fov:g}")
+            raise UsageError(f"camera opening angle must be between 0 and pi rad (got {self.fov:g})")
         forward = np.subtract(self.target, self.eye)
         if not np.linalg.norm(forward) > 0:
-            raise UsageError("a camera cannot look at the point where it stands")
+            raise UsageError("camera position and target must differ")
         across = np.cross(forward / np.linalg.norm(forward), self.up)
         if not np.linalg.norm(across) > 1e-9 * np.linalg.norm(self.up):
-            raise UsageError("the camera's up direction lies along its line of sight")
+            raise UsageError("camera up direction must not lie along the line of sight")
 
     @property
     def world_R_optical(self) -> NDArray[np.float64]:
@@ -162,11 +162,11 @@ def camera_of(text: str) -> Camera:
         at_x, at_y, at_z = (float(number) for number in target.split(","))
         (degrees,) = [float(each) for each in angle] or [_DEFAULT_ANGLE]
     except ValueError:
-        raise UsageError(f"{text}: give where it stands and what it looks at, such as -4,-3,3:0,0,0.6") from None
+        raise UsageError(f"{text}: not a camera; give its position and target, such as -4,-3,3:0,0,0.6") from None
     if any(abs(number) > _MAX_COORDINATE for number in (x, y, z, at_x, at_y, at_z)):
-        raise UsageError(f"{text}: no number may be above {_MAX_COORDINATE:g} m")
+        raise UsageError(f"{text}: coordinates must be at most {_MAX_COORDINATE:g} m")
     if not 0 < degrees < _MAX_ANGLE:
-        raise UsageError(f"{text}: it opens by more than 0 and less than {_MAX_ANGLE:g} degrees, not by {degrees:g}")
+        raise UsageError(f"{text}: opening angle must be between 0 and {_MAX_ANGLE:g} degrees (got {degrees:g})")
     is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
     try:
         return Camera((x, y, z), (at_x, at_y, at_z), _AHEAD if is_plumb else _UPWARDS, math.radians(degrees))

@@ -220,7 +220,9 @@ def encode_png(picture: NDArray[np.uint8]) -> bytes:
         UsageError: the array has another type or shape, or is empty.
     """
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3 or picture.size == 0:
-        raise UsageError(f"a picture is a (height, width, 3) array of uint8, not {picture.shape} of {picture.dtype}")
+        raise UsageError(
+            f"picture must be a (height, width, 3) array of uint8 (got {picture.shape} of {picture.dtype})"
+        )
     height, width, _ = picture.shape
     rows = np.empty((height, 1 + 3 * width), np.uint8)
     rows[:, 0] = FILTER_UP
@@ -295,7 +297,7 @@ def render(
     """
     check_size(width, height)
     if not 1 <= samples <= 8:
-        raise UsageError(f"the number of samples of a picture is between 1 and 8, not {samples}")
+        raise UsageError(f"picture samples must be between 1 and 8 (got {samples})")
     report = progress or (lambda _: None)
     report(0.0)
 
@@ -333,7 +335,7 @@ def check_size(width: int, height: int) -> None:
     """Raise UsageError for a picture that is empty or too large."""
     for name, value in (("width", width), ("height", height)):
         if not 1 <= value <= MAX_SIDE:
-            raise UsageError(f"the {name} of a picture is between 1 and {MAX_SIDE}, not {value}")
+            raise UsageError(f"picture {name} must be between 1 and {MAX_SIDE} (got {value})")
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ class Video:
             self._worker.close()
             raise
         if draws_with == RAYS:
-            warn(f"{file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
+            warn(f"{file}: OpenGL is not available, so each picture of the video takes seconds; see docs/video.md")
 
     @property
     def made(self) -> VideoFigures:

@@ -41,7 +41,7 @@ def check_video_size(width: int, height: int) -> None:
     """Raise UsageError for a size that no video can have."""
     for name, value in (("width", width), ("height", height)):
         if not _MIN_SIDE <= value <= MAX_SIDE or value % 2:
-            raise UsageError(f"the {name} of a video is an even number from {_MIN_SIDE} to {MAX_SIDE}, not {value}")
+            raise UsageError(f"video {name} must be an even number from {_MIN_SIDE} to {MAX_SIDE} (got {value})")
 
 
 def period_of(speed: float) -> Fraction:
@@ -51,5 +51,5 @@ def period_of(speed: float) -> Fraction:
         UsageError: `speed` is not positive and finite.
     """
     if not (math.isfinite(speed) and speed > 0):
-        raise UsageError(f"the speed of a video is a number above 0, not {speed:g}")
+        raise UsageError(f"video speed must be above 0 (got {speed:g})")
     return Fraction(str(speed)) / RATE

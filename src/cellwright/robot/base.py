@@ -59,11 +59,11 @@ class Base(Device):
         """
         count = 2 if self.mode is BaseMode.ORIGINAL else 3
         if len(data) != count:
-            raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_MEANING[self.mode]}")
+            raise RejectedCommandError(f"data must have {count} numbers (got {len(data)}): {_MEANING[self.mode]}")
         if not all(map(math.isfinite, data)):
-            raise RejectedCommandError(f"the numbers must be finite, not {list(data)}")
+            raise RejectedCommandError(f"data must be finite (got {list(data)})")
         if any(abs(value) > MAX_STEP for value in data):
-            raise RejectedCommandError(f"no number of a base's command may be beyond {MAX_STEP:g}")
+            raise RejectedCommandError(f"data must be between -{MAX_STEP:g} and {MAX_STEP:g} (got {list(data)})")
         if self.mode is BaseMode.VELOCITY:
             self._velocity = (data[0], data[1], data[2])
             self._until = self.simulation.now + nanoseconds(TIMEOUT)
@@ -108,7 +108,7 @@ class Base(Device):
     def _move(self, turn: float, x: float, y: float) -> None:
         moved = self.pose @ Pose.from_rpy((x, y, 0.0), (0.0, 0.0, turn))
         if any(abs(value) > MAX_DISTANCE for value in moved.position):
-            raise RejectedCommandError(f"the base may be {MAX_DISTANCE:g} m from the origin, and no farther")
+            raise RejectedCommandError(f"the base must stay within {MAX_DISTANCE:g} m of the origin")
         length = math.hypot(*moved.quaternion)  # without this it would grow with every message
         w, i, j, k = (value / length for value in moved.quaternion)
         self.place(Pose(moved.position, (w, i, j, k)))

@@ -18,6 +18,12 @@ from cellwright.robot.interface import JOINT_SOURCES
 from cellwright.robot.safety import NO_SOURCE, CommandGate, Notices, Numbers, SafetySettings, TargetLimiter
 from cellwright.robot.servos import Array, MimicJoints, fastest
 
+CLEAR_STOP = "call /io_teleop/clear_emergency_stop to clear it"
+"""Remedy for an emergency stop."""
+ENABLE = "call /io_teleop/set_enabled to enable them"
+"""Remedy for disabled commands."""
+_STOPPED, _DISABLED = f"the emergency stop is active; {CLEAR_STOP}", f"commands are disabled; {ENABLE}"
+
 
 class Commander(Device):
     """Targets of all joints.
@@ -91,14 +97,14 @@ class Commander(Device):
         """True if commands are taken now; otherwise they are ignored, and counted."""
         return self.is_enabled and not self.is_stopped and not self.is_homing
 
-    def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool | None]) -> None:
+    def take(self, topic: str, node: str, stamp: int, execute: Callable[[], bool | None]) -> None:
         """Carry out a command of a topic.
 
         Args:
             topic: its topic.
             node: its sender.
             stamp: its stamp [ns]; 0 for none.
-            act: carries it out; returns False if nothing in it is for this robot.
+            execute: carries it out; returns False if nothing in it is for this robot.
 
         Raises:
             RejectedCommandError: it is refused, for example because of its stamp.
@@ -108,13 +114,13 @@ class Commander(Device):
             return
         self._ignored_for = ""
         self.gate.check(topic, node, stamp)
-        if act() is False:
+        if execute() is False:
             self.ignored += 1
             return
         self.gate.confirm(topic, node, stamp)
         self.taken += 1
         self.why_held = ""
-        self.watchdog.hear(topic, node)
+        self.watchdog.note_command(topic, node)
 
     def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
         """Let joints, by number, follow a topic to positions [rad; m], clipped to their limits.
@@ -163,19 +169,19 @@ class Commander(Device):
         if not self.is_stopped:
             self.is_stopped = True
             self.hold(why)
-            self.notices.log(f"{why}; /io_teleop/clear_emergency_stop ends it")
+            self.notices.log(f"{why}; {CLEAR_STOP}")
 
     def clear_stop(self) -> None:
         """End an emergency stop: the robot holds until the next command."""
         self.is_stopped = False
-        self.why_held = "holds where it was stopped, until the next command"
+        self.why_held = "stop cleared; the robot holds until the next command"
         for begin in self.on_clear:
             begin()
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
         """Take commands, or hold and take none."""
         if self.is_enabled and not enabled:
-            self.hold("commands are switched off")
+            self.hold("commands are disabled")
         elif enabled and not self.is_enabled:
             self.why_held = ""
         self.is_enabled = enabled
@@ -196,7 +202,7 @@ class Commander(Device):
 
     def before_step(self) -> None:
         """Give the driver the applied positions of this step."""
-        self.watchdog.look()
+        self.watchdog.check()
         limiter, mimics = self.limiter, self.mimics
         if limiter.advance(self._seconds):
             if mimics.leaders:
@@ -232,14 +238,14 @@ class Commander(Device):
         """Count an ignored command; log the reason once."""
         self.ignored += 1
         if self.is_stopped:
-            why = "the emergency stop is on (/io_teleop/clear_emergency_stop ends it)"
+            why = _STOPPED
         elif not self.is_enabled:
-            why = "commands are switched off (/io_teleop/set_enabled switches them on)"
+            why = _DISABLED
         else:
             why = "the robot is on its way home"
         if why != self._ignored_for:
             self._ignored_for = why
-            self.notices.log(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
+            self.notices.log(f"ignoring {topic}{f' from {node}' if node else ''}: {why}")
 
 
 UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
@@ -264,7 +270,7 @@ class Watchdog:
         """True if the robot holds because all topics have been silent for too long."""
         return bool(self.topics) and not (self._commander.limiter.source >= 0).any()
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Hold the joints of topics that have become silent."""
         if self._silence is None:
             return
@@ -276,13 +282,13 @@ class Watchdog:
             if len(joints):
                 limiter.hold(commander.measured(), joints)
                 self._silent[topic] = joints.tolist()
-                commander.notices.log(f"nothing has come on {topic} for {self._silence:g} s: its joints are held")
+                commander.notices.log(f"no message on {topic} for {self._silence:g} s: its joints are held")
 
-    def hear(self, topic: str, node: str) -> None:
+    def note_command(self, topic: str, node: str) -> None:
         """Note a command that was taken."""
         if topic in self._silent:
             del self._silent[topic]
-            self._commander.notices.log(f"{topic} is heard again, from {node or 'a client'}")
+            self._commander.notices.log(f"messages on {topic} again, from {node or 'a client'}")
 
     def forget(self) -> None:
         """Clear: all joints are held for another reason, or go home."""
@@ -322,7 +328,11 @@ class Homing(Device):
         super().__init__("homing")
         self._commander = commander
         numbers, limiter = commander.numbers, commander.limiter
-        home = {numbers[name]: at for name, at in config.home.items() if name in numbers and math.isfinite(at)}
+        home = {
+            numbers[name]: position
+            for name, position in config.home.items()
+            if name in numbers and math.isfinite(position)
+        }
         self._joints = np.array(list(home), dtype=np.intp)
         self._positions = np.clip(
             np.array(list(home.values())), limiter.lower[self._joints], limiter.upper[self._joints]
@@ -333,27 +343,29 @@ class Homing(Device):
     def reset(self) -> None:
         """Clear the waiting callers and the running motion."""
         self._until = None
-        self._answer("the node has begun anew")
+        self._respond("the node was reset")
         self.set_stepping(False)
 
     def go_home(self, _row: Endpoint, _request: TriggerRequest, node: str) -> Any:
         """Handle a call: fail at once if the robot may not move, else respond at home. Two calls share one motion."""
         commander = self._commander
         if commander.is_stopped:
-            return _failure("the emergency stop is on: /io_teleop/clear_emergency_stop ends it")
+            return _failure(_STOPPED)
         if not commander.is_enabled:
-            return _failure("commands are switched off: /io_teleop/set_enabled switches them on")
+            return _failure(_DISABLED)
         if not commander.is_homing:
             self._end_if_held()
             commander.begin_homing(self._joints, self._positions)
             self._until = self.simulation.now + nanoseconds(HOMING_TIMEOUT)
             self.set_stepping(True)
-            commander.notices.log(f"going home, as {node or 'a client'} asked for")
+            commander.notices.log(f"reset by {node or 'a client'}: the robot goes home")
         if len(self._waiting) >= MAX_WAITING_CALLS:
-            return _failure(f"the robot goes home, and {MAX_WAITING_CALLS} calls wait for it already")
-        later = PendingResponse()
-        self._waiting.append(later)
-        return later
+            return _failure(
+                f"too many calls wait for the reset (at most {MAX_WAITING_CALLS}); call again when the robot is home"
+            )
+        pending = PendingResponse()
+        self._waiting.append(pending)
+        return pending
 
     def after_step(self) -> None:
         """Check whether the robot is home, or has failed."""
@@ -371,28 +383,28 @@ class Homing(Device):
             name = commander.driver.joints[self._joints[worst]]
             why = f"not at home after {HOMING_TIMEOUT:g} s: {name} is {error[worst]:.3g} away"
             commander.hold(why)
-            self._end(f"{why}; the robot is held where it stands")
+            self._end(f"{why}; the robot holds its position")
 
     def close(self) -> None:
         """Respond to waiting callers that homing has failed."""
-        self._answer("the node has stopped")
+        self._respond("the node has stopped")
 
     def _end_if_held(self) -> None:
         """End homing after a hold."""
         if self._until is not None:
-            self._end(f"the robot was held on its way: {self._commander.why_held}")
+            self._end(f"the reset was interrupted: {self._commander.why_held}")
 
-    def _end(self, why_not: str) -> None:
+    def _end(self, failure: str) -> None:
         self._until = None
         self.set_stepping(False)
-        if why_not:
-            self._commander.notices.log(f"reset: {why_not}")
-        self._answer(why_not)
+        if failure:
+            self._commander.notices.log(f"reset: {failure}")
+        self._respond(failure)
 
-    def _answer(self, why_not: str) -> None:
+    def _respond(self, failure: str) -> None:
         waiting, self._waiting = self._waiting, []
-        for later in waiting:
-            later.answer(_failure(why_not) if why_not else TriggerResponse(success=True, message=HOMING_RESPONSE))
+        for pending in waiting:
+            pending.answer(_failure(failure) if failure else TriggerResponse(success=True, message=HOMING_RESPONSE))
 
 
 def _failure(why: str) -> TriggerResponse:

@@ -13,7 +13,7 @@ from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
 from cellwright.robot.base import Base
-from cellwright.robot.commander import Commander
+from cellwright.robot.commander import CLEAR_STOP, Commander
 from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
 from cellwright.util.errors import RejectedCommandError
 
@@ -30,19 +30,17 @@ def joint_targets(message: Any) -> dict[str, float]:
     names: list[str] = message.name
     count = len(message.position)
     if len(names) > MAX_ENTRIES or count > MAX_ENTRIES:
-        raise RejectedCommandError(f"{max(len(names), count)} entries are too many: {MAX_ENTRIES} are the most")
+        raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {max(len(names), count)})")
     if len(names) != count:
-        raise RejectedCommandError(
-            f"{len(names)} names and {count} positions: as many are needed of the one as of the other"
-        )
+        raise RejectedCommandError(f"name and position must have the same length (got {len(names)} and {count})")
     found = dict(zip(names, message.position.tolist(), strict=True))
     if len(found) != count:
         counts = Counter(names)  # in one pass: the message is untrusted, and physics waits
-        twice = next(name for name in names if counts[name] > 1)
-        raise RejectedCommandError(f"{twice!r:.80} is named twice: which of the two is meant")
+        duplicate = next(name for name in names if counts[name] > 1)
+        raise RejectedCommandError(f"{duplicate!r:.80} appears twice; give each name once")
     for name, position in found.items():
         if not math.isfinite(position):
-            raise RejectedCommandError(f"the position of {name!r:.80} is {position}")
+            raise RejectedCommandError(f"the position of {name!r:.80} must be finite (got {position})")
     return found
 
 
@@ -52,14 +50,14 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
     Raises:
         RejectedCommandError: there are fewer numbers than grippers, or some are not finite.
     """
-    given = len(message.position)
-    if given > MAX_ENTRIES:
-        raise RejectedCommandError(f"{given} entries are too many: {MAX_ENTRIES} are the most")
-    if given < count:
-        raise RejectedCommandError(f"{given} of {count} grippers: a number is needed for each, right, left")
+    length = len(message.position)
+    if length > MAX_ENTRIES:
+        raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {length})")
+    if length < count:
+        raise RejectedCommandError(f"position must have {count} numbers, one a gripper (right, left; got {length})")
     values: list[float] = message.position.tolist()
     if not all(map(math.isfinite, values)):
-        raise RejectedCommandError(f"a gripper's status is from 0 to 1, not {values[:8]}")
+        raise RejectedCommandError(f"a gripper's status must be from 0 to 1 (got {values[:8]})")
     return values[:count]
 
 
@@ -76,7 +74,7 @@ class RobotCommands:
         topic, allowed, targets = row.name, None if hand is None else self._hands[hand], joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
 
-        def act() -> bool:
+        def execute() -> bool:
             known = {
                 numbers[name]: position
                 for name, position in targets.items()
@@ -88,7 +86,7 @@ class RobotCommands:
                 commander.follow(topic, known.keys(), known.values(), guarded=True)
             return bool(known)
 
-        commander.take(topic, node, nanoseconds(message.header.stamp), act)
+        commander.take(topic, node, nanoseconds(message.header.stamp), execute)
 
     target_joints = _follow
     target_right_hand = partialmethod(_follow, hand=RIGHT)
@@ -97,21 +95,21 @@ class RobotCommands:
     def _log_ignored_names(self, topic: str, allowed: frozenset[str] | None, targets: dict[str, float]) -> None:
         """Log ignored names, each once."""
         commander = self._commander
-        strange: dict[str, str] = {}
+        reasons: dict[str, str] = {}
         for name in targets:
             if name in commander.mimics.leaders:
                 leader = commander.mimics.leaders[name]
-                line = f"{topic}: {name} follows {leader}; its own target is passed over (told once)"
+                line = f"{topic}: {name} mimics {leader}; its own target is ignored (logged once)"
                 commander.notices.log_once(f"follows {name}", line)
             elif name in commander.numbers:
                 if allowed is not None and name not in allowed:
-                    strange[name] = "is no joint of that hand"
+                    reasons[name] = "is not a joint of that hand"
             elif name in self._config.robot.joint_indices:
                 kind = self._config.robot.joint(name).type.value
-                strange[name] = f"is a {kind} joint, which takes no position"
+                reasons[name] = f"is a {kind} joint, which has no single position"
             else:
-                strange[name] = "is no joint of this robot"
-        commander.notices.log_unknown(topic, strange)
+                reasons[name] = "is not a joint of this robot"
+        commander.notices.log_unknown(topic, reasons)
 
     def target_grippers(self, row: Endpoint, message: Any, node: str) -> None:
         """Move the grippers to the requested statuses."""
@@ -122,18 +120,16 @@ class RobotCommands:
             [gripper.positions(status) for gripper, status in zip(self._grippers, values, strict=True)]
         )
         if len(message.position) > len(values):
-            line = (
-                f"{topic}: {len(message.position)} numbers for {len(values)} grippers: those at the end are passed over"
-            )
-            self._commander.notices.log_once(topic, f"{line} (told once)")
+            line = f"{topic}: {len(message.position)} numbers for {len(values)} grippers; those at the end are ignored"
+            self._commander.notices.log_once(topic, f"{line} (logged once)")
 
-        def act() -> None:
+        def execute() -> None:
             if not all(0.0 <= status <= 1.0 for status in values):
                 shown = ", ".join(f"{status:.4g}" for status in values)
-                self._commander.notices.log_throttled(topic, f"{topic}: kept within 0 and 1: {shown} was asked for")
+                self._commander.notices.log_throttled(topic, f"{topic}: clipped to 0 to 1 (got {shown})")
             self._commander.follow(topic, joints, positions)
 
-        self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
+        self._commander.take(topic, node, nanoseconds(message.header.stamp), execute)
 
     def move_base(self, row: Endpoint, message: Any, node: str) -> None:
         """Turn and move the base."""
@@ -151,16 +147,14 @@ class RobotCommands:
             return TriggerResponse(success=True, message="there was no emergency stop")
         commander.clear_stop()
         commander.notices.log(f"emergency stop cleared by {node or 'a client'}")
-        return TriggerResponse(success=True, message="the robot stays where it is until the next command")
+        return TriggerResponse(success=True, message="the robot holds until the next command")
 
     def set_enabled(self, _row: Endpoint, request: SetBoolRequest, node: str) -> SetBoolResponse:
         """Take commands, or none."""
         commander = self._commander
         if request.data and commander.is_stopped:
-            return SetBoolResponse(
-                success=False, message="the emergency stop is on: /io_teleop/clear_emergency_stop ends it"
-            )
+            return SetBoolResponse(success=False, message=f"the emergency stop is active; {CLEAR_STOP}")
         if commander.is_enabled != request.data:
             commander.set_enabled(request.data)
-            commander.notices.log(f"commands are switched {'on' if request.data else 'off'} by {node or 'a client'}")
-        return SetBoolResponse(success=True, message="takes commands" if request.data else "takes no commands")
+            commander.notices.log(f"commands {'enabled' if request.data else 'disabled'} by {node or 'a client'}")
+        return SetBoolResponse(success=True, message="commands enabled" if request.data else "commands disabled")

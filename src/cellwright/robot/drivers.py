@@ -20,6 +20,20 @@ class Driver(Protocol):
 
     Every array is in the order of `joints`: one number each [rad; m]. Targets are finite and within the limits of the
     joints, and have passed all safety checks.
+
+    Example:
+        >>> class Lift:
+        ...     joints = ("lift",)
+        ...     def command(self, targets):
+        ...         self.position = targets
+        ...     def read(self):
+        ...         return JointArrays(self.position, velocities=np.zeros(1), efforts=np.zeros(1))
+        ...     def close(self):
+        ...         pass
+        >>> lift: Driver = Lift()
+        >>> lift.command(np.array([0.2]))
+        >>> lift.read().positions.tolist()
+        [0.2]
     """
 
     @property
@@ -92,12 +106,12 @@ class LiveDriver:
         self._has_ended = False
         self._lock = threading.Lock()
         self._awake = threading.Event()
-        self._heard = time.monotonic()
+        self._last_reading = time.monotonic()
         first = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(first,), name="driver", daemon=True)
         self._thread.start()
         if not first.wait(FIRST_READING_TIMEOUT):
-            self._fault = f"it has not been read for the first time within {FIRST_READING_TIMEOUT:g} s"
+            self._fault = f"no first reading within {FIRST_READING_TIMEOUT:g} s"
         if self._fault:
             self.close()
             raise DriverError(f"the driver cannot be used: {self._fault}")
@@ -106,8 +120,8 @@ class LiveDriver:
     def fault(self) -> str:
         """Reason why the driver is held; empty while it works."""
         with self._lock:
-            if not self._fault and time.monotonic() - self._heard > self._timeout:
-                self._fault = f"it has said nothing for {self._timeout:g} s"
+            if not self._fault and time.monotonic() - self._last_reading > self._timeout:
+                self._fault = f"no reading for {self._timeout:g} s"
             return self._fault
 
     def clear(self) -> None:
@@ -116,7 +130,7 @@ class LiveDriver:
             self._fault = ""
             self._is_holding = False
             self._targets = None
-            self._heard = time.monotonic()
+            self._last_reading = time.monotonic()
 
     def command(self, targets: Array) -> None:
         """Set targets [rad; m] of all joints for the thread; they replace targets that it has not taken yet."""
@@ -140,7 +154,7 @@ class LiveDriver:
     def _run(self, first: threading.Event) -> None:
         while not self._has_ended:
             try:
-                self._turn()
+                self._exchange()
             except DriverError as error:
                 self._fail(str(error))
             except BaseException as error:  # user code must not stop the node
@@ -150,7 +164,7 @@ class LiveDriver:
             self._awake.clear()
         close_driver(self._driver)
 
-    def _turn(self) -> None:
+    def _exchange(self) -> None:
         """Pass new targets to the driver, and read it."""
         with self._lock:
             targets, self._targets = self._targets, None
@@ -165,30 +179,30 @@ class LiveDriver:
         with self._lock:
             self._readings = readings
             self.count += 1
-            self._heard = time.monotonic()
+            self._last_reading = time.monotonic()
 
     def _checked(self, found: JointArrays) -> JointArrays:
         if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointArrays._fields):
-            raise DriverError(f"read() is to give three things, {_COLUMNS}, and it gave {_describe_value(found)}")
+            raise DriverError(f"read() must return {_COLUMNS} (got {_describe_type(found)})")
         columns = []
         for name, old, values in zip(JointArrays._fields, self._readings, found, strict=True):
             if np.ndim(values) != 1:
-                problem = f"{name}: {_describe_value(values)}"
-                raise DriverError(f"read() is to give {_COLUMNS}, each a number for each joint; {problem}")
-            given = np.asarray(values, dtype=float)
-            if given.shape != self._places.shape:
-                raise DriverError(f"{name} of {given.size} joints were read, and it has {self._places.size}")
-            if not np.isfinite(given).all():
-                joint = self.joints[self._places[np.flatnonzero(~np.isfinite(given))[0]]]
-                raise DriverError(f"{name} of {joint} are no finite number")
+                problem = f"got {_describe_type(values)} for {name}"
+                raise DriverError(f"read() must return {_COLUMNS}, each with one number a joint ({problem})")
+            numbers = np.asarray(values, dtype=float)
+            if numbers.shape != self._places.shape:
+                raise DriverError(f"{name} must have {self._places.size} numbers, one a joint (got {numbers.size})")
+            if not np.isfinite(numbers).all():
+                joint = self.joints[self._places[np.flatnonzero(~np.isfinite(numbers))[0]]]
+                raise DriverError(f"{name} of {joint} must be finite")
             column = old.copy()
-            column[self._places] = given
+            column[self._places] = numbers
             columns.append(column)
         return JointArrays(*columns)
 
     def _fail(self, reason: str) -> None:
         with self._lock:
-            self._heard = time.monotonic()
+            self._last_reading = time.monotonic()
             if not self._fault:
                 self._fault = reason
 
@@ -199,7 +213,7 @@ def close_driver(driver: Driver) -> None:
         driver.close()
 
 
-def _describe_value(value: object) -> str:
+def _describe_type(value: object) -> str:
     return f"a {type(value).__name__}" + (f" of {len(value)}" if isinstance(value, Sized) else "")
 
 
@@ -213,7 +227,7 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
         if name not in joints:
             raise DriverError(f"the driver cannot be used: {UnknownNameError('joint', str(name), joints)}")
     if not names or len(set(names)) != len(names):
-        raise DriverError("the driver cannot be used: it has no joints, or some of them twice")
+        raise DriverError("the driver cannot be used: joints must not be empty or repeat a name")
     return np.array([joints.index(name) for name in names], dtype=np.int64)
 
 
@@ -239,7 +253,7 @@ class Mirror(Device):
         self._show()
         fault = self._driver.fault
         if fault:
-            self._stop(f"the driver has failed, and the robot holds: {fault}")
+            self._stop(f"the driver has failed, the robot holds: {fault}")
         else:
             self._hold()
 
@@ -259,8 +273,8 @@ def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
             that fails.
     """
     if not plugins.is_class_path(name):
-        raise DriverError(f"a driver is given as path.py:Class or module:Class, not {name!r}")
+        raise DriverError(f"a driver must be path.py:Class or module:Class (got {name!r})")
     found = plugins.find_class(name, method="command", error=DriverError)
     if not callable(found) or not hasattr(found, "command"):
-        raise DriverError(f"{name}: a driver is a class with joints, command(targets), read() and close()")
+        raise DriverError(f"{name}: not a driver; give a class with joints, command(targets), read() and close()")
     return plugins.maker(name, found, DriverError)

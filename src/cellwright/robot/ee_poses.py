@@ -167,12 +167,12 @@ class EePoses(Device):
         """
         count = len(self._arms)
         if len(message.poses) != count:
-            needed = "1 pose is needed" if count == 1 else f"{count} poses are needed (right, left)"
-            raise RejectedCommandError(f"{needed}, not {len(message.poses)}")
+            needed = "1 pose" if count == 1 else f"{count} poses, right, left"
+            raise RejectedCommandError(f"poses must have {needed} (got {len(message.poses)})")
         poses = [_checked_pose(each, f"poses[{place}]") for place, each in enumerate(message.poses)]
         frame = message.header.frame_id
         if frame in self._config.robot.link_indices:
-            poses = [there @ pose for there, pose in zip(self.poses(frame), poses, strict=True)]
+            poses = [frame_pose @ pose for frame_pose, pose in zip(self.poses(frame), poses, strict=True)]
         self._commander.take(row.name, node, nanoseconds(message.header.stamp), lambda: self.aim(poses))
 
     def ee_poses(self, output: Output) -> None:

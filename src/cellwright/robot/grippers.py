@@ -21,22 +21,22 @@ class GripperRange:
         joints = [robot.joint(name) for name in gripper.joints if name in numbers]
         used = [each for each in joints if not each.mimic and math.isfinite(each.limits.upper - each.limits.lower)]
         self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
-        ways = [gripper.open_and_closed(joint) for joint in used]
-        self._open = np.array([begin for begin, _ in ways])
-        self._way = np.array([end - begin for begin, end in ways])
+        ranges = [gripper.open_and_closed(joint) for joint in used]
+        self._open = np.array([begin for begin, _ in ranges])
+        self._span = np.array([end - begin for begin, end in ranges])
 
     def positions(self, status: float) -> Array:
         """Return the positions of the joints at a status from 0 to 1 [rad; m]."""
-        found: Array = self._open + min(1.0, max(0.0, status)) * self._way
+        found: Array = self._open + min(1.0, max(0.0, status)) * self._span
         return found
 
     def status(self, positions: Array) -> float:
         """Return how far the gripper is closed, 0 to 1, with all joints of the robot at `positions` [rad; m]."""
-        whole = float(np.abs(self._way).sum())
-        if whole <= 0.0:
+        total = float(np.abs(self._span).sum())
+        if total <= 0.0:
             return 0.0
-        closed = (positions[self.joints] - self._open) * np.sign(self._way)
-        return min(1.0, max(0.0, float(closed.sum()) / whole))
+        closed = (positions[self.joints] - self._open) * np.sign(self._span)
+        return min(1.0, max(0.0, float(closed.sum()) / total))
 
 
 def gripper_ranges(

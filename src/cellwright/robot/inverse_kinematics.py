@@ -73,7 +73,7 @@ class ArmSolver:
         self._tip, self._reference = model.body(body_of(tip)).id, model.body(body_of(reference)).id
         self._moves_reference = bool(_is_above(model, ids, self._reference))
         self._jacobian = np.zeros((6, model.nv))
-        self._other = np.zeros((6, model.nv))
+        self._reference_jacobian = np.zeros((6, model.nv))
         self._weights = np.repeat((1.0, TURN_WEIGHT), 3)
         self._identity = np.eye(len(joints))
         self._row_damping, self._forces = _ROW_DAMPING * np.eye(6), np.zeros(6)
@@ -136,9 +136,9 @@ class ArmSolver:
     def _share(self, error: Array, time: float) -> float:
         """Return the share of the error for this step; the whole error shrinks in one straight motion."""
         share = -math.expm1(-GAIN * time)
-        for way, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self._caps, strict=True):
-            if share * way > speed * time:
-                share = speed * time / way
+        for distance, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self._caps, strict=True):
+            if share * distance > speed * time:
+                share = speed * time / distance
         return share
 
     def _goal(self, data: mujoco.MjData, target: Pose) -> Array:
@@ -153,9 +153,14 @@ class ArmSolver:
         found: Array = jacobian[:, self._dofs]
         if self._moves_reference:
             mujoco.mj_jac(
-                self._model, data, self._other[:3], self._other[3:], self._goal(data, target), self._reference
+                self._model,
+                data,
+                self._reference_jacobian[:3],
+                self._reference_jacobian[3:],
+                self._goal(data, target),
+                self._reference,
             )
-            found = found - self._other[:, self._dofs]
+            found = found - self._reference_jacobian[:, self._dofs]
         return found
 
 

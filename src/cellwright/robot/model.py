@@ -260,8 +260,11 @@ class RobotWorld:
 def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_collision: bool = False) -> RobotWorld:
     """Build a world with a robot in it and nothing else, without gravity, as in the original.
 
-    With `self_collision` links may touch each other, except for those that are joined or overlap in the initial
-    posture.
+    Args:
+        config: the robot.
+        timestep: length of a step [s].
+        self_collision: enables contacts between links, except for those that are joined or overlap in the initial
+            posture.
 
     Raises:
         DescriptionError: the engine cannot build the robot.
@@ -279,13 +282,13 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.tolerance = 1e-10
     option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
     builder = _RobotBuilder(spec, config, is_touched=self_collision)
-    with _refusing(config):
+    with _report_refusal(config):
         builder.build()
     add_floor(spec)
     moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _JOINT_TYPES)
     joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
     exclude_contacts(spec, [(body_of(one), body_of(other)) for one, other in joined])
-    with _refusing(config):
+    with _report_refusal(config):
         world = RobotWorld(config, spec.compile())
     data = mujoco.MjData(world.model)
     world.put_in_first_pose(data)
@@ -297,7 +300,7 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
 
 
 @contextmanager
-def _refusing(config: RobotConfig) -> Iterator[None]:
+def _report_refusal(config: RobotConfig) -> Iterator[None]:
     """Report in one sentence why the engine refuses a robot, or why its meshes can no longer be read."""
     try:
         yield
@@ -334,23 +337,23 @@ class _RobotBuilder:
     def _grow(self, first: Any, first_link: str) -> None:
         ahead: list[tuple[Any, str, Joint | None]] = [(first, first_link, None)]
         while ahead:
-            body, link, come_by = ahead.pop()
+            body, link, arrived_by = ahead.pop()
             for joint in self._joints_at[link]:
-                if joint is come_by:
+                if joint is arrived_by:
                     continue
-                is_turned_over = joint.child == link
-                other = joint.parent if is_turned_over else joint.child
-                origin = joint.origin.inverse() if is_turned_over else joint.origin
+                is_reversed = joint.child == link
+                other = joint.parent if is_reversed else joint.child
+                origin = joint.origin.inverse() if is_reversed else joint.origin
                 grown = body.add_body(name=body_of(other), **pose_arguments(origin))
                 self._fill(grown, self._robot.links[other])
                 if joint.type in _JOINT_TYPES:
-                    self._add_joint(grown, joint, is_turned_over=is_turned_over)
+                    self._add_joint(grown, joint, is_reversed=is_reversed)
                 ahead.append((grown, other, joint))
 
-    def _add_joint(self, body: Any, joint: Joint, *, is_turned_over: bool) -> None:
+    def _add_joint(self, body: Any, joint: Joint, *, is_reversed: bool) -> None:
         """Add a joint; seen from its child, its axis is reversed and passes through the child's frame."""
         axis, at = joint.axis, (0.0, 0.0, 0.0)
-        if is_turned_over:
+        if is_reversed:
             x, y, z = joint.origin.rotate(axis)
             axis, at = (-x, -y, -z), joint.origin.position
         made = body.add_joint(name=joint.name, type=_JOINT_TYPES[joint.type], pos=at)

@@ -27,6 +27,16 @@ from cellwright.util.pose import Pose
 class RobotNode:
     """A robot and its node, ready to run: each `simulation.step()` advances by 1/240 s.
 
+    Example:
+        >>> from cellwright.config.robot.robots import load_robot
+        >>> from cellwright.middleware.messages.conversions import joint_state
+        >>> node = RobotNode(load_robot("tandem", warn=print))
+        >>> node.bus.publish("/io_teleop/joint_cmd", joint_state(["lift"], [0.2], time=0))
+        >>> node.simulation.step_until(1_000_000_000)
+        >>> round(float(node.driver.read().positions[node.commander.numbers["lift"]]), 2)
+        0.2
+        >>> node.close()
+
     Args:
         config: the robot.
         motion: how joints reach their targets.

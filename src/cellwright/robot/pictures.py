@@ -74,7 +74,7 @@ def camera_on(
         UsageError: an argument is out of range.
     """
     if width < 1 or height < 1:
-        raise UsageError(f"a picture has at least one pixel, not {width} x {height}")
+        raise UsageError(f"width and height must be at least 1 px (got {width} and {height})")
     corners = visible_corners(model, data)
     if not len(corners):
         corners = np.zeros((1, 3))

@@ -19,7 +19,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
-from cellwright.robot.commander import Commander
+from cellwright.robot.commander import CLEAR_STOP, ENABLE, Commander
 from cellwright.robot.drivers import Driver
 from cellwright.robot.grippers import GripperRange
 from cellwright.robot.model import body_of
@@ -35,7 +35,7 @@ def add_cameras(
     for described in config.cameras:
         try:
             if described.name in found:
-                raise UsageError("there are two of this name")
+                raise UsageError("another camera has this name")
             description = picture_camera(config, described)
             camera = PictureCamera(replace(description, frame=body_of(description.frame)), service, report=report)
             simulation.add(camera)
@@ -123,13 +123,13 @@ def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
 def _status_message(commander: Commander) -> str:
     """Return the reason why commands are not followed, or the nodes that send them."""
     if commander.is_stopped:
-        return f"{commander.why_held}; /io_teleop/clear_emergency_stop ends it"
+        return f"{commander.why_held}; {CLEAR_STOP}"
     if not commander.is_enabled:
-        return "takes no commands: /io_teleop/set_enabled switches them on"
+        return f"commands are disabled; {ENABLE}"
     if commander.is_homing:
         return "on its way home; commands are ignored meanwhile"
     if commander.watchdog.topics:
-        return f"joints are held: nothing has come on {', '.join(commander.watchdog.topics)}"
+        return f"joints are held: no message on {', '.join(commander.watchdog.topics)}"
     if commander.why_held:
         return commander.why_held
     commanders = commander.gate.commanders

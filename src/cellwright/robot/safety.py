@@ -84,7 +84,7 @@ class SafetySettings:
         }
         for name, value in named.items():
             if value is not None and not 0.0 < value < math.inf:
-                raise UsageError(f"{name}: give a number above 0, not {value:g}")
+                raise UsageError(f"{name} must be a finite number above 0 (got {value:g})")
 
     def speeds(self, joints: Sequence[str], own: Array) -> Array:
         """Return speed limits of the joints' targets [rad/s; m/s]; infinite where only the URDF (`own`) limits them.
@@ -118,7 +118,7 @@ class Notices:
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
         self._now, self._report = now, report
         self._last: dict[str, int] = {}
-        self._said: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # times of the newest lines [ns]
+        self._log_times: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # times of the newest lines [ns]
         self._suppressed = 0
         self._once: set[str] = set()
         self.unknown: list[str] = []
@@ -127,11 +127,11 @@ class Notices:
     def log(self, line: str) -> None:
         """Log a rare event; events in a flood are partly counted instead."""
         now = self._now()
-        if len(self._said) == MAX_LINES_PER_SECOND and 0 <= now - self._said[0] < NANOSECONDS:
+        if len(self._log_times) == MAX_LINES_PER_SECOND and 0 <= now - self._log_times[0] < NANOSECONDS:
             self._suppressed += 1
             return
-        self._said.append(now)
-        more = f" (and {self._suppressed} lines more since the last one)" if self._suppressed else ""
+        self._log_times.append(now)
+        more = f" ({self._suppressed} lines suppressed before)" if self._suppressed else ""
         self._suppressed = 0
         self._report(f"{line}{more}")
 
@@ -145,11 +145,11 @@ class Notices:
     def log_limits(self, topic: str, beyond: Sequence[tuple[str, float, float, float]]) -> None:
         """Log targets beyond limits, throttled: (joint, requested position, lower limit, upper limit), [rad; m]."""
         shown = [
-            f"{joint} was asked for {requested:.4g}, and goes from {lower:.4g} to {upper:.4g}"
+            f"{joint} to {lower:.4g} .. {upper:.4g} (got {requested:.4g})"
             for joint, requested, lower, upper in beyond[:_MAX_NAMES_PER_LINE]
         ]
         more = f" (and {len(beyond) - _MAX_NAMES_PER_LINE} more)" if len(beyond) > _MAX_NAMES_PER_LINE else ""
-        self.log_throttled(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(shown)}{more}")
+        self.log_throttled(f"limits {topic}", f"{topic}: clipped to limits: {'; '.join(shown)}{more}")
 
     def log_once(self, name: str, line: str) -> None:
         """Log a line once for a name."""
@@ -171,10 +171,8 @@ class Notices:
                 self._once.add(key)
                 lines.append(f"{shown!r} {why}")
         if lines:
-            more = (
-                f" and {len(lines) - _MAX_NAMES_PER_LINE} more such names" if len(lines) > _MAX_NAMES_PER_LINE else ""
-            )
-            self._report(f"{topic}: {', '.join(lines[:_MAX_NAMES_PER_LINE])}{more}; passed over (told once)")
+            more = f" and {len(lines) - _MAX_NAMES_PER_LINE} more" if len(lines) > _MAX_NAMES_PER_LINE else ""
+            self._report(f"{topic}: {', '.join(lines[:_MAX_NAMES_PER_LINE])}{more}; ignored (logged once)")
 
 
 COMMANDER_TIMEOUT = 1.0
@@ -200,13 +198,13 @@ class CommandGate:
         """Arrival of the newest input, in the time of message stamps [ns]."""
         self._streams: dict[str, _Stream] = {}
         limits = (safety.silence, safety.one_commander, safety.max_age)
-        self._silence, self._alone, self._age = (None if each is None else nanoseconds(each) for each in limits)
+        self._silence, self._exclusive, self._age = (None if each is None else nanoseconds(each) for each in limits)
 
     def forget(self) -> None:
         """Clear."""
         self._streams.clear()
 
-    def note_arrival(self, _given: object = None) -> None:
+    def note_arrival(self, _input: object = None) -> None:
         """Note that input has arrived now."""
         self.arrived = self._message_time()
 
@@ -218,21 +216,23 @@ class CommandGate:
         """
         newest, limit = self._streams.get(topic), self._age
         quiet = 0 if newest is None else self._now() - newest.heard
-        if newest is not None and self._alone is not None and newest.node != node and quiet <= self._alone:
+        if newest is not None and self._exclusive is not None and newest.node != node and quiet <= self._exclusive:
             raise RejectedCommandError(
-                f"{newest.node or 'another'} commands here; another may when it has been silent for "
-                f"{self._alone / 1e9:g} s"
+                f"{newest.node or 'another node'} commands this topic; others may after {self._exclusive / 1e9:g} s "
+                "of silence"
             )
         if limit is None or not stamp:
             return
         age = self.arrived - stamp
         if age > limit:
-            raise RejectedCommandError(f"it is {age / 1e9:.3g} s old, and {limit / 1e9:g} s are allowed")
+            raise RejectedCommandError(f"stamp must be at most {limit / 1e9:g} s old (got {age / 1e9:.3g} s)")
         if age < -limit:
-            raise RejectedCommandError(f"its stamp is {-age / 1e9:.3g} s ahead of the node's clock")
+            raise RejectedCommandError(f"stamp is {-age / 1e9:.3g} s ahead of the node's clock")
         is_known = newest is not None and newest.node == node and quiet <= _STAMP_MEMORY
         if newest is not None and is_known and stamp < newest.stamp:
-            raise RejectedCommandError(f"it is {(newest.stamp - stamp) / 1e9:.3g} s older than the one before it")
+            raise RejectedCommandError(
+                f"stamp is {(newest.stamp - stamp) / 1e9:.3g} s older than that of the previous command"
+            )
 
     def confirm(self, topic: str, node: str, stamp: int) -> None:
         """Note a command that was carried out."""
@@ -261,7 +261,7 @@ class CommandGate:
 NO_SOURCE = -1
 
 _ROUNDING = 1e-12  # relative difference below which distances are equal
-_WORTH_TELLING = 1e-3  # [rad; m]: limits and targets are written with few digits
+_MIN_LOGGED_DIFFERENCE = 1e-3  # [rad; m]: limits and targets are written with few digits
 
 Numbers = NDArray[np.intp]
 
@@ -387,7 +387,7 @@ class TargetLimiter:
         self.source[joints] = source
         self.desired[joints] = within
         self._is_under_way, self._is_untouched = True, False
-        beyond: Numbers = joints[np.abs(targets - within) > _WORTH_TELLING]
+        beyond: Numbers = joints[np.abs(targets - within) > _MIN_LOGGED_DIFFERENCE]
         return beyond
 
     def _jumps(self, joints: Numbers, far: Array, first: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
@@ -397,7 +397,7 @@ class TargetLimiter:
             worst = int(np.argmax(np.where(is_jump, far, 0.0)))
             raise RejectedCommandError(
                 f"{self._joints[joints[worst]]} would jump by {far[worst]:.2g} at the start (the guard allows "
-                f"{limit:g}): begin nearer to where the robot stands, or reset it"
+                f"{limit:g}); begin nearer to the robot's posture, or reset it"
             )
         return is_jump
 
@@ -433,10 +433,10 @@ class TargetLimiter:
         far = np.abs(error)
         later = np.floor((np.sqrt(1.0 + 8.0 * far / by) - 1.0) / 2.0)
         ahead = np.minimum(far / (later + 1.0) + by * later / 2.0, reach)
-        way = np.clip(np.copysign(ahead, error), self._moved - by, self._moved + by)
-        lands = np.abs(way - error) <= _ROUNDING * (far + by)
-        self._moved = np.where(lands & (far == 0.0), 0.0, way)
-        found: Array = np.where(lands, self.desired[self._braked], self.applied[self._braked] + way)
+        motion = np.clip(np.copysign(ahead, error), self._moved - by, self._moved + by)
+        lands = np.abs(motion - error) <= _ROUNDING * (far + by)
+        self._moved = np.where(lands & (far == 0.0), 0.0, motion)
+        found: Array = np.where(lands, self.desired[self._braked], self.applied[self._braked] + motion)
         return found
 
     def get_state(self) -> dict[str, Any]:

@@ -52,7 +52,7 @@ class RobotServices:
         config, link_indices = self._node.config, self._robot.link_indices
         return {
             "name": config.name,
-            "joints": [self._described(index, joint) for index, joint in enumerate(self._robot.joints)],
+            "joints": [self._describe_joint(index, joint) for index, joint in enumerate(self._robot.joints)],
             "arms": [
                 {
                     "joints": self._indices(arm.joints),
@@ -85,7 +85,7 @@ class RobotServices:
         """
         links = request.get("links", [])
         if not isinstance(links, list) or len(links) > MAX_ENTRIES:
-            raise RejectedCommandError(f"links are given as a list of indices, of no more than {MAX_ENTRIES}")
+            raise RejectedCommandError(f"links must be a list of at most {MAX_ENTRIES} indices")
         readings = self._node.driver.read()
         columns = np.zeros((3, len(self._robot.movable)))  # 0 for joints of more than one degree of freedom
         columns[:, self._places] = readings
@@ -118,8 +118,8 @@ class RobotServices:
         arm, world_T_tip = request.get("arm"), _requested_pose(request)
         references = self._node.ee_poses.references
         if not isinstance(arm, int) or not 0 <= arm < len(references):
-            raise RejectedCommandError(f"there is no arm {arm!r}")
-        self._check_freedom()
+            raise RejectedCommandError(f"unknown arm {arm!r} (known: {', '.join(map(str, range(len(references))))})")
+        self._check_takes_commands()
         world_T_reference = self._pose(self._robot.link_indices[references[arm]])
         poses: list[Pose | None] = [None] * len(references)
         poses[arm] = world_T_reference.inverse() @ world_T_tip
@@ -129,32 +129,32 @@ class RobotServices:
     def place_base(self, request: dict[str, Any]) -> dict[str, Any]:
         """Place the root link: this moves the base, which may be fixed to another link."""
         world_T_root = _requested_pose(request)
-        self._check_freedom()
+        self._check_takes_commands()
         base = self._node.base
         base.place(world_T_root @ self._pose(-1).inverse() @ base.pose)
         return {}
 
-    def _check_freedom(self) -> None:
+    def _check_takes_commands(self) -> None:
         commander = self._node.commander
         if not commander.takes_commands:
-            why = commander.why_held or "it is disabled, or on its way home"
+            why = commander.why_held or "they are disabled, or the robot is on its way home"
             raise RejectedCommandError(f"the robot takes no commands now: {why}")
 
     def _targets(self, request: dict[str, Any]) -> tuple[list[int], list[float]]:
         indices, positions = request.get("joints"), request.get("positions")
         if not isinstance(indices, list) or not isinstance(positions, list) or len(indices) != len(positions):
-            raise RejectedCommandError("as many positions as joints are needed")
+            raise RejectedCommandError("joints and positions must be lists of the same length")
         if len(indices) > MAX_ENTRIES:
-            raise RejectedCommandError(f"{len(indices)} joints are too many: {MAX_ENTRIES} are the most")
+            raise RejectedCommandError(f"at most {MAX_ENTRIES} joints are allowed (got {len(indices)})")
         for index, position in zip(indices, positions, strict=True):
             if not isinstance(index, int) or index not in self._numbers:
-                raise RejectedCommandError(f"there is no joint with the index {index!r} that can be moved")
+                raise RejectedCommandError(f"no movable joint with the index {index!r}")
             if not isinstance(position, (int, float)) or not math.isfinite(position):
-                raise RejectedCommandError(f"a position must be a finite number, not {position!r}")
-        self._check_freedom()
+                raise RejectedCommandError(f"a position must be a finite number (got {position!r})")
+        self._check_takes_commands()
         return [self._numbers[index] for index in indices], [float(position) for position in positions]
 
-    def _described(self, index: int, joint: Joint) -> dict[str, Any]:
+    def _describe_joint(self, index: int, joint: Joint) -> dict[str, Any]:
         limits = joint.limits
         named = {"lower": limits.lower, "upper": limits.upper, "effort": limits.effort, "velocity": limits.velocity}
         return {
@@ -180,7 +180,7 @@ class RobotServices:
 
     def _pose(self, index: Any) -> Pose:
         if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
-            raise RejectedCommandError(f"there is no link with the index {index!r}")
+            raise RejectedCommandError(f"no link with the index {index!r}")
         return self._node.link_pose(self._robot.link_at(index))
 
 
@@ -194,5 +194,5 @@ def _requested_pose(request: dict[str, Any]) -> Pose:
     except (KeyError, TypeError, ValueError, ArithmeticError):
         is_finite = False
     if not is_finite:
-        raise RejectedCommandError("a pose is [[x, y, z], [qx, qy, qz, qw]], of finite numbers")
+        raise RejectedCommandError("a pose must be [[x, y, z], [qx, qy, qz, qw]] with finite numbers")
     return pose

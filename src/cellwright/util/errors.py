@@ -133,5 +133,5 @@ def one_line(error: BaseException, max_length: int = 1000) -> str:
     try:
         text = str(error.msg or "") if isinstance(error, SyntaxError) else str(error)
     except Exception:  # its __str__ fails
-        text = "it does not say why"
+        text = "no reason given"
     return f"{type(error).__name__}: {' '.join(printable(text, max_length).split())}".rstrip(": ")

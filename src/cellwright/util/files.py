@@ -130,8 +130,8 @@ class LineFile:
         self.is_whole = True
         """True if all lines so far have gone to the file."""
         self._report = report
-        how = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
-        self._file: int | None = os.open(path, how | _BYTES_AS_THEY_ARE, 0o666)
+        flags = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
+        self._file: int | None = os.open(path, flags | _BYTES_AS_THEY_ARE, 0o666)
         if append and _is_cut_short(path):
             self._write_all(b"\n")
 
@@ -153,7 +153,7 @@ class LineFile:
                 rest = rest[os.write(self._file, rest) :]
         except OSError as error:
             self.is_whole = False
-            self._report(f"{self.path}: can be written no more: {error.strerror or error}")
+            self._report(f"{self.path}: cannot be written any more: {error.strerror or error}")
             self.close()
 
     def close(self) -> None:

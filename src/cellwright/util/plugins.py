@@ -36,7 +36,7 @@ def package(kind: Kind, name: str) -> str:
     Raises:
         UnknownNameError: no package provides it.
     """
-    return _package(_found(kind, name))
+    return _package(_find(kind, name))
 
 
 def load(kind: Kind, name: str) -> object:
@@ -46,7 +46,7 @@ def load(kind: Kind, name: str) -> object:
         UnknownNameError: no plugin has this name.
         PluginError: two packages have a plugin of this name, or it cannot be imported.
     """
-    entry = _found(kind, name)
+    entry = _find(kind, name)
     try:
         return entry.load()
     except KeyboardInterrupt:
@@ -64,7 +64,7 @@ def load_as(kind: Kind, name: str, expected: type[T]) -> T:
     """
     found = load(kind, name)
     if not isinstance(found, expected):
-        raise plugin_error(kind, name, f"must be a {expected.__name__}, and is of the type {type(found).__name__}")
+        raise plugin_error(kind, name, f"must be a {expected.__name__} (got {type(found).__name__})")
     return found
 
 
@@ -76,23 +76,25 @@ def plugin_error(kind: Kind, name: str, problem: str) -> PluginError:
         name: name of the plugin.
         problem: end of the line, such as "cannot be imported: …".
     """
-    source = _package(_found(kind, name))
+    source = _package(_find(kind, name))
     return PluginError(f"{kind.removesuffix('s')} {name!r} of the package {source} {' '.join(problem.split())}")
 
 
-def _found(kind: Kind, name: str) -> EntryPoint:
+def _find(kind: Kind, name: str) -> EntryPoint:
     # the same package may be found twice, through two folders of modules
     found = {(each.value, _package(each)): each for each in _entry_points(kind) if each.name == name}
     if not found:
         raise UnknownNameError(kind.removesuffix("s"), name, names(kind))
     if len(found) > 1:
         packages = ", ".join(sorted(source for _, source in found))
-        raise PluginError(f"{kind.removesuffix('s')} {name!r} comes with more than one package: {packages}")
+        raise PluginError(
+            f"{kind.removesuffix('s')} {name!r} is in more than one package: {packages}; uninstall all but one"
+        )
     return next(iter(found.values()))
 
 
 def _entry_points(kind: Kind) -> tuple[EntryPoint, ...]:
-    return _in_folders(kind, tuple((folder, _changed(folder)) for folder in sys.path))
+    return _in_folders(kind, tuple((folder, _modified_at(folder)) for folder in sys.path))
 
 
 @lru_cache(maxsize=16)
@@ -102,7 +104,7 @@ def _in_folders(kind: Kind, _folders: tuple[tuple[str, int], ...]) -> tuple[Entr
     return tuple(entry_points(group=f"cellwright.{kind}"))
 
 
-def _changed(folder: str) -> int:
+def _modified_at(folder: str) -> int:
     """Return the time of a folder's latest change [ns]; 0 if there is no such folder."""
     try:
         return os.stat(folder or ".").st_mtime_ns

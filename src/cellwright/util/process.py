@@ -54,7 +54,7 @@ def end_despite_threads(before: Collection[threading.Thread], status: int) -> No
     names = [thread.name for thread in left if thread.is_alive()]
     if names:
         with suppress(OSError, ValueError):  # stderr has been closed
-            sys.stderr.write(f"left running, and ended with the process: {', '.join(names)}\n")
+            sys.stderr.write(f"threads left running, ended with the process: {', '.join(names)}\n")
         with suppress(Exception):
             atexit._run_exitfuncs()
         for stream in (sys.stdout, sys.stderr):
@@ -176,7 +176,7 @@ class StandardStreams:
         return outlet
 
 
-_APART: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows only
+_NEW_PROCESS_GROUP: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows only
 _READING = 5.0  # [s] to read the rest of a child's output
 _TAIL = 2000  # bytes
 
@@ -225,7 +225,7 @@ class ChildProcess:
                 stderr=stderr,
                 env=None if environment is None else dict(environment),
                 start_new_session=os.name == "posix",
-                creationflags=_APART,
+                creationflags=_NEW_PROCESS_GROUP,
             )
         except OSError:
             if self._log is not None:

@@ -42,15 +42,15 @@ class VideoRecorder:
         lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
-        self._taker = SceneCapture(served.simulation.model, name=served.name, hidden=served.hidden_bodies)
+        self._capture = SceneCapture(served.simulation.model, name=served.name, hidden=served.hidden_bodies)
         self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
             min_speed = float(tick * RATE)
             raise UsageError(
-                f"{options.file}: a video shows no more than a frame a tick: give a speed of {min_speed:g} or more, "
-                f"not {options.speed:g}"
+                f"{options.file}: video speed must be at least {min_speed:g}, one frame per tick "
+                f"(got {options.speed:g})"
             )
-        self._video = Video(options, self._taker.scene, lamp=lamp, warn=warn)
+        self._video = Video(options, self._capture.scene, lamp=lamp, warn=warn)
         self._watch: PeriodicCallback | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""
@@ -72,15 +72,15 @@ class VideoRecorder:
             self._fail(str(error))
         if video.dropped:
             self._warn(
-                f"{video.file}: {video.dropped} of {video.taken + video.dropped} frames were left out, for drawing "
-                "them took longer than time did"
+                f"{video.file}: {video.dropped} of {video.taken + video.dropped} frames dropped; drawing was slower "
+                "than the simulation"
             )
         return video.made
 
     def _take(self, _sample: int) -> None:
         simulation = self._served.simulation
         simulation.refresh()
-        frame = self._taker.frame(simulation.data, simulation.now)
+        frame = self._capture.frame(simulation.data, simulation.now)
         self._video.take(frame, self._camera, self._caption(), waits=self._waits)
         if self._video.error:
             self._fail(self._video.error)
@@ -90,4 +90,4 @@ class VideoRecorder:
     def _fail(self, reason: str) -> None:
         if self.is_whole:
             self.is_whole = False
-            self._warn(f"{self._video.file}: the video is not whole: {reason}")
+            self._warn(f"{self._video.file}: video is incomplete: {reason}")

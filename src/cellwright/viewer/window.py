@@ -11,7 +11,7 @@ import mujoco
 from cellwright.util.errors import CellwrightError
 from cellwright.util.process import ChildProcess
 
-HOW_TO_GET_IT = "pip install 'cellwright[gui]' brings what it needs"
+HOW_TO_GET_IT = "run: pip install 'cellwright[gui]'"
 
 _READY = "ready"
 _TIME_TO_END = 0.7  # [s]
@@ -44,7 +44,7 @@ class Window(ChildProcess):
             line = self.ready_line()
         if line != _READY:
             self.close()
-            raise WindowError(line or "no window can be opened: its process has ended")
+            raise WindowError(line or "window cannot open: its process has ended")
 
     def close(self) -> None:
         """Close the window. It closes on its own when the node has ended, so it first gets a moment to do so."""
@@ -55,11 +55,9 @@ def unavailable_reason() -> str:
     """Return why no window can open here, in a sentence; empty where one may."""
     lacking = [name for name in ("glfw", "OpenGL") if importlib.util.find_spec(name) is None]
     if lacking:
-        return f"no window can be opened: {' and '.join(lacking)} is not installed; {HOW_TO_GET_IT}"
+        return f"window cannot open: {' and '.join(lacking)} not installed; {HOW_TO_GET_IT}"
     if sys.platform == "darwin":
-        return "no window can be opened: on macOS MuJoCo's window needs its own Python, mjpython; use --snapshot"
+        return "window cannot open: on macOS MuJoCo's window requires its own Python, mjpython; use --snapshot"
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return (
-            "no window can be opened: there is no display (DISPLAY is not set); use --snapshot, or run it on a desktop"
-        )
+        return "window cannot open: no display (DISPLAY is not set); use --snapshot, or run it on a desktop"
     return ""

@@ -44,9 +44,7 @@ def main(arguments: Sequence[str]) -> int:
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
         reason: Any = glfw.get_error()[1]
-        _print_line(
-            f"no window can be opened: {reason.decode(errors='replace') if isinstance(reason, bytes) else reason}"
-        )
+        _print_line(f"window cannot open: {reason.decode(errors='replace') if isinstance(reason, bytes) else reason}")
         return 1
     _print_line("ready")
     try:
@@ -79,7 +77,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
     with window.lock():
         picture.look_at_it(window.cam)
     while window.is_running():
-        begun = time.perf_counter()
+        started_at = time.perf_counter()
         with window.lock():
             moved = picture.moved()
         if moved:
@@ -90,7 +88,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
         with window.lock():
             picture.take(state)
         window.sync()
-        time.sleep(max(0.0, _PERIOD - (time.perf_counter() - begun)))
+        time.sleep(max(0.0, _PERIOD - (time.perf_counter() - started_at)))
 
 
 class RobotPicture:

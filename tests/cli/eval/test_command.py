@@ -32,7 +32,7 @@ def tiny(cellwright: CommandLine) -> CommandLine:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_program_that_is_good(tiny: CommandLine) -> None:
+def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
     work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--jobs", "1")
     ran = tiny(*work, "--min-score", "100%", "--record")
     assert (ran.status, ran.err) == (0, "")
@@ -58,15 +58,15 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
         assert set(recording.sources) == set(recording.header.facts["files"])
     again = tiny(*work, "--min-score", "7", "--json")
     assert again.status == 1
-    assert "1 of them has a result from before" in again.err
+    assert "1 of them has a result already" in again.err
     document = json.loads(again.out)
-    assert document["results"][0]["shortcoming"] == "6 of 6 points, but 7 points were asked for"
+    assert document["results"][0]["shortcoming"] == "6 of 6 points, below the required 7 points"
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
 
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
+def test_agent_that_crashes_in_one_of_two_trials_fails(tiny: CommandLine) -> None:
     Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
     ran = tiny("eval", "tiny.yaml", "other.yaml", "--with", "sensors.yaml", "--agent", "programs.py:Crash", "--json")
     assert ran.status == 1
@@ -76,7 +76,7 @@ def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
+def test_trial_without_arm_gets_bundled_arm(tiny: CommandLine) -> None:
     look = "print('/ariac/logical_camera_belt' in client.transport.topics())"
     Path("looks.py").write_text(f"class Looks:\n    def run(self, client):\n        {look}\n")
     assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks").status == 1
@@ -90,7 +90,7 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["no.yaml"], "no.yaml: there is no such file"),
         (["nothing"], "unknown trial 'nothing'"),
@@ -101,20 +101,20 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
         (["tiny.yaml", "--memory-limit", "nan"], "--memory-limit nan: give a number from 256"),
         (["tiny.yaml", "--seeds", "0"], "--seeds 0: give a number from 1"),
         (["tiny.yaml", "--jobs", "0"], "--jobs 0: give a number from 1"),
-        (["tiny.yaml", "--out", "tiny.yaml"], "--out tiny.yaml: cannot be written to"),
+        (["tiny.yaml", "--out", "tiny.yaml"], "--out tiny.yaml: cannot be written"),
         ([], "Missing argument"),
     ],
 )
-def test_bad_input_starts_nothing(arguments: list[str], said: str, tiny: CommandLine) -> None:
+def test_invalid_input_starts_nothing(arguments: list[str], message: str, tiny: CommandLine) -> None:
     ran = tiny("eval", *arguments)
     assert ran.status == 2
-    assert said in ran.err
+    assert message in ran.err
     assert "[1/1]" not in ran.out
 
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_trials_of_one_name_are_distinguished(tiny: CommandLine) -> None:
+def test_trials_of_same_name_are_distinguished(tiny: CommandLine) -> None:
     for folder in ("a", "b"):
         Path(folder).mkdir()
         Path(folder, "tiny.yaml").write_text(f"time_limit: {ord(folder)}\n")
@@ -122,21 +122,21 @@ def test_trials_of_one_name_are_distinguished(tiny: CommandLine) -> None:
     assert [each["trial"] for each in json.loads(ran.out)["trials"]] == ["a/tiny.yaml", "b/tiny.yaml"]
 
 
-def test_the_table_fits_and_tells_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
+def test_summary_fits_terminal_and_lists_worst_runs(capsys: pytest.CaptureFixture[str]) -> None:
     many = [result(1.0, seed=seed) for seed in range(10, 20)]
     show_summary(Console(width=80), [result(), CRASHED, LOST, *many], Threshold.read("50%"))
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert lines.index("  tiny seed 3: still at work after 5 s") < lines.index("  tiny seed 10: " + BELOW)
+    assert lines.index("  tiny seed 3: still running after 5 s") < lines.index("  tiny seed 10: " + BELOW)
     assert "  and 2 more" in lines
     assert "passed      1 of 13 runs" in lines
 
 
-BELOW = "1 of 12 points, but 50 % of the points were asked for"
+BELOW = "1 of 12 points, below the required 50 % of the points"
 
 
-def test_on_a_terminal_a_table_moves(tmp_path: Path) -> None:
+def test_progress_on_terminal_is_a_live_table(tmp_path: Path) -> None:
     (tmp_path / "tiny.yaml").write_text(TRIAL)
     trial = EvaluatedTrial("tiny", (tmp_path / "tiny.yaml",), 12.0, 12.0, 500.0)
     endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, 12.0, -1.0)
@@ -153,5 +153,5 @@ def test_on_a_terminal_a_table_moves(tmp_path: Path) -> None:
         assert words in text, words
 
 
-def test_help_names_every_status() -> None:
+def test_help_lists_every_exit_status() -> None:
     assert main(["eval", "--help"]) == 0

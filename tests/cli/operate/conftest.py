@@ -15,5 +15,5 @@ def address() -> Iterator[str]:
         yield f"{host}:{port}"
 
 
-UNCHECKED = "warning: this robot's joint limits are not known here, so nothing is checked against them; see --robot\n"
+UNCHECKED = "warning: joint limits unknown: targets are not checked against them; give the description with --robot\n"
 """Warning for a robot that is neither bundled nor described."""

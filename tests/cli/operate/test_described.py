@@ -14,7 +14,7 @@ URDF = """<robot name="one"><link name="a"/><link name="b"/><joint name="elbow" 
 
 
 @pytest.fixture
-def said() -> Iterator[dict[str, Any]]:
+def master() -> Iterator[dict[str, Any]]:
     """Yield the answer of the master, with its address under `uri`."""
     answer: dict[str, Any] = {}
     with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False, allow_none=True) as server:
@@ -27,19 +27,19 @@ def said() -> Iterator[dict[str, Any]]:
         thread.join()
 
 
-def test_limits_are_those_of_the_urdf(said: dict[str, Any]) -> None:
-    said["parameter"] = (1, "", URDF)
-    limits = described_limits({"ROS_MASTER_URI": said["uri"]})
+def test_limits_of_description_are_those_of_urdf(master: dict[str, Any]) -> None:
+    master["parameter"] = (1, "", URDF)
+    limits = described_limits({"ROS_MASTER_URI": master["uri"]})
     assert limits.source == "robot_description"
     assert (limits.of_joint("elbow").lower, limits.of_joint("elbow").upper) == (-1.0, 2.0)
 
 
 @pytest.mark.parametrize("answer", [(-1, "is not set", 0), (1, "", 5), (1, "", "<robot"), (1, "", ""), "nonsense"])
-def test_without_a_sound_description_nothing_is_known(answer: Any, said: dict[str, Any]) -> None:
-    said["parameter"] = answer
-    assert not described_limits({"ROS_MASTER_URI": said["uri"]}).joints
+def test_limits_of_invalid_description_are_unknown(answer: Any, master: dict[str, Any]) -> None:
+    master["parameter"] = answer
+    assert not described_limits({"ROS_MASTER_URI": master["uri"]}).joints
 
 
-def test_without_a_master_nothing_is_known() -> None:
+def test_limits_without_ros_master_are_unknown() -> None:
     assert not described_limits({"ROS_MASTER_URI": "http://127.0.0.1:1"}).joints
     assert not described_limits({"ROS_MASTER_URI": "nonsense"}).joints

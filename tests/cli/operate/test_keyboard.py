@@ -78,7 +78,7 @@ def is_raw(terminal: Terminal) -> bool:
 
 
 @pytest.mark.slow
-def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() -> None:
+def test_keys_drive_robot_and_terminal_is_restored_at_any_end() -> None:
     with served(RobotNode(robot())) as (host, port):
         session = NodeClient(SocketTransport((host, port), node="/watcher"))
         there = OperatedRobot(session)
@@ -91,7 +91,7 @@ def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() ->
             os.kill(first.process.pid, signal.SIGINT)  # as the terminal of a shell does on Ctrl-C
             assert first.status() == 0
             assert termios.tcgetattr(first.other) == first.before
-            assert first.text.rstrip().endswith("2 messages sent; the robot stays where it was told to go")
+            assert first.text.rstrip().endswith("2 messages sent; the robot holds its last targets")
             assert "\x1b[?1049l" in first.text  # the screen as well
         with terminal(f"{host}:{port}") as second:
             os.kill(second.process.pid, signal.SIGTERM)
@@ -102,7 +102,7 @@ def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() ->
 
 
 @pytest.mark.slow
-def test_the_end_of_the_node_ends_it() -> None:
+def test_keyboard_ends_when_node_ends() -> None:
     with ExitStack() as stack:
         with served(RobotNode(robot())) as (host, port):
             keyboard = stack.enter_context(terminal(f"{host}:{port}"))
@@ -111,8 +111,10 @@ def test_the_end_of_the_node_ends_it() -> None:
         assert termios.tcgetattr(keyboard.other) == keyboard.before
 
 
-def test_without_a_terminal_it_says_what_else_there_is(cellwright: CommandLine, address: str) -> None:
+def test_keyboard_without_terminal_names_other_commands(cellwright: CommandLine, address: str) -> None:
     ran = cellwright("operate", "keyboard", "--connect", address)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith("error: the keyboard operator needs a terminal; without one: cellwright operate play")
+    assert ran.err.startswith(
+        "error: the keyboard operator requires a terminal; without one use cellwright operate play"
+    )
     assert ran.err.count("\n") == 1

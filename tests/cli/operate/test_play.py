@@ -22,9 +22,7 @@ def motion(tmp_path: Path) -> str:
     return "motion.csv"
 
 
-def test_a_file_is_played_and_what_the_robot_does_recorded(
-    motion: str, cellwright: CommandLine, address: str, tmp_path: Path
-) -> None:
+def test_file_is_played_and_motion_recorded(motion: str, cellwright: CommandLine, address: str, tmp_path: Path) -> None:
     quick = ("--approach", "0.2", "--speed", "2", "--connect", address)
     ran = cellwright("operate", "play", motion, "--json", *quick)
     document = json.loads(ran.out)
@@ -33,7 +31,7 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     assert document["messages"] >= 3 + 15
     ran = cellwright("operate", "record", "did.jsonl", "--duration", "0.1", "--connect", address)
     assert (ran.status, ran.err) == (0, "")
-    assert " moments, 0.1 s, in did.jsonl" in ran.out
+    assert " samples, 0.1 s, in did.jsonl" in ran.out
     last = json.loads((tmp_path / "did.jsonl").read_text().splitlines()[-1])["positions"]
     assert last["right_1"] == pytest.approx(0.2, abs=0.01)
     assert last["left_2"] == pytest.approx(0.5, abs=0.01)
@@ -45,7 +43,7 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     assert ran.out.endswith(" messages sent\n")
 
 
-def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None:
+def test_loop_ends_on_signal(motion: str, cellwright: CommandLine) -> None:
     node = RobotNode(robot())
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # the shell may ignore it
 
@@ -63,7 +61,7 @@ def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None
     assert ran.out.startswith("stopped: ")
 
 
-def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
+def test_play_stops_if_robot_does_not_reach_first_targets(
     cellwright: CommandLine, address: str, tmp_path: Path
 ) -> None:
     (tmp_path / "far.csv").write_text("time,right_1\n0,9\n1,0\n")
@@ -75,27 +73,27 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["play", "none.csv"], "none.csv: cannot be read: No such file or directory"),
         (["play", "bad.csv"], "bad.csv:2: right_1: must be a number (got 'x')"),
         (["play", "strange.csv"], "unknown joint 'rigth_1'; did you mean right_1"),
         (["play", "motion.csv", "--speed", "0"], "--speed 0: give a factor above 0"),
         (["play", "motion.csv", "--approach", "-1"], "--approach -1: give a time"),
-        (["play", "motion.csv", "--topic", "/arm"], "--topic: only a bag has topics"),
+        (["play", "motion.csv", "--topic", "/arm"], "--topic requires a bag"),
         (["play", "."], "cannot be read as a bag"),
         (["record", "motion.txt"], "give a file whose name ends in .csv"),
         (["record", "no/motion.csv"], "there is no folder no"),
         (["record", "did.csv", "--duration", "0"], "--duration 0: give a time above 0 s"),
     ],
 )
-def test_bad_input_is_one_line_and_moves_nothing(
-    arguments: list[str], said: str, motion: str, cellwright: CommandLine, address: str, tmp_path: Path
+def test_invalid_input_prints_one_line_and_moves_nothing(
+    arguments: list[str], message: str, motion: str, cellwright: CommandLine, address: str, tmp_path: Path
 ) -> None:
     (tmp_path / "bad.csv").write_text("time,right_1\n0,x\n")
     (tmp_path / "strange.csv").write_text("time,rigth_1\n0,0\n")
     ran = cellwright("operate", *arguments, "--connect", address)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith("error: ")
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.count("\n") == 1

@@ -19,7 +19,7 @@ QUICK = ("--frequency", "1", "--duration", "1")
 
 
 @pytest.mark.slow
-def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, address: str) -> None:
+def test_signal_plots_and_prints_figures_of_each_joint(cellwright: CommandLine, address: str) -> None:
     enough = ("--max-error", "0.01", "--max-delay", "100")  # for a step, the error at its end
     ran = cellwright("operate", "signal", "right_[56]", *QUICK, "--wave", "step", "--connect", address, *enough)
     assert (ran.status, ran.err) == (0, UNCHECKED)
@@ -29,12 +29,12 @@ def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, a
     ]
     assert ran.out.count("━ target  ━ measured") == 2
     heads, *rows = [line.split() for line in ran.out.splitlines() if line.strip()][-3:]
-    assert heads == ["joint", "RMS", "greatest", "delay", "rise", "settled", "over", "rest"]
+    assert heads == ["joint", "RMS", "max", "delay", "rise", "settling", "overshoot", "rest"]
     assert [row[0] for row in rows] == ["right_6", "right_5"]
     assert all(abs(float(row[2]) - 0.1) < 0.002 and 20 <= float(row[3]) <= 70 for row in rows)
 
 
-def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
+def test_signal_writes_json_and_files_and_exits_by_limits(
     cellwright: CommandLine, address: str, tmp_path: Path
 ) -> None:
     files = ("--csv", "samples.csv", "--plot", "plot.svg")
@@ -45,10 +45,7 @@ def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
     assert (joint["joint"], joint["wave"], joint["duration"]) == ("right_4", "sine", 1.0)
     assert ran.status == document["exit_status"] == 1
     assert ran.err.splitlines() == [UNCHECKED.strip(), *document["failures"]]
-    assert [line.partition(",")[2] for line in document["failures"]] == [
-        " and 0.01 was allowed",
-        " and 10 ms was allowed",
-    ]
+    assert [line.partition(" exceeds ")[2] for line in document["failures"]] == ["--max-error 0.01", "--max-delay 10"]
     rows = list(csv.DictReader((tmp_path / "samples.csv").read_text().splitlines()))
     errors = [float(row["error"]) for row in rows]
     assert len(rows) == pytest.approx(150, abs=3)
@@ -57,15 +54,15 @@ def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
     assert ET.parse(tmp_path / "plot.svg").getroot().tag.endswith("svg")
 
 
-def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: CommandLine, address: str) -> None:
+def test_joint_that_does_not_follow_exceeds_max_delay(cellwright: CommandLine, address: str) -> None:
     # a finger cannot go below its lower limit, which the operator does not know
     few = ("right_finger", "--amplitude", "-0.04", "--wave", "ramp", *QUICK)
     ran = cellwright("operate", "signal", *few, "--connect", address, "--max-delay", "1000")
-    assert (ran.status, ran.err) == (1, UNCHECKED + "right_finger: it does not follow\n")
+    assert (ran.status, ran.err) == (1, UNCHECKED + "right_finger: does not follow its target\n")
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["rigth_1"], "unknown joint 'rigth_1'; did you mean right_1"),
         (["nothing_*"], "unknown joint 'nothing_*'"),
@@ -79,30 +76,30 @@ def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: Com
         (["right_1", "--csv", "no/such.csv"], "there is no folder no"),
         (["right_1", "--connect", "nowhere"], "--connect nowhere: give a host and a port"),
         (["right_1", "--ros1"], "--connect and --ros1: give one of them"),
-        (["right_1", "--node", "no name"], "is no name for a node"),
+        (["right_1", "--node", "no name"], "is not a node name"),
         (["right_1", "--robot", "qinglon"], "unknown robot 'qinglon'; did you mean qinglong"),
         (["right_1", "--robot", "qinglong"], "--robot: "),
         ([], "Missing argument"),
     ],
 )
-def test_bad_input_is_one_line_and_moves_nothing(
-    arguments: list[str], said: str, cellwright: CommandLine, address: str
+def test_invalid_input_prints_one_line_and_moves_nothing(
+    arguments: list[str], message: str, cellwright: CommandLine, address: str
 ) -> None:
     where = [] if "--connect" in arguments else ["--connect", address]
     ran = cellwright("operate", "signal", *arguments, *where)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith("error: ")
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.count("\n") == 1
 
 
-def test_without_a_node_the_error_says_how_to_start_one(cellwright: CommandLine) -> None:
+def test_error_without_node_names_command_to_start_one(cellwright: CommandLine) -> None:
     ran = cellwright("operate", "signal", "right_1", "--connect", "127.0.0.1:1")
     assert ran.status == 2
     assert "start one with: cellwright teleop ROBOT --port 1" in ran.err
 
 
-def test_a_node_that_ends_meanwhile_is_reported(cellwright: CommandLine) -> None:
+def test_node_that_ends_during_signal_is_reported(cellwright: CommandLine) -> None:
     with ExitStack() as stack:
         node = RobotNode(robot())
         host, port = stack.enter_context(served(node))

@@ -26,7 +26,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_figure_in_the_folder_in_which_one_works(
+def test_figure_is_written_to_working_folder(
     recording: Path, cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -35,45 +35,51 @@ def test_a_figure_in_the_folder_in_which_one_works(
     assert (tmp_path / "run-plot.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_panels_and_out_select_content_and_file(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "score.SVG"
-    assert cellwright("plot", str(recording), "--what", "score, commands", "--out", str(out)).status == 0
+    assert cellwright("plot", str(recording), "--panels", "score, commands", "--out", str(out)).status == 0
     text = out.read_text()
     assert "points" in text
     assert "Tool" not in text
 
 
 @pytest.mark.slow
-def test_a_recording_that_was_cut_is_drawn_and_reported(
+def test_former_option_what_selects_panels_with_warning(
     recording: Path, cellwright: CommandLine, tmp_path: Path
 ) -> None:
+    ran = cellwright("plot", str(recording), "--what", "score", "--out", str(tmp_path / "score.svg"))
+    assert (ran.status, ran.err) == (0, "warning: --what is --panels now\n")
+
+
+@pytest.mark.slow
+def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
     data = recording.read_bytes()
     cut.write_bytes(data[:-2000])
     ran = cellwright("plot", str(cut), "--out", str(out))
-    assert (ran.status, ran.err) == (0, f"warning: {cut}: was cut short; drawn as far as it goes\n")
+    assert (ran.status, ran.err) == (0, f"warning: {cut}: cut short; plotted as far as it goes\n")
     assert out.exists()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("nowhere.mcap",), "nowhere.mcap: cannot be read: No such file"),
-        (("{text}",), "it is no MCAP file"),
-        (("{run}", "--what", "scores"), "--what: unknown part of a figure 'scores'; did you mean score"),
+        (("{text}",), "not an MCAP file"),
+        (("{run}", "--panels", "scores"), "--panels: unknown panel 'scores'; did you mean score"),
         (("{run}", "--out", "a.jpg"), "--out a.jpg: give a file whose name ends in .png, .svg or .pdf"),
         (("{run}", "--out", "no/where/a.png"), "there is no folder"),
-        (("{run}", "--what", "trays"), "holds nothing of trays that could be drawn"),
+        (("{run}", "--panels", "trays"), "has nothing to plot in trays"),
     ],
 )
-def test_bad_input_is_one_line(
-    arguments: tuple[str, ...], said: str, recording: Path, cellwright: CommandLine, tmp_path: Path
+def test_invalid_input_prints_one_line(
+    arguments: tuple[str, ...], message: str, recording: Path, cellwright: CommandLine, tmp_path: Path
 ) -> None:
     text = tmp_path / "text.mcap"
     text.write_text("orders: {}")
     ran = cellwright("plot", *(each.format(run=recording, text=text) for each in arguments))
     assert (ran.status, ran.out) == (2, "")
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.startswith("error: ")
     assert ran.err.count("\n") == 1
     assert list(tmp_path.iterdir()) == [text]

@@ -33,7 +33,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(tmp_path_factory.mktemp("cli_replay") / "run.mcap", short_work)
 
 
-def test_a_table_of_what_is_in_it(cellwright: CommandLine, path: Path) -> None:
+def test_content_is_printed_as_table(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path))
 
     assert (ran.status, ran.err) == (0, "")
@@ -43,12 +43,12 @@ def test_a_table_of_what_is_in_it(cellwright: CommandLine, path: Path) -> None:
     )
     assert re.search(r"^/ariac/arm/command +in +1 +trajectory_msgs/JointTrajectory *$", ran.out, re.MULTILINE)
     assert "/cellwright/frame" not in ran.out
-    assert re.search(r"^ended +as it should: done$", ran.out, re.MULTILINE)
+    assert re.search(r"^ended +complete: done$", ran.out, re.MULTILINE)
     assert re.search(r"^versions +cellwright ", ran.out, re.MULTILINE)
     assert re.search(r"^verify +\d+ state hash", ran.out, re.MULTILINE)
 
 
-def test_the_same_as_json(cellwright: CommandLine, path: Path) -> None:
+def test_content_is_printed_as_json(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--json")
 
     contents = json.loads(ran.out)
@@ -64,7 +64,7 @@ def test_the_same_as_json(cellwright: CommandLine, path: Path) -> None:
     assert topics["/cellwright/command"]["own"]
 
 
-def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tmp_path: Path) -> None:
+def test_truncated_file_is_reported(cellwright: CommandLine, path: Path, tmp_path: Path) -> None:
     data = path.read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(data[: 2 * len(data) // 3])
@@ -72,7 +72,7 @@ def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tm
     ran = cellwright("replay", str(cut))
 
     assert ran.status == 0
-    assert re.fullmatch(rf"warning: {re.escape(str(cut))}: was cut short; it goes on to \d+\.\d{{3}} s\n", ran.err)
+    assert re.fullmatch(rf"warning: {re.escape(str(cut))}: cut short; ends at \d+\.\d{{3}} s\n", ran.err)
     assert re.search(r"^ended +cut short", ran.out, re.MULTILINE)
 
 
@@ -81,27 +81,27 @@ def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tm
     [
         (["no.mcap"], "no.mcap: cannot be read: No such file or directory"),
         (["."], ".: cannot be read"),
-        (["text.mcap"], "text.mcap: it is no MCAP file"),
+        (["text.mcap"], "text.mcap: not an MCAP file"),
         (["PATH", "--serve", "--speed", "0"], "--speed 0: give a factor above 0"),
-        (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
+        (["PATH", "--serve", "--port", "70000"], "port must be from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
         (["PATH", "--serve", "--start", "500"], "--start 500: PATH ends at "),
-        (["PATH", "--view", "--start", "0.2", "--until", "0.1"], "--until 0.1: that is before --start 0.2"),
+        (["PATH", "--view", "--start", "0.2", "--until", "0.1"], "--until 0.1: is before --start 0.2"),
         (["PATH", "--video", "run.mp4", "--start", "500"], "--start 500: PATH ends at "),
-        (["PATH", "--loop"], "--loop: say to whom it is to be played"),
-        (["PATH", "--start", "1"], "--start: say to whom it is to be played: add --view, --serve or --ros1, or --bag"),
+        (["PATH", "--loop"], "--loop requires --view, --serve or --ros1"),
+        (["PATH", "--start", "1"], "--start requires --view, --serve or --ros1, or --bag"),
         (["PATH", "--bag", "run.bag", "--start", "1000"], "--start 1000: PATH ends at "),
-        (["PATH", "--verify", "--view"], "--verify runs it again and plays nothing"),
+        (["PATH", "--verify", "--view"], "--verify plays nothing"),
         (["PATH", "--bag", "run.txt"], "--bag run.txt: give a file whose name ends in .bag"),
         (["PATH", "--bag", "no/run.bag"], "--bag no/run.bag: there is no folder no"),
         (["PATH", "--mcap", "run.txt"], "--mcap run.txt: give a file whose name ends in .mcap"),
         (["PATH", "--mcap", "PATH"], "is the recording itself"),
         (["PATH", "--mcap", "out.mcap", "--start", "100"], "--start 100: PATH ends at "),
-        (["PATH", "--view-port", "8080"], "--view-port: there is no page"),
+        (["PATH", "--view-port", "8080"], "--view-port requires --view"),
         (["PATH", "--serve", "--loop", "--hold"], "--loop and --hold: give one of them"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_invalid_input_prints_one_line(
     arguments: list[str], reason: str, cellwright: CommandLine, path: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "text.mcap").write_text("kind: trial\n" * 100)
@@ -114,7 +114,7 @@ def test_bad_input_is_one_line(
 
 
 @pytest.mark.slow
-def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
+def test_client_on_socket_receives_recorded_messages(path: Path) -> None:
     command = [sys.executable, "-m", "cellwright", "replay", str(path), "--serve", "--hold", "--port", "0"]
     player = Process(command, os.environ, path.parent, warm=warm_start())
     try:
@@ -122,7 +122,7 @@ def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
         client = package.Client.connect(address, node="/me")
         client.wait_until(lambda: client.time > LENGTH / 2)
         newest, orders = client.joint_states.message, [order.order_id for order in client.orders]
-        with pytest.raises(package.errors.CellwrightError, match="this is a recording"):
+        with pytest.raises(package.errors.CellwrightError, match="a recording is read-only"):
             client.control_gripper(True)
         client.close()
         player.signal(signal.SIGTERM)
@@ -138,7 +138,7 @@ def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_bag_of_it(cellwright: CommandLine, path: Path) -> None:
+def test_bag_contains_recorded_messages(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--bag", "run.bag")
 
     assert (ran.status, ran.out, ran.err) == (0, "bag         run.bag\n", "")
@@ -147,20 +147,20 @@ def test_a_bag_of_it(cellwright: CommandLine, path: Path) -> None:
         assert counts["/ariac/joint_states"] == recording.counts["/ariac/joint_states"] > 100
 
 
-def test_a_bag_of_a_part_of_it(cellwright: CommandLine, path: Path) -> None:
+def test_bag_of_time_range_contains_only_that_range(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--bag", "run.bag", "--start", "0.2", "--until", "0.4")
 
     assert (ran.status, ran.out, ran.err) == (0, "bag         run.bag\n", "")
     with Reader("run.bag") as bag, RecordingFile(path) as recording:
         times = [time for _, time, _ in bag.messages()]
         found = sum(each.msgcount for each in bag.connections if each.topic == "/ariac/joint_states")
-        said = recording.messages(["/ariac/joint_states"], start=200_000_000, until=400_000_001)
-        assert found == len(list(said)) > 5
+        recorded = recording.messages(["/ariac/joint_states"], start=200_000_000, until=400_000_001)
+        assert found == len(list(recorded)) > 5
     assert min(times) >= 200_000_000
     assert max(times) <= 400_000_000
 
 
-def test_a_file_for_other_tools_of_a_part_of_it(cellwright: CommandLine, path: Path) -> None:
+def test_mcap_of_time_range_contains_only_that_range(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--mcap", "seen.mcap", "--start", "1", "--until", "1.5")
 
     assert (ran.status, ran.out, ran.err) == (0, "mcap        seen.mcap\n", "")
@@ -175,7 +175,7 @@ def test_a_file_for_other_tools_of_a_part_of_it(cellwright: CommandLine, path: P
     assert {"/cellwright/markers", "/cellwright/tf"} <= {each.topic for each in summary.channels.values()}
 
 
-def test_what_a_hostile_recording_says_is_shown_and_done_by_no_terminal(cellwright: CommandLine) -> None:
+def test_control_characters_of_hostile_recording_are_escaped(cellwright: CommandLine) -> None:
     bad = "go\x1b[2J\nof"
     with McapFile(Path("a.mcap")) as file:
         facts = {"agent": bad, "seed": bad, "versions": {bad: bad}}

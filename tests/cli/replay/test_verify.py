@@ -70,7 +70,7 @@ def verified(cellwright: CommandLine, tmp_path: Path) -> Any:
     [[], ["--vary", "--seed", "5", "--servo", "precise", "-d"], ["--checkpoint", "1.0:c.npz"]],
     ids=["plain", "varied", "checkpoint"],
 )
-def test_a_run_comes_out_alike_from_its_recording_alone(verified: Any, arguments: list[str]) -> None:
+def test_run_is_equal_from_recording_alone(verified: Any, arguments: list[str]) -> None:
     found = verified(*arguments)
 
     assert (found.status, found.err) == (0, "")
@@ -82,7 +82,7 @@ def test_a_run_comes_out_alike_from_its_recording_alone(verified: Any, arguments
     assert found.document["versions"] == []
 
 
-def test_so_does_one_that_began_from_a_checkpoint(verified: Any, cellwright: CommandLine) -> None:
+def test_run_from_checkpoint_is_equal(verified: Any, cellwright: CommandLine) -> None:
     cellwright("run", "lesson", "--agent", "none", "--until", "1.5", "--no-picture", "--checkpoint", "1.0:c.npz")
     ran = cellwright(
         *("run", "lesson", "--agent", "none", "--until", "2.5", "--no-picture", "--resume", "c.npz"),
@@ -99,7 +99,7 @@ def test_so_does_one_that_began_from_a_checkpoint(verified: Any, cellwright: Com
     assert document["reached"]["time"] == 2.5
 
 
-def test_for_people(cellwright: CommandLine) -> None:
+def test_verdict_is_printed_as_text(cellwright: CommandLine) -> None:
     cellwright("run", "lesson", "--agent", "none", "--until", "1", "--no-picture", "--record", "r.mcap")
 
     ran = cellwright("replay", "r.mcap", "--verify")
@@ -113,7 +113,7 @@ def test_for_people(cellwright: CommandLine) -> None:
     )
 
 
-def test_one_that_was_cut_before_its_first_hash_leaves_nothing_to_compare(cellwright: CommandLine) -> None:
+def test_recording_cut_before_first_hash_is_unknown(cellwright: CommandLine) -> None:
     cellwright("run", "lesson", "--agent", "none", "--until", "0.9", "--no-picture", "--record", "r.mcap")
     data = Path("r.mcap").read_bytes()
     Path("cut.mcap").write_bytes(data[: len(data) * 6 // 10])
@@ -121,11 +121,11 @@ def test_one_that_was_cut_before_its_first_hash_leaves_nothing_to_compare(cellwr
     ran = cellwright("replay", "cut.mcap", "--verify")
 
     assert ran.status == 2
-    assert "was cut short" in ran.err
-    assert re.search(r"^unknown +it was cut before its first state hash", ran.out, re.MULTILINE)
+    assert "cut short" in ran.err
+    assert re.search(r"^unknown +cut short before the first state hash", ran.out, re.MULTILINE)
 
 
-def test_one_of_which_a_byte_is_another_is_refused(short: Path, cellwright: CommandLine) -> None:
+def test_recording_with_changed_byte_is_refused(short: Path, cellwright: CommandLine) -> None:
     data = bytearray(short.read_bytes())
     with RecordingFile(short) as recording:  # of a message that no comparison reads
         place = next(each for each in recording._layout.chunks)
@@ -160,27 +160,25 @@ class Changed:
 @pytest.mark.parametrize(
     ("kind", "facts", "reason"),
     [
-        ("cell", {"files": []}, "does not hold the files"),
-        ("cell", {"files": ["../x"]}, "a name that it cannot have"),
-        ("cell", {"files": ["files/none.yaml"]}, "does not hold none.yaml: it was cut short too early"),
+        ("cell", {"files": []}, "lacks the files"),
+        ("cell", {"files": ["../x"]}, "invalid file name"),
+        ("cell", {"files": ["files/none.yaml"]}, "lacks none.yaml; it was cut short too early"),
         ("cell", {"seed": "x"}, "seed is 'x'"),
-        ("cell", {"servo": "soft"}, "servos 'soft'"),
-        ("cell", {"checkpoints": [-1]}, "checkpoints are no times"),
-        ("cell", {"checkpoints": None}, "checkpoints are no times"),
+        ("cell", {"servo": "soft"}, "servo profile 'soft'"),
+        ("cell", {"checkpoints": [-1]}, "checkpoints are not times"),
+        ("cell", {"checkpoints": None}, "checkpoints are not times"),
         ("robot", {"driver": True}, "a driver moved this robot"),
         ("robot", {"driver": False, "files": ["files/none.yml"]}, "none.yml"),
     ],
 )
-def test_a_run_that_cannot_be_repeated_is_reported_in_a_line(
-    short: Path, kind: str, facts: dict[str, Any], reason: str
-) -> None:
+def test_unrepeatable_run_is_reported_in_one_line(short: Path, kind: str, facts: dict[str, Any], reason: str) -> None:
     with RecordingFile(short) as recording:
         changed: Any = Changed(recording, kind, **facts)
         with pytest.raises(CellwrightError, match=reason), rebuild(changed):
             pass
 
 
-def test_a_difference_is_reported_with_place_and_versions() -> None:
+def test_difference_is_reported_with_bodies_and_versions() -> None:
     from io import StringIO
 
     from rich.console import Console
@@ -205,13 +203,13 @@ def test_a_difference_is_reported_with_place_and_versions() -> None:
     assert text.getvalue().splitlines() == [
         "compared    3 state hashes and 700 frames equal, 9 commands",
         "different   at tick 6020 (12.040 s); equal up to tick 5000 (10.000 s)",
-        "elsewhere   piston_rod_part_1, wrist_3_link",
+        "bodies      piston_rod_part_1, wrist_3_link",
         "ran         20.0 s in 2.0 s: 10.0 x real time",
         "version     mujoco 4.0.1, here 4.1.0",
     ]
 
 
-def test_a_robot_comes_out_alike_too(cellwright: CommandLine) -> None:
+def test_robot_run_is_equal(cellwright: CommandLine) -> None:
     ran = cellwright(
         *("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "1", "--port", "0"),
         *("--max-speed", "1.5", "--watchdog", "0.5", "--record", "r.mcap"),

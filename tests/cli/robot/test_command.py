@@ -39,7 +39,7 @@ def refusal(ran: Any) -> str:
     return str(ran.err).removeprefix("error: ").rstrip("\n")
 
 
-def test_all_joints_by_index(cellwright: CommandLine, small: str) -> None:
+def test_json_lists_all_joints_by_index(cellwright: CommandLine, small: str) -> None:
     found = listed(cellwright, small)
     assert [(joint["index"], joint["name"]) for joint in found["joints"]] == list(enumerate(INDICES))
     assert found["joints"][7] == {
@@ -63,14 +63,14 @@ def test_all_joints_by_index(cellwright: CommandLine, small: str) -> None:
     assert found["joints"][0]["parent_index"] == -1
 
 
-def test_absent_limits_are_null(cellwright: CommandLine, small: str) -> None:
+def test_json_has_null_for_absent_limits(cellwright: CommandLine, small: str) -> None:
     joints = {joint["name"]: joint for joint in listed(cellwright, small)["joints"]}
     figures = ("lower", "upper", "effort", "velocity", "axis")
     assert [joints["spin"][name] for name in figures] == [None, None, 10.0, 2.0, [0.0, 1.0, 0.0]]
     assert [joints["r_wrist"][name] for name in figures] == [0.0, -1.0, 0.0, 0.0, [0.0, 0.0, 0.0]]
 
 
-def test_link_frames_have_the_base_at_the_origin(cellwright: CommandLine, small: str) -> None:
+def test_link_frames_have_root_link_at_origin(cellwright: CommandLine, small: str) -> None:
     links = listed(cellwright, small)["links"]
     assert links["base"] == [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
     assert links["r_hand"] == [pytest.approx([0.6, -0.2, 0.5]), [0.0, 0.0, 0.0, 1.0]]
@@ -86,25 +86,25 @@ def test_link_frames_follow_a_posture(cellwright: CommandLine, small: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("pose", "said"),
+    ("pose", "message"),
     [
         (
             "{",
-            "--pose: no valid JSON (Expecting property name enclosed in double quotes, at character 2); give positions",
+            "--pose: invalid JSON (Expecting property name enclosed in double quotes, at character 2); give positions",
         ),
-        ("[1]", "--pose: no posture; give positions by joint, such as '{\"elbow\": 1.57}'"),
+        ("[1]", "--pose: must be a JSON object; give positions by joint, such as '{\"elbow\": 1.57}'"),
         ('{"lft": 1}', "--pose: unknown joint 'lft'; did you mean lift (known: lift, r1, r2, "),
         ('{"r_wrist": 1}', "--pose: r_wrist is fixed, and has no position (known: lift, r1, r2, "),
-        ('{"r1": NaN}', "--pose: r1: must be a finite number [rad; m], not NaN"),
-        ('{"r1": true}', "--pose: r1: must be a finite number [rad; m], not true"),
-        ('{"r1": "1"}', '--pose: r1: must be a finite number [rad; m], not "1"'),
-        ('{"r1": 1e300}', "--pose: r1: must be a finite number [rad; m], not 1e+300"),
-        ("[" * 100_000, "--pose: no valid JSON (no JSON); give positions"),
-        (f'{{"r1": {"9" * 5000}}}', "--pose: no valid JSON (no JSON); give positions"),
+        ('{"r1": NaN}', "--pose: r1: must be a finite number [rad; m] (got NaN"),
+        ('{"r1": true}', "--pose: r1: must be a finite number [rad; m] (got true"),
+        ('{"r1": "1"}', '--pose: r1: must be a finite number [rad; m] (got "1"'),
+        ('{"r1": 1e300}', "--pose: r1: must be a finite number [rad; m] (got 1e+300"),
+        ("[" * 100_000, "--pose: invalid JSON (no JSON); give positions"),
+        (f'{{"r1": {"9" * 5000}}}', "--pose: invalid JSON (no JSON); give positions"),
     ],
 )
-def test_a_pose_that_is_none(pose: str, said: str, cellwright: CommandLine, small: str) -> None:
-    assert refusal(cellwright("robot", small, "--json", "--pose", pose)).startswith(said)
+def test_invalid_pose_is_refused(pose: str, message: str, cellwright: CommandLine, small: str) -> None:
+    assert refusal(cellwright("robot", small, "--json", "--pose", pose)).startswith(message)
 
 
 @pytest.fixture(scope="module")
@@ -115,12 +115,12 @@ def model() -> RobotModel:
 @pytest.mark.slow
 @given(st.text(max_size=30) | st.recursive(st.none() | st.floats() | st.just("r1"), st.lists).map(json.dumps))
 @settings(max_examples=50)
-def test_any_text_is_a_pose_or_refused(model: RobotModel, text: str) -> None:
+def test_random_text_as_pose_is_accepted_or_refused(model: RobotModel, text: str) -> None:
     with pytest.raises(UsageError, match="--pose: "):
         read_pose(text, model)
 
 
-def test_the_table_for_people(cellwright: CommandLine, small: str) -> None:
+def test_table_lists_joints_and_notes(cellwright: CommandLine, small: str) -> None:
     ran = cellwright("robot", small)
     lines = ran.out.splitlines()
     assert (ran.status, ran.err) == (0, "")
@@ -136,7 +136,7 @@ def test_the_table_for_people(cellwright: CommandLine, small: str) -> None:
     assert max(map(len, lines[:18])) < 100
 
 
-def test_bundled_robots_are_listed(cellwright: CommandLine) -> None:
+def test_command_without_robot_lists_bundled_robots(cellwright: CommandLine) -> None:
     ran = cellwright("robot")
     assert (ran.status, ran.err) == (0, "")
     assert all(name in ran.out for name in bundled())
@@ -145,7 +145,7 @@ def test_bundled_robots_are_listed(cellwright: CommandLine) -> None:
     assert {robot["name"]: robot["joints"] for robot in found}["qinglong"] == 95
 
 
-def test_warnings_are_no_part_of_the_table(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
+def test_warnings_go_to_stderr_and_not_into_table(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
     (tmp_path / small).write_text(CONFIG + "arm: []\n")
     ran = cellwright("robot", small, "--json")
     assert ran.err == "warning: vr_configs.yml:16: arm: unknown entry, ignored; did you mean arms\n"
@@ -153,28 +153,32 @@ def test_warnings_are_no_part_of_the_table(cellwright: CommandLine, small: str, 
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("no.yml",), "no.yml: there is no such file"),
         (("qinglnog",), "unknown robot 'qinglnog'; did you mean qinglong (known: "),
-        (("--pose", "{}"), "--pose: give a robot as well"),
-        (("qinglong", "--pose", "{}"), "--pose: the poses of links are printed with --json"),
+        (("--pose", "{}"), "--pose requires a robot"),
+        (("qinglong", "--pose", "{}"), "--pose requires --json"),
         (("broken.yml",), "broken.yml:1: urdf_path: there is no file no.urdf in "),
     ],
 )
-def test_bad_input(arguments: tuple[str, ...], said: str, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_invalid_options_are_refused(
+    arguments: tuple[str, ...], message: str, cellwright: CommandLine, tmp_path: Path
+) -> None:
     (tmp_path / "broken.yml").write_text("urdf_path: no.urdf\n")
-    assert refusal(cellwright("robot", *arguments)).startswith(said)
+    assert refusal(cellwright("robot", *arguments)).startswith(message)
 
 
-def test_check_takes_robots(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
+def test_check_accepts_robot_configurations(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
     for name in (small, "robot.urdf", str(tmp_path), "qinglong"):
         ran = cellwright("check", name)
         assert (ran.status, ran.out, ran.err) == (0, "ok\n", "")
     assert json.loads(cellwright("check", small, "--json").out)["resolved"]["name"] == "Small"
 
 
-def test_check_tells_of_every_slip(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
+def test_check_reports_every_error_of_a_robot_configuration(
+    cellwright: CommandLine, small: str, tmp_path: Path
+) -> None:
     (tmp_path / small).write_text(CONFIG.replace("[6, 7]", "[6, 8]") + "arm: []\n")
     ran = cellwright("check", small)
     assert (ran.status, ran.err) == (2, "")
@@ -184,19 +188,19 @@ def test_check_tells_of_every_slip(cellwright: CommandLine, small: str, tmp_path
     assert verdict == "1 error"
 
 
-def test_a_configuration_is_begun(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
+def test_init_writes_draft_configuration(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
     (tmp_path / "new").mkdir()
     ran = cellwright("robot", "robot.urdf", "--init", "new/vr_configs.yml")
     assert (ran.status, ran.err) == (0, "")
-    assert ran.out.endswith("all guessed; go through it, then: cellwright check new/vr_configs.yml\n")
+    assert ran.out.endswith("all guessed; review the file, then run: cellwright check new/vr_configs.yml\n")
     assert cellwright("check", "new").out == "ok\n"
     assert "urdf_path: ../robot.urdf" in (tmp_path / "new" / "vr_configs.yml").read_text()
     again = cellwright("robot", "robot.urdf", "--init", "new/vr_configs.yml")
-    assert refusal(again) == "--init new/vr_configs.yml: is there already; take another name, or remove it"
+    assert refusal(again) == "--init new/vr_configs.yml: file exists; choose another name, or remove it"
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("--init", "no/a.yml"), "--init no/a.yml: there is no folder no"),
         (("--init", "a.json"), "--init a.json: give a file such as vr_configs.yml, and no --json"),
@@ -204,5 +208,5 @@ def test_a_configuration_is_begun(cellwright: CommandLine, small: str, tmp_path:
         (("--init", "."), "--init .: give a file such as vr_configs.yml"),
     ],
 )
-def test_a_configuration_that_cannot_be_begun(arguments: tuple[str, ...], said: str, cellwright: CommandLine) -> None:
-    assert refusal(cellwright("robot", "tandem", *arguments)).startswith(said)
+def test_init_with_unusable_file_is_refused(arguments: tuple[str, ...], message: str, cellwright: CommandLine) -> None:
+    assert refusal(cellwright("robot", "tandem", *arguments)).startswith(message)

@@ -20,7 +20,7 @@ def at_home(fake_system: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
-def test_bash_has_the_paths_then(cellwright: CommandLine) -> None:
+def test_evaluated_output_sets_paths_in_bash(cellwright: CommandLine) -> None:
     ran = cellwright("ros1-env")
     assert (ran.status, ran.err) == (0, "")
     shell = 'eval "$1"; command -v python; python -c "import osrf_gear.msg; print(osrf_gear.msg.Order.__name__)"'
@@ -32,7 +32,7 @@ def test_bash_has_the_paths_then(cellwright: CommandLine) -> None:
     assert name == "Order"
 
 
-def test_twice_is_as_once(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_second_evaluation_changes_nothing(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     first = cellwright("ros1-env").out
     for line in first.splitlines():
         name, _, value = line.removeprefix("export ").partition("=")
@@ -40,7 +40,7 @@ def test_twice_is_as_once(cellwright: CommandLine, monkeypatch: pytest.MonkeyPat
     assert cellwright("ros1-env").out == first
 
 
-def test_a_folder_of_ones_own(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_dir_option_sets_folder(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright("ros1-env", "--dir", "mine", "--shell", "fish")
     assert ran.status == 0
     assert f"set -gx ROS_PACKAGE_PATH '{tmp_path}/mine/" in ran.out
@@ -48,21 +48,21 @@ def test_a_folder_of_ones_own(cellwright: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         (["--shell", "tcsh"], "error: --shell tcsh: give one of sh, fish\n"),
-        (["--dir", "file"], "error: file: ROS packages cannot be laid out here: "),
+        (["--dir", "file"], "error: file: cannot write ROS packages: "),
     ],
 )
-def test_an_error_of_ros1_env_is_one_line(given: list[str], said: str, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_error_of_ros1_env_is_one_line(given: list[str], message: str, cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     ran = cellwright("ros1-env", *given)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith(said)
+    assert ran.err.startswith(message)
     assert len(ran.err.splitlines()) == 1
 
 
-def test_a_machine_without_ros(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ros1_env_without_ros_is_refused(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     monkeypatch.setenv("CELLWRIGHT_ROS1_PYTHON", "/nowhere/python3")
     ran = cellwright("ros1-env")

@@ -17,29 +17,29 @@ def system(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ros1_workspace, "find_system", lambda: fake_system)
 
 
-def test_sources_alone(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_no_build_writes_sources_only(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright("ros1-workspace", "ws", "--no-build")
     assert (ran.status, ran.out, ran.err) == (0, "laid out ws/src/ariac\n", "")
     assert (tmp_path / "ws" / "src" / "ariac" / "osrf_gear" / "msg" / "Order.msg").is_file()
     assert not (tmp_path / "ws" / "build").exists()
 
 
-def test_missing_programs_are_reported_before_anything_is_written(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_missing_build_tools_are_reported_before_writing(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright("ros1-workspace", "ws")
     assert ran.status == 2
-    assert ran.err.startswith("error: catkin cannot build here, for want of actionlib_msgs, catkin, ")
+    assert ran.err.startswith("error: catkin cannot build: actionlib_msgs, catkin, ")
     assert "apt-get install catkin " in ran.err
     assert len(ran.err.splitlines()) == 1
     assert not (tmp_path / "ws").exists()
 
 
-def test_a_file_is_no_workspace(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_file_as_workspace_is_refused(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "ws").touch()
     ran = cellwright("ros1-workspace", "ws", "--no-build")
-    assert (ran.status, ran.err) == (2, "error: ws: is no folder\n")
+    assert (ran.status, ran.err) == (2, "error: ws: is not a folder\n")
 
 
-def test_a_build_that_fails_ends_with_what_was_said(
+def test_failed_build_prints_output(
     cellwright: CommandLine, fake_system: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("cellwright.middleware.ros1.packages.workspace.missing", lambda _ros: [])

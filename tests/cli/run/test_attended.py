@@ -120,7 +120,7 @@ def until(link: ServerConnection, condition: Callable[[dict[str, Any]], bool]) -
     return seen[0]
 
 
-def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
+def test_pauses_steps_and_speeds_do_not_change_run() -> None:
     alone = run_cell(Cell(KITTING), Sends(), RunOptions())
     crowd_cell = Cell(KITTING)
 
@@ -141,7 +141,7 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
     assert result.state_hash == alone.state_hash
 
 
-def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
+def test_restart_ends_agent_at_once() -> None:
     cell = Cell(KITTING, competition=False)
 
     def restart(link: ServerConnection) -> None:
@@ -162,7 +162,7 @@ def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
+def test_ctrl_c_ends_paused_run() -> None:
     def pause_and_end(link: ServerConnection) -> None:
         until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
@@ -175,9 +175,12 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
 
 @pytest.mark.parametrize(
     ("cell", "apart", "reason"),
-    [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS)],
+    [
+        (Cell(KITTING), False, "not available in competition mode"),
+        (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS),
+    ],
 )
-def test_a_run_that_cannot_restart_gives_the_reason(cell: Cell, apart: bool, reason: str) -> None:
+def test_run_that_cannot_restart_reports_reason(cell: Cell, apart: bool, reason: str) -> None:
     def ask(link: ServerConnection) -> None:
         with pytest.raises(CellwrightError, match=reason):
             control(link, action="reset")
@@ -188,7 +191,7 @@ def test_a_run_that_cannot_restart_gives_the_reason(cell: Cell, apart: bool, rea
             pass
 
 
-def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(no_page: NoPage) -> None:
+def test_page_stays_after_run_and_disables_controls(no_page: NoPage) -> None:
     with looked_at(Cell(KITTING, competition=False), until=0.1) as crowd:
         crowd.run()
 
@@ -208,7 +211,7 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPage) -> None:
+def test_signal_ends_page_after_run(number: signal.Signals, no_page: NoPage) -> None:
     with looked_at(Cell(KITTING), until=0.1) as crowd:
         crowd.run()
 
@@ -222,7 +225,7 @@ def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPa
 
 
 @pytest.mark.slow
-def test_collisions_are_on_the_panel_during_the_run_and_at_its_end() -> None:
+def test_collisions_are_on_panel_during_and_after_run() -> None:
     cell = Cell(ARM_ONLY)
 
     def look(link: ServerConnection) -> None:
@@ -239,7 +242,7 @@ def test_collisions_are_on_the_panel_during_the_run_and_at_its_end() -> None:
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_viewers_stay_after_an_agent_in_a_process_of_its_own() -> None:
+def test_viewers_stay_after_remote_agent_ends() -> None:
     cell = Cell(KITTING)
 
     def look(link: ServerConnection) -> None:
@@ -253,30 +256,30 @@ def test_viewers_stay_after_an_agent_in_a_process_of_its_own() -> None:
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
 
 
-def test_a_server_is_left_closed_where_there_can_be_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_page_start_leaves_no_server(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
-        raise UsageError("no page can be shown")
+        raise UsageError("page cannot start")
 
     monkeypatch.setattr(sessions, "open_page", refuse)
-    with pytest.raises(UsageError, match="no page"), looked_at(Cell(KITTING)):
+    with pytest.raises(UsageError, match="page cannot start"), looked_at(Cell(KITTING)):
         pass
 
 
-def test_from_the_command_line_the_result_is_that_of_any_run(cellwright: CommandLine) -> None:
+def test_viewed_run_has_result_of_plain_run(cellwright: CommandLine) -> None:
     command = ("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--json")
     plain, viewed = cellwright(*command), cellwright(*command, "--view", "--speed", "max")
     assert viewed.status == 0, "and the page has gone with the run"
     assert json.loads(plain.out)["state_hash"] == json.loads(viewed.out)["state_hash"]
 
 
-def test_a_camera_behind_view_is_refused_with_its_new_place(cellwright: CommandLine) -> None:
+def test_camera_name_after_view_is_refused_with_new_option(cellwright: CommandLine) -> None:
     for command in ("run", "serve"):
         ran = cellwright(command, "lesson", "--view", "overview")
         assert (ran.status, ran.err.count("\n")) == (2, 1)
         assert "--camera overview" in ran.err
 
 
-def test_options_of_a_page_need_one(cellwright: CommandLine) -> None:
+def test_page_options_without_view_are_refused(cellwright: CommandLine) -> None:
     for more in (["--view-port", "8080"], ["--view-host", "127.0.0.1"], ["--open"]):
         ran = cellwright("run", "lesson", *more)
-        assert (ran.status, ran.err) == (2, f"error: {more[0]}: there is no page; say --view as well\n")
+        assert (ran.status, ran.err) == (2, f"error: {more[0]} requires --view\n")

@@ -28,7 +28,7 @@ UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
         ("none", ("--until", "0.2"), 0, "until"),
     ],
 )
-def test_exit_status(
+def test_exit_status_follows_outcome_and_min_score(
     agent: str, more: tuple[str, ...], status: int, outcome: str, cellwright: CommandLine, agents: str
 ) -> None:
     name = agent if agent == "none" else f"{agents}:{agent}"
@@ -37,7 +37,7 @@ def test_exit_status(
     assert (ran.status, document["exit_status"], document["outcome"]) == (status, status, outcome)
 
 
-def test_time_limit(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
+def test_time_limit_ends_run_with_status_1(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
     lesson = "options: {insert_agvs: true}\ntime_limit: 0.2\norders: {order_0: {announcement_condition: time, "
     (tmp_path / "short.yaml").write_text(
         lesson + "announcement_condition_value: 0, parts: {part_0: {type: gear_part, pose: {}}}}}\n"
@@ -47,7 +47,7 @@ def test_time_limit(cellwright: CommandLine, agents: str, tmp_path: Path) -> Non
     assert "outcome     time limit\n" in ran.out
 
 
-def test_an_agent_that_crashes_is_shown_where(cellwright: CommandLine, agents: str) -> None:
+def test_agent_crash_prints_traceback_of_agent_only(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--agent", f"{agents}:Crashes", "--no-picture")
     assert "agents.py" in ran.err
     assert ran.err.endswith("ValueError: no idea\n")
@@ -56,7 +56,7 @@ def test_an_agent_that_crashes_is_shown_where(cellwright: CommandLine, agents: s
     assert "the agent exited with 3" in cellwright("run", "lesson", "--agent", f"{agents}:Exits", "--no-picture").err
 
 
-def test_the_usual_facts_are_printed(cellwright: CommandLine, agents: str) -> None:
+def test_summary_contains_usual_facts(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--seed", "7", "--min-score", "1")
     assert ran.err == ""
     for pattern in (
@@ -65,7 +65,7 @@ def test_the_usual_facts_are_printed(cellwright: CommandLine, agents: str) -> No
         r"^order_0, kit order_0_kit_0: not submitted, no points$",
         r"^outcome     done$",
         r"^score       0 of 12 points$",
-        r"^not enough  1 points were asked for$",
+        r"^not enough  below --min-score 1$",
         r"^simulated   \d+\.\d s in \d+\.\d s: \d+\.\d x real time$",
         r"^state hash  [0-9a-f]{64}$",
         r"^versions    cellwright \S+, mujoco \S+, numpy \S+$",
@@ -74,13 +74,13 @@ def test_the_usual_facts_are_printed(cellwright: CommandLine, agents: str) -> No
         assert re.search(pattern, ran.out, re.MULTILINE), pattern
 
 
-def test_output_for_a_file_has_no_control_characters(cellwright: CommandLine, agents: str) -> None:
+def test_output_without_terminal_has_no_control_characters(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--verbose")
     assert all(character == "\n" or character.isprintable() for character in ran.out + ran.err)
     assert max(map(len, ran.out.splitlines())) <= 80
 
 
-def test_json_alone_is_on_stdout(cellwright: CommandLine, agents: str) -> None:
+def test_json_is_the_only_output_on_stdout(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--json", "--listen", "/clock")
     document = json.loads(ran.out)
     assert "something that the agent prints" in ran.err
@@ -96,7 +96,7 @@ def test_json_alone_is_on_stdout(cellwright: CommandLine, agents: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_pictures")
-def test_listening_changes_nothing(cellwright: CommandLine, agents: str) -> None:
+def test_listening_does_not_change_state_hash(cellwright: CommandLine, agents: str) -> None:
     def state_hash(*more: str) -> str:
         ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--json", *more)
         return str(json.loads(ran.out)["state_hash"])
@@ -107,7 +107,7 @@ def test_listening_changes_nothing(cellwright: CommandLine, agents: str) -> None
 
 
 @pytest.mark.usefixtures("small_pictures")
-def test_pictures(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_snapshots_and_final_picture_are_written(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright(
         "run", "lesson", "--agent", "none", "--until", "0.2", "--snapshot", "0.1:a.PNG", "--snapshot", "0:b.png"
     )
@@ -119,7 +119,7 @@ def test_pictures(cellwright: CommandLine, tmp_path: Path) -> None:
 
 @QUICK_DRAWING
 @pytest.mark.slow
-def test_pictures_in_a_hurry(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_fast_pictures_do_not_change_state_hash(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--quality", "fast", "--json")
     ran = cellwright(*options, "--snapshot", "0.1:a.png", "--camera", "bins")
     result = json.loads(ran.out)
@@ -128,16 +128,16 @@ def test_pictures_in_a_hurry(cellwright: CommandLine, tmp_path: Path) -> None:
     assert result["state_hash"] == json.loads(cellwright(*options).out)["state_hash"]
 
 
-def test_a_picture_that_was_never_taken(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_missed_snapshot_exits_with_1_and_warning(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "late.png").write_bytes(b"of an earlier run")
     ran = cellwright("run", "lesson", *UNTIL, "--snapshot", "5:late.png", "--json")
     assert ran.status == 1
-    assert "warning: late.png was not taken: the run ended at 0.1 s, before 5 s\n" in ran.err
+    assert "warning: late.png: picture not taken; the run ended at 0.1 s, before 5 s\n" in ran.err
     assert json.loads(ran.out)["pictures"] == []
 
 
 @pytest.mark.usefixtures("small_pictures")
-def test_a_full_disk_costs_the_picture_and_not_the_run(
+def test_full_disk_loses_picture_and_keeps_run(
     cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, content: bytes) -> None:
@@ -153,7 +153,7 @@ def test_a_full_disk_costs_the_picture_and_not_the_run(
     assert ran.err == "warning: cannot write the picture a.png: No space left on device\n"
 
 
-def test_a_run_goes_on_from_a_checkpoint(cellwright: CommandLine) -> None:
+def test_resumed_run_has_state_hash_of_whole_run(cellwright: CommandLine) -> None:
     def state_hash(*more: str) -> str:
         ran = cellwright("run", "lesson", "--agent", "none", "--until", "1", "--no-picture", "--json", *more)
         return str(json.loads(ran.out)["state_hash"])
@@ -161,18 +161,18 @@ def test_a_run_goes_on_from_a_checkpoint(cellwright: CommandLine) -> None:
     assert state_hash("--checkpoint", "0.5:half.npz") == state_hash("--resume", "half.npz")
 
 
-def test_warnings_about_the_file(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_unknown_option_of_file_is_a_warning(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("options:\n  insert_agv: true\n")
     ran = cellwright("run", "a.yaml", *UNTIL)
     assert ran.status == 0
-    said = "a.yaml:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs"
-    assert ran.err == f"warning: {said}\n"
-    assert cellwright("check", "a.yaml").out == f"warning: {said}\nok\n"
+    message = "a.yaml:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs"
+    assert ran.err == f"warning: {message}\n"
+    assert cellwright("check", "a.yaml").out == f"warning: {message}\nok\n"
     document = json.loads(cellwright("check", "a.yaml", "--json").out)
-    assert (document["ok"], document["errors"], document["warnings"]) == (True, [], [said])
+    assert (document["ok"], document["errors"], document["warnings"]) == (True, [], [message])
 
 
-def test_check_tells_programs_too_what_is_wrong(cellwright: CommandLine) -> None:
+def test_check_of_missing_file_prints_error_as_json(cellwright: CommandLine) -> None:
     ran = cellwright("check", "no.yaml", "--json")
     assert ran.status == 2
     assert json.loads(ran.out) == {

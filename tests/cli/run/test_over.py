@@ -17,7 +17,7 @@ HASH = "4f3967b7"
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: CommandLine) -> None:
+def test_kitter_in_lockstep_has_state_of_in_process_run(cellwright: CommandLine) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--json", "--no-picture")
     result = json.loads(ran.out)
     assert (ran.status, result["outcome"], result["score"]["total"]) == (0, "done", 8.0)
@@ -26,7 +26,7 @@ def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: 
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str) -> None:
+def test_agent_over_socket_prints_output_and_outcome(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Ends", "--no-picture")
     assert ran.status == 0
     assert "something that the agent prints\n" in ran.out
@@ -35,7 +35,7 @@ def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str)
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_an_agent_that_crashes_is_reported(cellwright: CommandLine, agents: str) -> None:
+def test_agent_that_crashes_in_own_process_is_reported(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Crashes", "--no-picture")
     assert ran.status == 1
     assert ran.err.endswith("ValueError: no idea\n")
@@ -43,7 +43,7 @@ def test_an_agent_that_crashes_is_reported(cellwright: CommandLine, agents: str)
 
 
 @pytest.mark.slow
-def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
+def test_agent_works_served_cell_with_connect(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
     with serving(tmp_path, "lesson", "--lockstep") as (process, (host, port)):
         at = f"{host}:{port}"
         ran = cellwright("run", "--connect", at, "--agent", f"{agents}:Waits2", "--min-score", "1")
@@ -52,7 +52,7 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
         assert ran.status == 1
         assert ran.out.startswith(f"trial lesson, agent {agents}:Ends, at {at}\n")
         assert "score       0 of 12 points\n" in ran.out
-        assert "not enough  1 points were asked for\n" in ran.out
+        assert "not enough  below --min-score 1\n" in ran.out
         again = cellwright("run", "--connect", at, "--agent", f"{agents}:Crashes", "--json")
         result = json.loads(again.out)
         assert (again.status, result["competition_state"], result["trial"]) == (1, "done", "lesson")
@@ -67,16 +67,16 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
     [
         (["--connect", "localhost"], "give a host and a port, such as 127.0.0.1:11399"),
         (["--connect", "localhost:0"], "give a host and a port"),
-        (["--connect", "127.0.0.1:1"], "nobody answers at 127.0.0.1:1: "),
-        (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the one who serves it"),
-        (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
+        (["--connect", "127.0.0.1:1"], "no server answers at 127.0.0.1:1: "),
+        (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the process that serves the cell"),
+        (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the process that serves the cell"),
         (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
-        (["lesson", "--lockstep"], "say over what as well"),
+        (["lesson", "--lockstep"], "--lockstep requires --over"),
         (["lesson", "--over", "socket", "--agent", "missing"], "unknown agent 'missing'"),
-        ([], "give a trial"),
+        ([], "no trial given"),
     ],
 )
-def test_bad_input_is_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_input_prints_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
     ran = cellwright("run", *arguments)
     assert (ran.status, ran.out) == (2, "")
     assert reason in ran.err

@@ -24,8 +24,8 @@ from tests.waiting import TIMEOUT
         (["no.yaml"], "no.yaml: there is no such file"),
         (["lesson", "--speed", "0"], "--speed 0: give a factor above 0"),
         (["lesson", "--speed", ""], "--speed : give a factor above 0"),
-        (["lesson", "--port", "70000"], "a port is from 0 to 65535"),
-        (["lesson", "--host", "no.such.host.invalid"], "no.such.host.invalid: cannot be listened at"),
+        (["lesson", "--port", "70000"], "port must be from 0 to 65535"),
+        (["lesson", "--host", "no.such.host.invalid"], "no.such.host.invalid: cannot listen"),
         (["lesson", "--until", "-1"], "--until -1: give a time"),
         (["lesson", "--log", "run.txt"], "--log run.txt: give a file whose name ends in .jsonl"),
         (["lesson", "--picture", "cell.jpg"], "--picture cell.jpg: give a file whose name ends in .png"),
@@ -33,14 +33,14 @@ from tests.waiting import TIMEOUT
         (["lesson", "--camera", "nowhere"], "--camera: unknown view 'nowhere'"),
     ],
 )
-def test_bad_input_is_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_input_prints_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
     ran = cellwright("serve", *arguments)
     assert (ran.status, ran.out) == (2, "")
     assert reason in ran.err
     assert ran.err.count("\n") == 1
 
 
-def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_served_cell_stops_at_until(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright(
         "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.5", "--json", "--log", "run.jsonl"
     )
@@ -48,13 +48,13 @@ def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_pa
     assert (ran.status, result["simulated"], result["outcome"], result["agent"]) == (0, 0.5, "until", "served")
     assert result["pace"] is None
     assert ran.err.startswith("ready: lesson at 127.0.0.1:")
-    assert ran.err.endswith(", as fast as it goes\n")
+    assert ran.err.endswith(", as fast as possible\n")
     log = [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
     assert (log[0], log[-1]) == ("run", "result")
 
 
 @pytest.mark.usefixtures("small_pictures")
-def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_picture_is_written_at_the_end(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ["--port", "0", "--speed", "max", "--until", "0.1", "--json"]
     seen = {}
     for view in ("overview", "agv1"):
@@ -65,13 +65,15 @@ def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) 
     assert seen["overview"] != seen["agv1"]
 
 
-def test_an_open_address_gives_a_warning(cellwright: CommandLine) -> None:
+def test_open_address_prints_warning(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.1", "--host", "0.0.0.0")
     assert ran.status == 0
-    assert ran.err == "warning: 0.0.0.0: anybody who reaches this machine can drive the cell\n"
+    assert (
+        ran.err == "warning: 0.0.0.0: open to the network; every program that reaches this machine can drive the cell\n"
+    )
 
 
-def test_pace_is_printed(cellwright: CommandLine) -> None:
+def test_verbose_prints_pace(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "4", "--until", "0.2", "--json")
     pace = json.loads(ran.out)["pace"]
     assert 0.0 < pace["factor"] <= 4.0 + 1e-9  # a slow machine falls behind, none runs ahead
@@ -81,7 +83,7 @@ def test_pace_is_printed(cellwright: CommandLine) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ([], b""),
         (["--lockstep"], hello("/me", "cdr").encode() + advance(1, 10**15, each_tick=False).encode()),
@@ -89,12 +91,12 @@ def test_pace_is_printed(cellwright: CommandLine) -> None:
     ],
     ids=["at once", "while a client waits", "while a client listens"],
 )
-def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tmp_path: Path) -> None:
+def test_ctrl_c_at_any_time_ends_with_result(arguments: list[str], message: bytes, tmp_path: Path) -> None:
     """While it serves; it prints the score, and the status is 0."""
     with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as client:
-        if said:
+        if message:
             client.settimeout(TIMEOUT)
-            client.sendall(said)
+            client.sendall(message)
             assert hear(client, Decoder())
         status, out, _ = ended(process)
     assert status == 0
@@ -106,7 +108,7 @@ def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tm
 @pytest.mark.parametrize(
     ("event", "about"), [("import", "cellwright.running.run.session"), ("open", "lesson.yaml"), ("socket.bind", "")]
 )
-def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(event: str, about: str, tmp_path: Path) -> None:
+def test_ctrl_c_during_start_prints_no_traceback(event: str, about: str, tmp_path: Path) -> None:
     """It stops at an event of its start, where the signal interrupts it."""
     command = [sys.executable, "-c", STOPS_AT, event, about, "serve", "lesson", "--port", "0"]
     process = Process(command, os.environ, tmp_path)

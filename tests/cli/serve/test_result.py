@@ -34,7 +34,7 @@ def answer_of(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool
     return answer
 
 
-def test_of_a_competition_that_goes_on_no_more_than_one_may_know(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_result_of_running_competition_hides_secrets(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = answer_of(monkeypatch, "start_competition")
     document = answer["document"]
     assert (document["competition_state"], document["seed"], document["circumstances"]) == ("go", None, None)
@@ -44,7 +44,9 @@ def test_of_a_competition_that_goes_on_no_more_than_one_may_know(monkeypatch: py
 
 
 @pytest.mark.parametrize("competition", [True, False])
-def test_all_of_it_when_it_is_over_or_nothing_is_secret(competition: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_result_after_competition_or_in_development_is_complete(
+    competition: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     answer = answer_of(monkeypatch, "start_competition", *["end_competition"] * competition, competition=competition)
     document = answer["document"]
     assert document["seed"] == 7

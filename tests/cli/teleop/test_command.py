@@ -29,21 +29,23 @@ COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0"
     [
         (["tandme"], "unknown robot 'tandme'; did you mean tandem"),
         (["no/vr_configs.yml"], "no/vr_configs.yml: there is no such file"),
-        (["tandem", "--rate", "99"], "--rate 99: give a number of steps a second from 100 to 10000"),
-        (["tandem", "--rate", "1/0"], "--rate 1/0: give a number of steps"),
-        (["tandem", "--speed", "2"], "--speed 2: time other than the wall clock's has to be told: add --sim-time"),
-        (["tandem", "--watchdog", "0"], "watchdog: give a number above 0, not 0"),
-        (["tandem", "--max-age", "nan"], "max age: give a number above 0, not nan"),
+        (["tandem", "--rate", "99"], "--rate 99: give a rate from 100 to 10000 Hz"),
+        (["tandem", "--rate", "1/0"], "--rate 1/0: give a rate"),
+        (["tandem", "--speed", "2"], "--speed 2 requires --sim-time"),
+        (["tandem", "--watchdog", "0"], "watchdog must be a finite number above 0 (got 0)"),
+        (["tandem", "--max-age", "nan"], "max age must be a finite number above 0 (got nan)"),
         (["tandem", "--max-speed", "fast"], "--max-speed fast: give a speed above 0"),
         (["tandem", "--max-speed", "no_*=1", "--port", "0"], "unknown joint 'no_*'"),
-        (["tandem", "--start-guard-then", "blend"], "add --start-guard 0.8"),
-        (["tandem", "--port", "70000"], "a port is from 0 to 65535"),
+        (["tandem", "--start-guard-then", "blend"], "requires --start-guard (for example --start-guard 0.8)"),
+        (["tandem", "--port", "70000"], "port must be from 0 to 65535"),
         (["tandem", "--record", "run.txt"], "--record run.txt: give a file such as run.mcap"),
-        (["tandem", "--check", "--record", "run.mcap"], "--check: leave out --record"),
+        (["tandem", "--check", "--record", "run.mcap"], "--check cannot be combined with --record"),
         (["tandem", "--until", "-1"], "--until -1: give a time"),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_input_prints_one_line_and_exits_with_2(
+    arguments: list[str], reason: str, cellwright: CommandLine
+) -> None:
     ran = cellwright("teleop", *arguments)
     assert ran.status == 2
     assert ran.out == ""
@@ -51,21 +53,21 @@ def test_bad_input_is_one_line_and_status_2(arguments: list[str], reason: str, c
     assert ran.err.count("\n") == 1
 
 
-def test_the_summary_for_people(cellwright: CommandLine) -> None:
+def test_summary_lists_commands_and_pace(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0", "-v")
     assert ran.status == 0
-    assert "as fast as it goes" in ran.out
+    assert "as fast as possible" in ran.out
     assert "commands    0 taken, 0 refused, 0 ignored" in ran.out
     assert "simulated   0.2 s" in ran.out
     assert "state hash" in ran.out
 
 
-def test_a_node_that_takes_no_commands_yet_says_so(cellwright: CommandLine) -> None:
+def test_node_started_disabled_prints_it(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--start-disabled", "--sim-time", "--until", "0.01", "--port", "0")
-    assert ran.out.splitlines()[0].endswith(", real time, takes no commands until /io_teleop/set_enabled says so")
+    assert ran.out.splitlines()[0].endswith(", real time, commands disabled until enabled with /io_teleop/set_enabled")
 
 
-def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
+def test_same_run_has_same_state_hash(cellwright: CommandLine) -> None:
     arguments = ("--sim-time", "--speed", "max", "--until", "0.1", "--rate", "1000", "--port", "0", "--json")
     first, second = (json.loads(cellwright("teleop", "tandem", *arguments).out) for _ in range(2))
     assert first["steps"] == 100
@@ -95,7 +97,7 @@ def running(*arguments: str) -> Iterator[tuple[WarmProcess, socket.socket, Decod
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
-def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
+def test_ctrl_c_during_motion_ends_node_with_summary() -> None:
     with running() as (process, connection, decoder):
         message = to_cdr(joint_state(["no joint"], [1.0], time=0))
         connection.sendall(Frame(FrameKind.PUBLISH, 1, "/io_teleop/joint_cmd", payload=message).encode())
@@ -107,7 +109,7 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
         out, err = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 0
     assert "Traceback" not in err
-    assert "'no joint' is no joint of this robot" in err
+    assert "'no joint' is not a joint of this robot" in err
     summary = json.loads(out)
     assert summary["outcome"] == "stopped"
     assert summary["commands"] == {"taken": 0, "refused": 1, "ignored": 1}
@@ -117,17 +119,17 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
 
 
 @pytest.mark.slow
-def test_an_agent_of_a_cell_is_refused(cellwright: CommandLine) -> None:
+def test_agent_connected_to_robot_node_is_refused(cellwright: CommandLine) -> None:
     with running("--lockstep") as (_, connection, _):
         host, port = connection.getpeername()
         ran = cellwright("run", "--connect", f"{host}:{port}")
     assert ran.status == 2
-    assert ran.err == f"error: --connect {host}:{port}: no cell is served there, but tandem, a robot's node\n"
+    assert ran.err == f"error: --connect {host}:{port}: serves tandem, a robot's node; give the address of a cell\n"
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
-def test_in_lockstep_time_stands_until_it_is_asked_for() -> None:
+def test_lockstep_time_advances_only_on_request() -> None:
     with running("--lockstep") as (process, connection, decoder):
         connection.sendall(advance(1, 500_000_000, each_tick=False).encode())
         (answer,) = hear(connection, decoder)

@@ -21,9 +21,9 @@ def printed(report: MotionReport) -> list[str]:
     return stream.getvalue().splitlines()
 
 
-def test_a_row_for_each_finding_with_its_verdict() -> None:
+def test_report_has_row_with_verdict_for_each_finding() -> None:
     lines = printed(MotionReport("shy", "/somewhere/reference_motion.json", (GOOD, BAD)))
-    assert lines[0] == "shy in its node, against its recorded motion, reference_motion.json"
+    assert lines[0] == "shy in its node, compared with its recorded motion, reference_motion.json"
     rows = [line.split() for line in lines]
     assert ["J_elbow,", "step", "0", "to", "1", "6.50", "5", "%", "0.050", "s", "ok"] in rows
     assert ["J_wrist", "-", "1", "s", "late", "its", "effort", "limit", "is", "0", "FAILS"] in rows
@@ -35,23 +35,23 @@ def test_a_row_for_each_finding_with_its_verdict() -> None:
 
 
 @pytest.mark.slow
-def test_bundled_robots_pass(cellwright: CommandLine) -> None:
+def test_check_of_bundled_robots_passes(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check")
     assert (ran.status, ran.err) == (0, "")
-    assert ran.out.startswith("tandem in its node, joint by joint: it has no recorded motion\n")
+    assert ran.out.startswith("tandem in its node, joint by joint, since it has no recorded motion\n")
     ran = cellwright("teleop", "qinglong", "--check", "--json")
     assert (ran.status, ran.err) == (0, "")
     assert json.loads(ran.out)["passed"] is True
 
 
 @pytest.mark.slow
-def test_another_law_fails_with_status_1(cellwright: CommandLine) -> None:
+def test_check_with_teleport_motion_fails_with_status_1(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "qinglong", "--check", "--motion", "teleport")
     assert ran.status == 1
     assert "FAILS" in ran.out
 
 
-def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_json_report_contains_no_infinity(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     report = MotionReport("shy", "", (GOOD, BAD))
     monkeypatch.setattr("cellwright.cli.teleop.check_motion", lambda _node: report)
     ran = cellwright("teleop", "tandem", "--check", "--json")
@@ -70,11 +70,13 @@ def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.Mon
         (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
         (["--video", "x.mp4"], "--video"),
         (["--view"], "--view"),
-        (["--watchdog", "0.5"], "the options of safety"),
+        (["--watchdog", "0.5"], "the safety options"),
     ],
 )
-def test_options_of_a_running_node_are_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
+def test_check_with_options_of_running_node_is_refused(
+    arguments: list[str], name: str, cellwright: CommandLine
+) -> None:
     ran = cellwright("teleop", "tandem", "--check", *arguments)
     assert (ran.status, ran.out) == (2, "")
-    assert f"--check: leave out {name}, meant for a node that goes on running" in ran.err
+    assert f"--check cannot be combined with {name}" in ran.err
     assert ran.err.count("\n") == 1

@@ -10,23 +10,23 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "my_driver.py"
 SHORT = ("--until", "0.05", "--port", "0")
 
 
-def test_a_picture_that_cannot_be_written(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_snapshot_to_missing_folder_is_refused(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright("teleop", "tandem", *SHORT, "--snapshot", str(tmp_path / "no" / "such" / "place.png"))
     assert ran.status == 2
     assert ran.err.count("\n") == 1
 
 
-def test_no_display(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gui_without_display_is_refused(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     for option in ("--gui", "--init-debug"):
         ran = cellwright("teleop", "tandem", *SHORT, option)
         assert ran.status == 2
-        assert ran.err.startswith("error: no window can be opened: ")
+        assert ran.err.startswith("error: window cannot open: ")
         assert ran.err.count("\n") == 1
 
 
-def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
+def test_own_driver_runs_in_robot_node(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", *SHORT, "--driver", f"{EXAMPLE}:MyDriver")
     assert ran.status == 0, ran.err
     assert "0 taken" in ran.out
@@ -34,34 +34,31 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
-        (["--driver", "my_driver.py"], "a driver is given as path.py:Class"),
+        (["--driver", "my_driver.py"], "a driver must be path.py:Class"),
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
-        (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot keeps real time"),
+        (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot runs in real time"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport"], "leave out --motion teleport"),
         (
             ["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport", "--self-collision"],
-            "moves as it does: leave out --motion teleport and --self-collision",
+            "simulates nothing; leave out --motion teleport and --self-collision",
         ),
-        (["--check-driver"], "name the driver"),
+        (["--check-driver"], "--check-driver requires --driver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--check"], "give one of them"),
-        (
-            ["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--max-speed", "0.1"],
-            "leave out the options of safety",
-        ),
+        (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--max-speed", "0.1"], "leave out the safety options"),
     ],
 )
-def test_no_driver(cellwright: CommandLine, arguments: list[str], said: str) -> None:
+def test_invalid_driver_options_are_refused(cellwright: CommandLine, arguments: list[str], message: str) -> None:
     ran = cellwright("teleop", "tandem", *SHORT, *arguments)
     assert ran.status == 2
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.count("\n") == 1
 
 
-def test_a_driver_is_checked(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_check_driver_reports_failure_of_driver(cellwright: CommandLine, tmp_path: Path) -> None:
     file = tmp_path / "drivers.py"
     file.write_text(EXAMPLE.read_text().replace("self._targets = np.array(targets)", "raise OSError('no power')"))
     ran = cellwright("teleop", "tandem", "--driver", f"{file}:MyDriver", "--check-driver")
     assert ran.status == 1
-    assert ran.out == f"{file}:MyDriver: it failed: OSError: no power\n"
+    assert ran.out == f"{file}:MyDriver: the driver failed: OSError: no power\n"

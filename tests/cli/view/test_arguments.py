@@ -19,31 +19,31 @@ def requested(host: str | None = None, port: int | None = None) -> PageOptions:
     return found
 
 
-def test_without_options_there_is_no_page() -> None:
+def test_page_options_without_view_are_none() -> None:
     assert page_options(view=False, host=None, port=None, opens=False) is None
 
 
 @pytest.mark.parametrize("host", [None, "127.0.0.1", "127.0.0.2", "::1", "localhost"])
-def test_for_this_machine_alone_no_token_is_needed(host: str | None) -> None:
+def test_loopback_page_has_no_token(host: str | None) -> None:
     assert requested(host).token == ""
     assert requested(host).port == DEFAULT_PORT
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "lab-pc"])
-def test_open_to_the_network_each_page_has_a_token_of_its_own(host: str) -> None:
+def test_network_pages_have_different_tokens(host: str) -> None:
     first, second = requested(host).token, requested(host).token
     assert len(first) >= 20
     assert first != second
 
 
 @pytest.mark.parametrize("port", [-1, 65536])
-def test_a_port_that_is_none_is_refused(port: int) -> None:
+def test_invalid_port_is_refused(port: int) -> None:
     with pytest.raises(UsageError, match="--view-port"):
         requested(port=port)
 
 
 @pytest.mark.parametrize("name", list(VIEWS))
-def test_a_place_of_pictures_behind_view_is_refused_unless_it_is_a_file(
+def test_camera_name_after_view_is_refused_unless_it_is_a_file(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

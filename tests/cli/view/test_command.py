@@ -45,7 +45,7 @@ def next_line(process: WarmProcess, pattern: str) -> re.Match[str]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path: Path) -> None:
+def test_viewed_trial_starts_paused_and_accepts_more_viewers(tmp_path: Path) -> None:
     with viewing(tmp_path, "lesson") as process:
         url = next_line(process, r"page: (http://127\.0\.0\.1:\d+/)")[1]
         ready = next_line(process, r"ready: lesson at (127\.0\.0\.1):(\d+), real time")
@@ -69,7 +69,7 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_view_of_served_competition_is_refused(cellwright: CommandLine, tmp_path: Path) -> None:
     with serving(tmp_path, "lesson") as (_, (host, port)):
         ran = cellwright("view", f"{host}:{port}")
     assert (ran.status, ran.out) == (2, "")
@@ -84,12 +84,12 @@ def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine
         (["no_such_trial"], "error: unknown trial 'no_such_trial'"),
         (["no.yaml"], "error: no.yaml: there is no such file"),
         (["no.mcap"], "error: no.mcap: there is no such file"),
-        (["127.0.0.1:1"], "error: 127.0.0.1:1: cannot be shown: nobody answers"),
+        (["127.0.0.1:1"], "error: 127.0.0.1:1: cannot be shown: no server answers"),
         (["lesson", "--view-port", "70000"], "error: --view-port 70000: give a port"),
-        (["lesson", "--view-host", "no such host"], "error: no page can be shown: no such host: cannot be listened at"),
+        (["lesson", "--view-host", "no such host"], "error: page cannot start: no such host: cannot listen"),
     ],
 )
-def test_bad_input_is_reported_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_input_prints_one_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
     ran = cellwright("view", *words)
     assert (ran.status, ran.err.count("\n")) == (2, 1)
     assert ran.err.startswith(reason)

@@ -27,7 +27,7 @@ URDF = '<robot name="r"><link name="a"/></robot>'
         ("[::1]:11399", TargetKind.ADDRESS),
     ],
 )
-def test_names_and_addresses(word: str, kind: TargetKind) -> None:
+def test_kind_of_names_and_addresses(word: str, kind: TargetKind) -> None:
     assert kind_of([word]) is kind
 
 
@@ -41,22 +41,22 @@ def test_names_and_addresses(word: str, kind: TargetKind) -> None:
         ("broken.yaml", "{", TargetKind.TRIAL),
     ],
 )
-def test_files_by_what_is_in_them(name: str, text: str, kind: TargetKind, tmp_path: Path) -> None:
+def test_kind_of_file_depends_on_its_content(name: str, text: str, kind: TargetKind, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text)
     assert kind_of([str(tmp_path / name)]) is kind
 
 
-def test_a_folder_is_a_robots(tmp_path: Path) -> None:
+def test_folder_is_a_robot(tmp_path: Path) -> None:
     assert kind_of([str(tmp_path)]) is TargetKind.ROBOT
 
 
-def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_existing_file_with_colon_is_not_an_address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "trial:1").write_text(TRIAL)
     assert kind_of(["trial:1"]) is TargetKind.TRIAL
 
 
-def test_files_of_a_trial_are_joined_and_nothing_else_is() -> None:
+def test_only_files_of_a_trial_are_joined() -> None:
     assert kind_of(["final01", "kitter_sensors"]) is TargetKind.TRIAL
-    with pytest.raises(UsageError, match="qinglong: one thing at a time"):
+    with pytest.raises(UsageError, match="qinglong: cannot be joined"):
         kind_of(["lesson", "qinglong"])

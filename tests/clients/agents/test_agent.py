@@ -117,5 +117,5 @@ def test_failed_construction_of_agent_is_reported(folder: Path) -> None:
     make = find_agent("my_robot.py:WithArgument")
     with pytest.raises(AgentError, match=r"my_robot.py:WithArgument: cannot be made: TypeError: .*tool"):
         make()
-    with pytest.raises(AgentError, match=r"my_robot.py:Failing: cannot be made: Unprintable: it does not say why"):
+    with pytest.raises(AgentError, match=r"my_robot.py:Failing: cannot be made: Unprintable: no reason given"):
         find_agent("my_robot.py:Failing")()

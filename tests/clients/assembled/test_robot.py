@@ -125,7 +125,7 @@ def test_base_is_set_to_pose_and_refuses_invalid_ones(robot: AssembledRobot) -> 
     assert robot.link_pose(0)[0] == pytest.approx([1.0, 2.0, 0.5])
     wrong: Any
     for wrong in ([[0, 0, 0], [0, 0, 0, 0]], [[0, 0, float("nan")], [0, 0, 0, 1]], [[0, 0], [0, 0, 0, 1]]):
-        with pytest.raises(CellwrightError, match="a pose is"):
+        with pytest.raises(CellwrightError, match=r"a pose (is|must be)"):
             robot.base.reset_base(wrong)
 
 
@@ -229,7 +229,7 @@ def test_robot_without_parts_in_debug_prints_index_table(
     rows = [line.split() for line in captured.out.splitlines()]
     assert ["1", "shoulder", "revolute", "shoulder_link", "lift_link", "-2", "2"] in rows
     assert ["2", "tip", "fixed", "tip_link", "shoulder_link"] in rows
-    assert "no window can be opened" in captured.err
+    assert "window cannot open" in captured.err
 
 
 @pytest.mark.slow

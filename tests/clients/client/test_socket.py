@@ -186,7 +186,7 @@ def test_socket_errors_match_in_process_errors() -> None:
                 transport.publish("/ariac/arm/command", way(INITIAL, names=("elbow_joint", *["none"] * 6)))
             with pytest.raises(MessageError, match="takes trajectory_msgs/JointTrajectory"):
                 transport.publish("/ariac/arm/command", TriggerRequest())
-            with pytest.raises(MessageError, match="is no message"):
+            with pytest.raises(MessageError, match="is not a message"):
                 transport.publish("/ariac/arm/command", "go")
             with pytest.raises(ServiceFailedError):
                 transport.call("/ariac/submit_tray", SubmitTrayRequest("agv1::kit_tray_1", "kit"))

@@ -58,7 +58,7 @@ def trajectory(positions: Any = (0.5,), names: Any = ("elbow_joint",)) -> JointT
     return JointTrajectory(header(), list(names), [JointTrajectoryPoint(positions, none, none, none, duration(1))])
 
 
-def test_a_command_reaches_the_cell_and_those_who_listen_in(cell: Cell) -> None:
+def test_command_reaches_cell_and_then_subscribers(cell: Cell) -> None:
     listened: list[Any] = []
     cell.bus.subscribe(COMMAND, lambda message: listened.append((message, len(cell.heard))))
     message = trajectory(np.array([0.5]))
@@ -68,7 +68,7 @@ def test_a_command_reaches_the_cell_and_those_who_listen_in(cell: Cell) -> None:
     assert cell.bus.refusals.total == 0
 
 
-def test_lists_of_numbers_are_taken(cell: Cell) -> None:
+def test_command_with_list_of_numbers_is_converted_to_array(cell: Cell) -> None:
     cell.bus.publish(COMMAND, trajectory([0, 1]))
     positions = cell.heard[0][0].points[0].positions
     assert positions.dtype == np.float64
@@ -87,11 +87,11 @@ def test_decoded_message_with_bounds_is_validated(cell: Cell) -> None:
     cell.bus.listen("/shape", "shape_msgs/SolidPrimitive", cell.command)
     shape: Any = message_type("shape_msgs/SolidPrimitive")
     box = shape(1, np.zeros(4), message_type("geometry_msgs/Polygon")([]))  # type: ignore[call-arg]
-    with pytest.raises(MessageError, match="may have 3 entries, not 4"):
+    with pytest.raises(MessageError, match="may have at most 3 entries, not 4"):
         cell.bus.publish("/shape", box, is_decoded=True)
 
 
-def test_a_command_of_another_type_is_refused_as_a_whole(cell: Cell) -> None:
+def test_command_of_other_type_is_refused_without_effect(cell: Cell) -> None:
     listened: list[Any] = []
     cell.bus.subscribe(COMMAND, listened.append)
     with pytest.raises(
@@ -106,7 +106,7 @@ def test_a_command_of_another_type_is_refused_as_a_whole(cell: Cell) -> None:
     assert cell.lines[0].startswith("refused /ariac/arm/command from /agent: /ariac/arm/command takes trajectory_msgs")
 
 
-def test_a_command_that_the_cell_refuses_is_seen_by_those_who_listen_in(cell: Cell) -> None:
+def test_command_refused_by_cell_still_reaches_subscribers(cell: Cell) -> None:
     listened: list[Any] = []
     cell.bus.subscribe(COMMAND, listened.append)
     with pytest.raises(RejectedCommandError, match="no joints"):
@@ -126,13 +126,13 @@ def test_publish_without_handler_is_refused(cell: Cell) -> None:
     assert cell.bus.refusals.total == 3
 
 
-def test_a_call_is_answered(cell: Cell) -> None:
+def test_call_returns_response_of_service(cell: Cell) -> None:
     response = cell.bus.call("/ariac/agv1", AGVControlRequest("order_0_kit_0"), node="/agent")
     assert response == AGVControlResponse(True)
     assert cell.heard == [(AGVControlRequest("order_0_kit_0"), "/agent")]
 
 
-def test_a_bad_call_is_refused(cell: Cell) -> None:
+def test_call_with_invalid_request_is_refused_and_counted(cell: Cell) -> None:
     with pytest.raises(
         RejectedCommandError, match="/ariac/agv1 takes osrf_gear/AGVControl_Request, not std_srvs/Trigger_Request"
     ):
@@ -145,13 +145,13 @@ def test_a_bad_call_is_refused(cell: Cell) -> None:
     assert cell.bus.refusals.counts == {"/ariac/agv1": 3}
 
 
-def test_a_call_without_an_answer(cell: Cell) -> None:
+def test_call_of_failing_service_raises_service_failed(cell: Cell) -> None:
     with pytest.raises(ServiceFailedError, match="only in state 'go'"):
         cell.bus.call("/ariac/submit_tray", SubmitTrayRequest())
     assert cell.bus.refusals.total == 0
 
 
-def test_an_unknown_service_names_the_known_ones(cell: Cell) -> None:
+def test_call_of_unknown_service_names_known_ones(cell: Cell) -> None:
     with pytest.raises(UnknownNameError, match="did you mean /ariac/agv1") as error:
         cell.bus.call("/ariac/agv3", AGVControlRequest())
     assert error.value.valid == ("/ariac/agv1", "/ariac/submit_tray")
@@ -160,8 +160,8 @@ def test_an_unknown_service_names_the_known_ones(cell: Cell) -> None:
         cell.bus.service("/ariac/agv3")
 
 
-def test_a_service_is_served_once_and_answers_in_its_type(cell: Cell) -> None:
-    with pytest.raises(UsageError, match="/ariac/agv1 is served already"):
+def test_service_with_taken_name_or_wrong_response_type_is_refused(cell: Cell) -> None:
+    with pytest.raises(UsageError, match="service /ariac/agv1 already exists"):
         cell.bus.serve("/ariac/agv1", "osrf_gear/AGVControl", cell.agv)
     with pytest.raises(UnknownNameError, match="unknown service type"):
         cell.bus.serve("/ariac/drone", "osrf_gear/DroneControl", cell.agv)
@@ -172,7 +172,7 @@ def test_a_service_is_served_once_and_answers_in_its_type(cell: Cell) -> None:
     assert cell.bus.call("/right", TriggerRequest()).message == "done"
 
 
-def test_services_are_listed(cell: Cell) -> None:
+def test_services_list_type_and_node(cell: Cell) -> None:
     agv, submit = cell.bus.services()
     assert (agv.name, agv.type.name, agv.node) == ("/ariac/agv1", "osrf_gear/AGVControl", "/cell")
     assert (submit.name, submit.type.name, submit.node) == ("/ariac/submit_tray", "osrf_gear/SubmitTray", "")

@@ -14,7 +14,7 @@ from tests.robot.talk import RESET, Talk
 YES, NO = TriggerResponse(success=True), TriggerResponse(success=False)
 
 
-def test_answer_once_notifies_all_listeners() -> None:
+def test_pending_response_answered_twice_notifies_listeners_with_first() -> None:
     later, heard = PendingResponse(), list[object]()
     later.then(heard.append)
     later.then(heard.append)
@@ -26,20 +26,20 @@ def test_answer_once_notifies_all_listeners() -> None:
     assert later.response is YES
 
 
-def test_listener_added_during_the_answer_is_notified_at_once() -> None:
+def test_listener_added_during_answer_is_notified_at_once() -> None:
     later, heard = PendingResponse(), list[object]()
     later.then(lambda _response: later.then(heard.append))
     later.answer(YES)
     assert heard == [YES]
 
 
-def test_the_bus_passes_it_on() -> None:
+def test_bus_call_with_pending_response_returns_it() -> None:
     bus, later = Bus(lambda: 0), PendingResponse()
     bus.serve("/go", "std_srvs/Trigger", lambda _request, _node: later)
     assert bus.call("/go", TriggerRequest()) is later
 
 
-def test_a_client_in_this_process_lets_time_pass_until_it_is_there() -> None:
+def test_in_process_call_with_pending_response_advances_time() -> None:
     talk = Talk()
     session = NodeClient(InProcess(talk.node, node="/me"))
     talk.joints({"waist": 0.9})
@@ -49,7 +49,7 @@ def test_a_client_in_this_process_lets_time_pass_until_it_is_there() -> None:
     assert 0.3 < talk.node.simulation.time - begun < 2.0
 
 
-def test_client_whose_time_is_over_gets_the_error() -> None:
+def test_in_process_call_past_time_limit_raises_run_ended() -> None:
     talk = Talk()
     transport = InProcess(talk.node)
     talk.joints({"waist": 0.9})

@@ -21,7 +21,7 @@ class Desk:
         self.refusals.refuse(source, reason)
 
 
-def test_the_first_is_said_at_once_and_a_flood_once_a_second() -> None:
+def test_first_refusal_is_reported_at_once_and_flood_once_a_second() -> None:
     desk = Desk()
     for tick in range(0, 3 * SECOND, 2_000_000):
         desk.refuse(at=tick)
@@ -36,7 +36,7 @@ def test_the_first_is_said_at_once_and_a_flood_once_a_second() -> None:
     assert desk.lines[3:] == ["refused /arm: 499 more since the last report"]
 
 
-def test_sources_are_counted_separately() -> None:
+def test_refusals_of_two_sources_are_counted_separately() -> None:
     desk = Desk()
     desk.refuse("/arm", "one")
     desk.refuse("/agv", "two")
@@ -50,14 +50,14 @@ def test_sources_are_counted_separately() -> None:
     assert desk.refusals.counts == {"/arm": 3, "/agv": 1}
 
 
-def test_restarted_run_is_reported_again() -> None:
+def test_refusal_after_restart_of_time_is_reported_at_once() -> None:
     desk = Desk()
     desk.refuse(at=100 * SECOND)
     desk.refuse(at=0)
     assert len(desk.lines) == 2
 
 
-def test_countless_names_share_one_place() -> None:
+def test_refusals_of_too_many_sources_share_one_count() -> None:
     desk = Desk()
     for number in range(3 * MAX_SOURCES):
         desk.refuse(f"/node_{number}")
@@ -74,7 +74,7 @@ def numbers_in(line: str) -> int:
     return int(line.split(" more")[0].split()[-1])
 
 
-def test_many_sources_are_reported_again_after_a_second() -> None:
+def test_refusals_of_many_sources_are_reported_again_after_a_second() -> None:
     desk = Desk()
     for second in range(3):
         for number in range(100):
@@ -84,7 +84,7 @@ def test_many_sources_are_reported_again_after_a_second() -> None:
     assert len(desk.lines) == 3 * MAX_LINES + 1
 
 
-def test_a_line_stays_one_line_and_short() -> None:
+def test_refusal_with_long_text_is_reported_in_one_short_line() -> None:
     desk = Desk()
     desk.refuse("/arm\n\x1b[2J", "x" * 10_000_000)
     desk.refusals.flush()
@@ -96,7 +96,7 @@ def test_a_line_stays_one_line_and_short() -> None:
 
 
 @given(st.lists(st.tuples(st.sampled_from(["/a", "/b"]), st.integers(0, 2 * SECOND)), max_size=40))
-def test_nothing_goes_uncounted(events: list[tuple[str, int]]) -> None:
+def test_random_refusals_are_all_counted(events: list[tuple[str, int]]) -> None:
     desk = Desk()
     now = 0
     reported: dict[str, list[int]] = {"/a": [], "/b": []}

@@ -70,7 +70,7 @@ def simulation() -> Simulation:
     return Cell(BARE).simulation
 
 
-def test_each_row_is_bound_to_the_handler_that_it_names(simulation: Simulation) -> None:
+def test_row_is_bound_to_named_handler(simulation: Simulation) -> None:
     bus, handlers = Bus(lambda: simulation.now), Handlers()
     bind(bus, simulation, (ACTION, COMMAND, ASK, STATE), (handlers, Services()))
     said: list[Float64] = []
@@ -86,7 +86,7 @@ def test_each_row_is_bound_to_the_handler_that_it_names(simulation: Simulation) 
 
 
 @pytest.mark.parametrize("row", [STATE, COMMAND, ASK])
-def test_a_row_without_its_handler_is_an_error(simulation: Simulation, row: Endpoint) -> None:
+def test_row_without_handler_is_refused(simulation: Simulation, row: Endpoint) -> None:
     with pytest.raises(UsageError, match=f"{row.name}: no handler is named '{row.handler}'"):
         bind(Bus(lambda: simulation.now), simulation, [row], ())
 
@@ -101,12 +101,12 @@ def test_a_row_without_its_handler_is_an_error(simulation: Simulation, row: Endp
         ("sensor_msgs/PointCloud2", False, BEST_EFFORT),
     ],
 )
-def test_quality_of_service_by_default(type_name: str, latch: bool, expected: Qos) -> None:
+def test_row_without_qos_has_default_of_its_type(type_name: str, latch: bool, expected: Qos) -> None:
     assert publishes("/x", type_name, Timing.ON_EVENT, Availability.ALWAYS, "", latch=latch).qos == expected
     assert publishes("/x", type_name, 1, Availability.ALWAYS, "", latch=latch, qos=Qos(depth=3)).qos == Qos(depth=3)
 
 
-def test_quality_of_service_in_words() -> None:
+def test_qos_text_names_reliability_durability_and_depth() -> None:
     assert [each.text for each in (RELIABLE, LATCHED, BEST_EFFORT)] == [
         "reliable, depth 10",
         "reliable, transient local, depth 1",
@@ -114,7 +114,7 @@ def test_quality_of_service_in_words() -> None:
     ]
 
 
-def test_sources_of_joint_targets_keep_their_numbers_which_saved_states_hold() -> None:
+def test_joint_sources_keep_order_for_saved_states() -> None:
     assert tuple(name.removeprefix("/io_teleop/") for name in JOINT_SOURCES) == (
         "joint_cmd",
         "target_joint_from_vr",
@@ -127,7 +127,7 @@ def test_sources_of_joint_targets_keep_their_numbers_which_saved_states_hold() -
 
 
 @pytest.mark.parametrize("module", ["cellwright.cell.interface.rows", "cellwright.robot.interface"])
-def test_tables_load_without_the_engine(module: str) -> None:
+def test_tables_are_imported_without_engine(module: str) -> None:
     code = f"import sys, {module}; sys.exit('mujoco' in sys.modules or 'cellwright.engine' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -140,7 +140,7 @@ def test_tables_load_without_the_engine(module: str) -> None:
     ],
     ids=["cell", "robot"],
 )
-def test_handlers_and_rows_belong_together(table: tuple[Endpoint, ...], classes: tuple[type, ...]) -> None:
+def test_handlers_and_rows_of_table_match(table: tuple[Endpoint, ...], classes: tuple[type, ...]) -> None:
     named = {row.handler for row in table if row.kind is not EndpointKind.ACTION}
     takers = {
         name

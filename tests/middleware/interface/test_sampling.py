@@ -39,7 +39,7 @@ class Bench:
             self.simulation.step()
 
 
-def test_nothing_is_built_without_listeners() -> None:
+def test_sampled_message_is_built_for_listeners_only() -> None:
     bench = Bench(100)
     bench.output.sample(bench.build)
     bench.steps(10)
@@ -58,7 +58,7 @@ def test_nothing_is_built_without_listeners() -> None:
     assert bench.simulation.watches.next_due > 10**18
 
 
-def test_each_step() -> None:
+def test_each_step_topic_is_sampled_in_every_step() -> None:
     bench = Bench(Timing.EACH_STEP)
     bench.output.sample(bench.build)
     bench.bus.subscribe("/probe", bench.hear)
@@ -66,7 +66,7 @@ def test_each_step() -> None:
     assert bench.heard == [0.002, 0.004, 0.006]
 
 
-def test_one_who_waited_from_the_start_is_served() -> None:
+def test_subscriber_before_sampling_gets_samples() -> None:
     bench = Bench(100)
     bench.bus.subscribe("/probe", bench.hear)
     bench.output.sample(bench.build)
@@ -74,7 +74,7 @@ def test_one_who_waited_from_the_start_is_served() -> None:
     assert bench.heard == [0.01]
 
 
-def test_a_message_out_of_turn_and_none_at_all() -> None:
+def test_sampled_message_is_published_early_on_request_and_skipped_if_none() -> None:
     bench = Bench(100)
     sampled = bench.output.sample(bench.build)
     sampled.publish()
@@ -90,7 +90,7 @@ def test_a_message_out_of_turn_and_none_at_all() -> None:
 
 
 @pytest.mark.parametrize("others", [0, 1])
-def test_late_listener_gets_the_newest_sample(others: int) -> None:
+def test_late_subscriber_of_latched_topic_gets_newest_sample(others: int) -> None:
     bench = Bench(100, latch=True)
     bench.output.sample(bench.build)
     for _ in range(others):
@@ -102,7 +102,7 @@ def test_late_listener_gets_the_newest_sample(others: int) -> None:
     assert bench.heard == [0.01, 0.05]
 
 
-def test_stream_has_one_listener_and_only_while_needed() -> None:
+def test_stream_has_one_source_listener_while_subscribed() -> None:
     bench = Bench(10)
     events: list[str] = []
     taps: list[Callable[[Reading], None]] = []
@@ -127,7 +127,7 @@ def test_stream_has_one_listener_and_only_while_needed() -> None:
 
 
 @pytest.mark.parametrize(("rate", "text"), [(50, "50 Hz"), (Timing.ON_EVENT, "on event")])
-def test_a_publisher_is_as_its_row_says(rate: int | Timing, text: str) -> None:
+def test_advertised_topic_has_type_rate_and_latch_of_row(rate: int | Timing, text: str) -> None:
     bench = Bench(rate, latch=True)
     bench.output.advertise()
     info = bench.bus.topic("/probe")

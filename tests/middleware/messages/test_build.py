@@ -33,20 +33,20 @@ poses = st.builds(Pose, st.tuples(coordinates, coordinates, coordinates), quater
 
 
 @given(st.integers(0, 2**31 * 10**9 - 1))
-def test_times_round_trip(time: int) -> None:
+def test_time_round_trip_keeps_nanoseconds(time: int) -> None:
     assert nanoseconds(stamp(time)) == time
     assert 0 <= stamp(time).nanosec < 10**9
 
 
 @given(st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1))
-def test_durations_round_trip(time: int) -> None:
+def test_duration_round_trip_keeps_nanoseconds(time: int) -> None:
     message = duration(time)
     assert nanoseconds(message) == time
     assert 0 <= message.nanosec < 10**9
     assert to_cdr(message)
 
 
-def test_times_by_hand() -> None:
+def test_time_and_duration_split_into_seconds_and_nanoseconds() -> None:
     assert (stamp(1_500_000_000).sec, stamp(1_500_000_000).nanosec) == (1, 500_000_000)
     assert (duration(-1).sec, duration(-1).nanosec) == (-1, 999_999_999)
     assert header("world", 7).frame_id == "world"
@@ -54,12 +54,12 @@ def test_times_by_hand() -> None:
 
 
 @given(poses)
-def test_poses_round_trip_exactly(pose: Pose) -> None:
+def test_pose_round_trip_is_exact(pose: Pose) -> None:
     assert pose_from_message(pose_message(pose)) == pose
     assert pose_from_transform(transform_message(pose)) == pose
 
 
-def test_quaternions_are_turned() -> None:
+def test_pose_message_has_quaternion_in_xyzw_order() -> None:
     message = pose_message(Pose((1.0, 2.0, 3.0), (0.5, -0.5, 0.5, -0.5)))
     q = message.orientation
     assert (q.x, q.y, q.z, q.w) == (-0.5, 0.5, -0.5, 0.5)
@@ -70,7 +70,7 @@ def test_quaternions_are_turned() -> None:
 
 
 @given(poses, poses)
-def test_turning_keeps_products(a: Pose, b: Pose) -> None:
+def test_product_of_poses_survives_messages(a: Pose, b: Pose) -> None:
     """The product of two poses is the same through messages."""
     product = a @ b
     through = pose_from_message(pose_message(a)) @ pose_from_message(pose_message(b))
@@ -79,40 +79,40 @@ def test_turning_keeps_products(a: Pose, b: Pose) -> None:
 
 
 @given(quaternions, st.floats(0.01, 100))
-def test_quaternions_that_are_too_long_are_scaled(q: tuple[float, float, float, float], length: float) -> None:
+def test_quaternion_of_other_length_is_normalized(q: tuple[float, float, float, float], length: float) -> None:
     w, x, y, z = (v * length for v in q)
     taken = pose_from_message(PoseMessage(origin().position, Quaternion(x, y, z, w))).quaternion
     assert taken == pytest.approx(q, abs=1e-9)
 
 
-def test_a_quaternion_of_zeros_means_not_turned() -> None:
+def test_quaternion_of_zeros_is_identity() -> None:
     assert pose_from_message(PoseMessage(origin().position, Quaternion(0.0, 0.0, 0.0, 0.0))) == Pose()
     assert pose_from_message(origin()) == Pose()
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1.7e308])
-def test_what_is_no_pose_is_refused(value: float) -> None:
+def test_pose_that_is_not_finite_is_refused(value: float) -> None:
     with pytest.raises(MessageError, match="must be finite"):
         pose_from_message(PoseMessage(origin().position, Quaternion(value, value, value, value)))
 
 
-def test_transform_stamped() -> None:
+def test_transform_stamped_has_frames_and_translation() -> None:
     message = transform_stamped("world", "tray", Pose((1.0, 2.0, 3.0)), 5)
     assert (message.header.frame_id, message.child_frame_id, message.transform.translation.z) == ("world", "tray", 3.0)
 
 
 @given(st.floats(width=32))
-def test_numbers_of_single_precision_stay(value: float) -> None:
+def test_single_of_float32_value_is_unchanged(value: float) -> None:
     assert single(value) == value or math.isnan(value)
 
 
-def test_single_is_what_the_wire_carries() -> None:
+def test_single_equals_decoded_float32() -> None:
     assert from_cdr(to_cdr(Float32(0.1)), Float32).data == single(0.1) != 0.1
     with pytest.raises(MessageError, match="beyond single precision"):
         single(1e39)
 
 
-def test_arrays_are_read_only_and_their_own() -> None:
+def test_array_fields_are_read_only_copies() -> None:
     mine = np.array([1.0, 2.0])
     for array, dtype in ((floats(mine), np.float64), (singles([1, 2]), np.float32)):
         assert array.tolist() == [1.0, 2.0]

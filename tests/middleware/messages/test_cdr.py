@@ -28,7 +28,7 @@ def by_the_library(message: Any) -> bytes:
 @pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(NAMES).flatmap(messages))
-def test_any_message_is_written_as_the_library_writes_it(message: Any) -> None:
+def test_cdr_writer_of_random_message_matches_library(message: Any) -> None:
     assert cdr_writer(message.__msgtype__)(message) == by_the_library(message)
 
 
@@ -44,7 +44,7 @@ def test_any_message_is_written_as_the_library_writes_it(message: Any) -> None:
         "statistics_msgs/msg/MetricsMessage",
     ],
 )
-def test_layouts_of_every_kind(name: str) -> None:
+def test_cdr_writer_of_each_layout_matches_library(name: str) -> None:
     @settings(max_examples=60, deadline=None)
     @given(messages(name))
     def check(message: Any) -> None:
@@ -54,13 +54,13 @@ def test_layouts_of_every_kind(name: str) -> None:
     check()
 
 
-def test_there_is_a_writer_for_every_type() -> None:
+def test_cdr_writer_exists_for_every_type() -> None:
     assert len(NAMES) > 200
     assert all(callable(cdr_writer(name)) for name in NAMES)
 
 
 @pytest.mark.parametrize("length", range(9))
-def test_what_follows_a_text_is_where_it_belongs(length: int) -> None:
+def test_cdr_writer_aligns_fields_after_strings(length: int) -> None:
     tray = TrayContents("t" * length, [DetectedObject("d" * n, True) for n in range(length)])
     assert to_cdr(tray) == by_the_library(tray)
     joints = joint_state(["j" * n for n in range(length)], range(length), (), [1.0], frame="f" * length, time=5)
@@ -70,19 +70,19 @@ def test_what_follows_a_text_is_where_it_belongs(length: int) -> None:
 @pytest.mark.parametrize(
     "values", [np.array([1, 2]), np.array([1.0], np.float32), np.array([[1.0, 2.0]]), np.array(1.0), np.array(["1.0"])]
 )
-def test_an_array_of_something_else_is_refused(values: Any) -> None:
+def test_cdr_array_of_other_type_or_shape_is_refused(values: Any) -> None:
     with pytest.raises(MessageError):
         to_cdr(JointState(header(), [], values, floats(), floats()))
 
 
-def test_an_array_need_not_lie_as_it_is_written() -> None:
+def test_cdr_array_with_strides_or_big_endian_is_converted() -> None:
     numbers = np.arange(6.0)
     for values in (numbers[::2], numbers[::2].astype(">f8")):
         written = to_cdr(JointState(header(), [], values, floats(), floats()))
         assert same(from_cdr(written, JointState).position, np.array([0.0, 2.0, 4.0]))
 
 
-def test_an_array_of_a_fixed_length_has_that_length() -> None:
+def test_cdr_array_of_wrong_fixed_length_is_refused() -> None:
     region = RegionOfInterest(0, 0, 0, 0, False)
     three, nine, twelve = (np.zeros(count) for count in (3, 9, 12))
     whole = CameraInfo(header(), 1, 1, "", floats(), nine, nine, twelve, 0, 0, region)
@@ -92,7 +92,7 @@ def test_an_array_of_a_fixed_length_has_that_length() -> None:
 
 
 @pytest.mark.parametrize("value", [None, 5, b"text", ["text"], "\ud800"])
-def test_what_is_no_text_is_refused(value: Any) -> None:
+def test_cdr_string_of_other_type_is_refused(value: Any) -> None:
     with pytest.raises(MessageError, match=r"std_msgs/String\.data"):
         to_cdr(String(value))
     with pytest.raises(MessageError, match=r"sensor_msgs/JointState\.name"):

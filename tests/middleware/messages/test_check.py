@@ -31,13 +31,13 @@ def point(positions: Any) -> JointTrajectoryPoint:
     return JointTrajectoryPoint(positions, [], (), np.array([]), Duration(1, 0))  # type: ignore[arg-type]
 
 
-def test_a_right_message_comes_back_itself() -> None:
+def test_valid_message_is_returned_itself() -> None:
     order = Order("order_0", [Kit("order_0_kit_0", [KitObject("gear_part", pose_message(Pose()))])])
     assert checked(order) is order
 
 
 @pytest.mark.parametrize("positions", [[0.0, 1.0], (0, 1), np.array([0.0, 1.0], dtype=np.float32), [np.float64(0), 1]])
-def test_numbers_as_people_write_them_become_arrays(positions: Any) -> None:
+def test_sequence_of_numbers_becomes_read_only_array(positions: Any) -> None:
     given_message = JointTrajectory(header(), ["a", "b"], [point(positions)])
     taken = checked(given_message)
     assert taken is not given_message
@@ -46,7 +46,7 @@ def test_numbers_as_people_write_them_become_arrays(positions: Any) -> None:
     assert not taken.points[0].positions.flags.writeable
 
 
-def test_tuples_become_lists_and_numbers_of_numpy_plain_ones() -> None:
+def test_tuples_become_lists_and_numpy_scalars_plain_numbers() -> None:
     taken = checked(JointTrajectory(header(), ("a",), ()))  # type: ignore[arg-type]
     assert (taken.joint_names, taken.points) == (["a"], [])
     time: Any = checked(Time(np.int64(3), np.uint8(4)))  # type: ignore[arg-type]
@@ -56,7 +56,7 @@ def test_tuples_become_lists_and_numbers_of_numpy_plain_ones() -> None:
     assert type(checked(ConveyorBeltState(100)).power) is float
 
 
-def test_single_precision_is_what_a_wire_would_carry() -> None:
+def test_float32_field_is_rounded_to_single_precision() -> None:
     taken = checked(Proximity(header(), False, 0.025, float("inf")))
     assert (taken.min_range, taken.max_range) == (float(np.float32(0.025)), float("inf"))
     assert checked(taken) is taken
@@ -66,7 +66,7 @@ def test_single_precision_is_what_a_wire_would_carry() -> None:
     ("message", "said"),
     [
         (wrong.Order(5), "osrf_gear/Order.order_id must be a string, not 5"),
-        (wrong.Order("\ud800"), "osrf_gear/Order.order_id is no text that UTF-8 could carry"),
+        (wrong.Order("\ud800"), "osrf_gear/Order.order_id cannot be encoded as UTF-8"),
         (wrong.Order("", [None]), "osrf_gear/Order.kits[0] must be of type osrf_gear/Kit, not None"),
         (
             wrong.Order("", [wrong.Kit("", [wrong.KitObject("", "here")])]),
@@ -93,16 +93,16 @@ def test_single_precision_is_what_a_wire_would_carry() -> None:
         (wrong.Order("x" * 3, ["y" * 100]), "not '" + "y" * 56 + "..."),
     ],
 )
-def test_a_wrong_field_is_named(message: Any, said: str) -> None:
+def test_invalid_field_is_named_in_error(message: Any, said: str) -> None:
     with pytest.raises(MessageError, match=re.escape(said)):
         checked(message)
 
 
-def test_a_wrong_message_is_a_rejected_command() -> None:
+def test_message_error_is_rejected_command_error() -> None:
     assert issubclass(MessageError, RejectedCommandError)
 
 
-def test_fixed_lengths_and_bytes() -> None:
+def test_fixed_length_byte_array_is_validated() -> None:
     uuid: Any = message_type("unique_identifier_msgs/UUID")
     taken = checked(uuid(bytes(range(16))))
     assert taken.uuid.dtype == np.uint8
@@ -114,24 +114,24 @@ def test_fixed_lengths_and_bytes() -> None:
         checked(uuid([256] + [0] * 15))
 
 
-def test_longest_strings_and_sequences() -> None:
+def test_bounded_sequence_beyond_limit_is_refused() -> None:
     # the only bounded types of the standard: a shape's dimensions and its polygon
     primitive: Any = message_type("shape_msgs/SolidPrimitive")
     polygon: Any = message_type("geometry_msgs/Polygon")
     checked(primitive(1, [1.0, 2.0, 3.0], polygon([])))
-    with pytest.raises(MessageError, match="dimensions may have 3 entries, not 4"):
+    with pytest.raises(MessageError, match="dimensions may have at most 3 entries, not 4"):
         checked(primitive(1, [1.0, 2.0, 3.0, 4.0], polygon([])))
 
 
 @given(st.lists(st.floats(allow_nan=False)))
-def test_every_number_survives(values: list[float]) -> None:
+def test_finite_numbers_survive_validation(values: list[float]) -> None:
     assert checked(point(values)).positions.tolist() == values
 
 
 @given(
     st.lists(st.text(st.characters(min_codepoint=0x60, max_codepoint=0xDFFF), max_size=3) | st.none() | st.integers())
 )
-def test_error_names_the_first_wrong_entry_of_many(names: list[Any]) -> None:
+def test_first_invalid_entry_of_list_is_named_in_error(names: list[Any]) -> None:
     message = JointTrajectory(header(), names, [])
     wrong_ones = [
         place
@@ -146,8 +146,8 @@ def test_error_names_the_first_wrong_entry_of_many(names: list[Any]) -> None:
 
 
 @pytest.mark.parametrize("thing", [None, 5, "order", Pose()])
-def test_what_is_no_message_at_all(thing: Any) -> None:
-    with pytest.raises(MessageError, match="is no message"):
+def test_value_that_is_no_message_is_refused(thing: Any) -> None:
+    with pytest.raises(MessageError, match="is not a message"):
         checked(thing)
     stranger: Any = type("Stranger", (), {"__msgtype__": "my_msgs/msg/Mine"})()
     with pytest.raises(UnknownNameError, match="my_msgs"):
@@ -155,9 +155,9 @@ def test_what_is_no_message_at_all(thing: Any) -> None:
 
 
 @pytest.mark.parametrize("named", [None, 3, "std_msgs/msg/String", "", np.array(["a"]), ["x"]])
-def test_what_says_that_it_is_something_else_is_refused(named: Any) -> None:
+def test_message_with_other_msgtype_is_refused(named: Any) -> None:
     wrong_type = {"__msgtype__": named}
-    with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, and says"):
+    with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, but its __msgtype__ is"):
         checked(replace(header("base", 3), **wrong_type))
-    with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, and says"):
+    with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, but its"):
         checked(replace(header("base", 3), stamp=replace(Time(1, 2), **wrong_type)))

@@ -52,14 +52,14 @@ def test_decoded_message_passes_validation_unchanged(form: str, data: st.DataObj
 
 @pytest.mark.parametrize("form", FORMS)
 @given(data=st.binary(max_size=200))
-def test_random_bytes_of_every_type(form: str, data: bytes) -> None:
+def test_random_bytes_decode_to_valid_messages_or_are_refused(form: str, data: bytes) -> None:
     head = {"cdr": b"\0\1\0\0", "big-endian cdr": b"\0\0\0\0"}.get(form, b"")
     for name in NAMES:
         for each in (data, data + bytes(200)):  # zeros end strings and sequences, so that more of it decodes
             assert is_as_its_type_says(decoded(name, head + each, form)), name
 
 
-def test_types_with_bounds_are_found() -> None:
+def test_has_bounds_finds_bounded_types() -> None:
     assert has_bounds("shape_msgs/msg/SolidPrimitive")  # float64[<=3]
     assert has_bounds("type_description_interfaces/msg/TypeDescription")  # string<=255 in a message in a message
     assert not any(map(has_bounds, own_types()))

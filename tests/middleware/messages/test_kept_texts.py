@@ -8,7 +8,7 @@ from cellwright.middleware.messages import serialization
 from cellwright.middleware.messages.serialization import StringCache, cdr_string, cdr_strings
 
 
-def test_bytes_by_hand() -> None:
+def test_cdr_strings_match_hand_written_bytes() -> None:
     assert cdr_string("") == b"\1\0\0\0\0"
     assert cdr_string("ä") == b"\3\0\0\0\xc3\xa4\0"
     assert cdr_strings(()) == b"\0\0\0\0"
@@ -16,20 +16,20 @@ def test_bytes_by_hand() -> None:
     assert cdr_strings(("a", "abc", "")) == b"".join(three)
 
 
-def test_zeros_follow_where_they_are_wanted() -> None:
+def test_string_cache_with_filling_pads_with_zeros() -> None:
     plain, filled = StringCache(cdr_string, filled=False), StringCache(cdr_string, filled=True)
     assert plain["ab"] == b"\3\0\0\0ab\0"
     assert filled["ab"] == b"\3\0\0\0ab\0\0"
     assert filled["abc"] == plain["abc"] == b"\4\0\0\0abc\0"
 
 
-def test_what_was_written_is_kept() -> None:
+def test_string_cache_returns_same_bytes_again() -> None:
     kept = StringCache(cdr_strings, filled=True)
     assert kept["a", "b"] is kept["a", "b"]
     assert kept["a", "b"] == cdr_strings(("a", "b")) + b"\0\0"
 
 
-def test_what_is_kept_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_string_cache_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serialization, "MAX_CACHED_STRINGS", 10)
     kept = StringCache(cdr_string, filled=False)
     long = "x" * serialization.MAX_CACHED_BYTES
@@ -40,7 +40,7 @@ def test_what_is_kept_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
         assert 1 <= len(kept) <= 10
 
 
-def test_what_cannot_be_written_is_not_kept() -> None:
+def test_string_cache_does_not_keep_invalid_strings() -> None:
     kept = StringCache(cdr_string, filled=False)
     for value in (5, "\ud800"):
         with pytest.raises((AttributeError, UnicodeEncodeError)):

@@ -18,18 +18,18 @@ from tests.conftest import load_cases
 
 
 @pytest.mark.parametrize("case", load_cases("md5_cases.json"), ids=lambda case: case["name"])
-def test_checksums_are_those_of_the_real_types(case: dict[str, Any]) -> None:
+def test_md5_of_competition_types_matches_original(case: dict[str, Any]) -> None:
     assert md5(case["name"])[: len(case["md5"])] == case["md5"]
 
 
-def test_every_competition_type_has_a_case() -> None:
+def test_md5_cases_cover_every_competition_type() -> None:
     named = {case["name"] for case in load_cases("md5_cases.json")}
     ours = {name.replace("/msg/", "/").replace("/srv/", "/") for name in sources() if name.startswith("osrf_gear/")}
     assert ours <= named
 
 
 @pytest.mark.slow
-def test_checksums_of_standard_types_are_those_of_ros_1() -> None:
+def test_md5_of_standard_types_matches_noetic() -> None:
     noetic = get_typestore(Stores.ROS1_NOETIC)
     shared = noetic.fielddefs.keys() & ros1_store().fielddefs.keys()
     left_out = ("Marker", "NavSat", "Disparity")  # these, and what holds one of them
@@ -38,7 +38,7 @@ def test_checksums_of_standard_types_are_those_of_ros_1() -> None:
     assert [name for name in names if noetic.generate_msgdef(name)[1] != md5(name)] == []
 
 
-def test_types_left_out_are_just_those_with_another_form() -> None:
+def test_types_excluded_from_ros1_are_those_with_other_fields() -> None:
     noetic = get_typestore(Stores.ROS1_NOETIC)
     store = ros2_store()
     shared = noetic.fielddefs.keys() & store.fielddefs.keys()
@@ -59,11 +59,11 @@ def test_types_left_out_are_just_those_with_another_form() -> None:
         ("rosgraph_msgs/Clock", "a9c97c1d230cfc112e270351a944ee47"),
     ],
 )
-def test_well_known_checksums(name: str, expected: str) -> None:
+def test_md5_of_well_known_types_matches(name: str, expected: str) -> None:
     assert md5(name) == expected
 
 
-def test_definition_names_the_types_in_it() -> None:
+def test_definition_contains_nested_types() -> None:
     text = definition("osrf_gear/Order")
     assert text.startswith("string order_id\nosrf_gear/Kit[] kits\n")
     assert [line for line in text.splitlines() if line.startswith("MSG: ")] == [
@@ -75,21 +75,21 @@ def test_definition_names_the_types_in_it() -> None:
     ]
 
 
-def test_definition_has_the_form_of_ros_1() -> None:
+def test_definition_matches_form_of_ros1() -> None:
     assert "uint32 seq\ntime stamp\n" in definition("osrf_gear/Proximity")
     assert "variance" not in definition("sensor_msgs/Range")
 
 
-def test_unknown_and_unsupported() -> None:
+def test_md5_of_unknown_or_unsupported_type_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean osrf_gear/Order"):
         md5("osrf_gear/Ordre")
-    with pytest.raises(UsageError, match="another form in ROS 1"):
+    with pytest.raises(UsageError, match="different fields in ROS 1"):
         md5("visualization_msgs/MarkerArray")
-    with pytest.raises(UsageError, match="no name of a type"):
+    with pytest.raises(UsageError, match="not a type name"):
         md5("Order")
 
 
-def test_sources_are_the_files() -> None:
+def test_sources_match_definition_files() -> None:
     assert "string order_id" in sources()["osrf_gear/msg/Order"]
     assert all(text.startswith("# ") for text in sources().values())
     assert message_type("osrf_gear/Order").__msgtype__ == "osrf_gear/msg/Order"

@@ -37,13 +37,13 @@ def annotation_of(desc: typing.Any) -> object:
     return list[annotation_of(member)]  # type: ignore[misc]
 
 
-def test_every_definition_has_its_class_and_no_class_is_without() -> None:
+def test_definitions_and_own_classes_match() -> None:
     assert {name for name, _ in parsed_definitions()} == own_types().keys()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(own_types()))
-def test_classes_agree_with_their_definitions(name: str) -> None:
+def test_class_fields_match_definition(name: str) -> None:
     message_class: typing.Any = own_types()[name]
     constants, fields = dict(parsed_definitions())[name]
     hints = typing.get_type_hints(message_class)
@@ -56,12 +56,12 @@ def test_classes_agree_with_their_definitions(name: str) -> None:
     assert checked(empty) is empty
 
 
-def test_classes_are_named_as_their_types() -> None:
+def test_class_name_matches_type_name() -> None:
     for name, message_class in own_types().items():
         assert message_class.__name__ == name.rpartition("/")[2].replace("_", "")
 
 
-def test_fields_share_nothing() -> None:
+def test_default_fields_are_not_shared() -> None:
     one, other = osrf_gear.Kit(), osrf_gear.Kit()
     one.objects.append(osrf_gear.KitObject("gear_part"))
     assert other.objects == []
@@ -69,32 +69,32 @@ def test_fields_share_nothing() -> None:
 
 
 @pytest.mark.parametrize("name", ["osrf_gear/Order", "osrf_gear/msg/Order"])
-def test_messages_by_name(name: str) -> None:
+def test_message_type_accepts_short_and_full_name(name: str) -> None:
     assert message_type(name) is osrf_gear.Order
 
 
-def test_standard_messages_by_name() -> None:
+def test_message_type_returns_standard_class() -> None:
     assert message_type("std_msgs/Float32") is standard.Float32
     assert message_type("sensor_msgs/msg/JointState") is standard.JointState
     assert message_type("std_srvs/srv/Trigger_Request") is std_srvs.TriggerRequest
 
 
 @pytest.mark.parametrize("name", ["osrf_gear/AGVControl", "osrf_gear/srv/AGVControl"])
-def test_services_by_name(name: str) -> None:
+def test_service_type_accepts_short_and_full_name(name: str) -> None:
     service = service_type(name)
     assert service.name == "osrf_gear/AGVControl"
     assert service.request is osrf_gear.AGVControlRequest
     assert service.response is osrf_gear.AGVControlResponse
 
 
-def test_every_service_file_makes_a_service() -> None:
+def test_service_type_exists_for_every_service_file() -> None:
     services = [name for name in sources() if "/srv/" in name]
     assert len(services) == 11
     for name in services:
         assert service_type(name).name == short_name(name)
 
 
-def test_unknown_names_list_what_there_is() -> None:
+def test_unknown_type_lists_types_of_package() -> None:
     with pytest.raises(UnknownNameError, match="unknown message 'osrf_gear/Shipment'") as error:
         message_type("osrf_gear/Shipment")
     assert "osrf_gear/Order" in error.value.valid
@@ -111,12 +111,12 @@ def test_unknown_names_list_what_there_is() -> None:
 
 
 @pytest.mark.parametrize("name", ["Order", "", "/", "a//b", "a/b/c", "a/b/c/d", "osrf_gear/", "/Order"])
-def test_malformed_names(name: str) -> None:
-    with pytest.raises(UsageError, match="no name of a type"):
+def test_malformed_type_name_is_refused(name: str) -> None:
+    with pytest.raises(UsageError, match="not a type name"):
         message_type(name)
 
 
-def test_names() -> None:
+def test_full_and_short_names_of_types() -> None:
     assert full_name("osrf_gear/AGVControl", "srv") == "osrf_gear/srv/AGVControl"
     assert short_name("osrf_gear/msg/Order") == "osrf_gear/Order"
     assert type_of(osrf_gear.Order()) == type_of(osrf_gear.Order) == "osrf_gear/Order"

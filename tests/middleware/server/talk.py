@@ -110,7 +110,7 @@ class Hall:
     lines: list[str]
     clients: list[Talker] = field(default_factory=list)
 
-    def guest(self, node: str = "/me", encoding: str = "cdr") -> Talker:
+    def connect(self, node: str = "/me", encoding: str = "cdr") -> Talker:
         """Return a client after WELCOME; without a name it has not sent HELLO."""
         client = Talker(self.server, node, encoding)
         self.clients.append(client)

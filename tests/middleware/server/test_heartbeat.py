@@ -43,36 +43,36 @@ def held(visits: list[Answers], until: float) -> list[bool]:
 
 
 @given(st.lists(st.floats(0.0, LATE - 2 * LOOK), min_size=1, max_size=30))
-def test_time_never_stands_for_a_client_that_keeps_up(answers: Answers) -> None:
+def test_hold_budget_with_client_that_keeps_up_never_holds(answers: Answers) -> None:
     assert not any(held([answers], len(answers) * PING_PERIOD))
 
 
-def test_time_stands_while_an_answer_is_late() -> None:
+def test_hold_budget_with_late_answer_holds_until_it_comes() -> None:
     found = held([[0.5, *[0.0] * 100]], 1.0)
     assert found.index(True) * LOOK == pytest.approx(LATE, abs=2 * LOOK)
     assert sum(found) * LOOK == pytest.approx(0.5 - LATE, abs=3 * LOOK)
 
 
-def test_time_stands_once_for_a_client_that_never_answers() -> None:
+def test_hold_budget_with_silent_client_holds_once() -> None:
     found = held([[]], 3 * MAX_HELD)
     assert sum(found) * LOOK == pytest.approx(MAX_HELD, abs=3 * LOOK)
     assert found[len(found) // 2 :] == [False] * (len(found) // 2)
 
 
 @given(st.lists(st.lists(st.floats(0.0, 30.0), max_size=20), min_size=1, max_size=8))
-def test_time_goes_on_for_any_answers(visits: list[Answers]) -> None:
+def test_hold_budget_with_random_answers_is_bounded(visits: list[Answers]) -> None:
     seconds = 60.0
     stood = sum(held(visits, seconds)) * LOOK
     assert stood <= MAX_HELD + REGAIN_RATE * (seconds - stood) + 3 * LOOK
 
 
-def test_reconnecting_clients_share_the_budget() -> None:
+def test_hold_budget_is_shared_by_reconnecting_clients() -> None:
     seconds = 120.0
     stood = sum(held([[]] * 12, seconds)) * LOOK
     assert stood == pytest.approx((MAX_HELD + REGAIN_RATE * seconds) / (1.0 + REGAIN_RATE), rel=0.05)
 
 
-def test_an_answer_to_another_ping_counts_for_nothing() -> None:
+def test_heartbeat_ignores_pong_of_other_ping() -> None:
     beat = Heartbeat(0.0)
     number = beat.ping(0.0)
     beat.pong(number + 1, 0.1)
@@ -83,30 +83,30 @@ def test_an_answer_to_another_ping_counts_for_nothing() -> None:
     assert beat.ping(0.2 + PING_PERIOD) == number + 1
 
 
-def test_a_pause_is_not_charged() -> None:
+def test_hold_budget_is_not_charged_for_pause() -> None:
     standing = HoldBudget(0.0)
     assert standing.hold(3 * MAX_HELD, is_wanted=True)  # no check in between: time stood for another reason
     assert standing.hold(3 * MAX_HELD + LOOK, is_wanted=True)
 
 
-def test_time_stands_for_a_client_that_requested_pings(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loop_holds_time_for_client_that_requested_pings(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients, "MAX_HELD", 0.3)
     talk = Talk()
     with served(talk.node) as hall:
-        asks(hall, "/silent")
-        asks(hall, "/gone").connection.close()
+        connect_with_pings(hall, "/silent")
+        connect_with_pings(hall, "/gone").connection.close()
         loop = SimulationLoop(talk.node.simulation, hall.server, stop=StopCondition(200_000_000))
         loop.run()
         assert loop.pacer.stood > 0.2
         assert loop.pacer.factor < 0.9
-        assert hall.lines == ["time stands while /silent is more than 0.1 s behind; this is said once"]
+        assert hall.lines == ["time stands while /silent is more than 0.1 s behind (reported once)"]
 
 
 @pytest.mark.parametrize(("rate", "can_wait"), [(None, True), (1.0, False)])
-def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(rate: float | None, *, can_wait: bool) -> None:
+def test_loop_without_rate_or_wait_does_not_hold_time(rate: float | None, *, can_wait: bool) -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        asks(hall, "/silent")
+        connect_with_pings(hall, "/silent")
         wait_until(hall.server.hold_time, "client that is behind")
         stop = StopCondition(50_000_000)
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=rate, stop=stop, can_wait=can_wait)
@@ -115,9 +115,9 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(rate: float |
         assert loop.pacer.stood == 0.0
 
 
-def asks(hall: Hall, node: str) -> Talker:
+def connect_with_pings(hall: Hall, node: str) -> Talker:
     """Return a client that has requested PINGs and answers none."""
-    client = hall.guest(node)
+    client = hall.connect(node)
     client.say(Frame(FrameKind.PONG, 0))
     client.wait_for(FrameKind.PING, 1)
     return client

@@ -41,9 +41,9 @@ def is_answered(client: Talker) -> bool:
     return client.call("/ariac/material_locations", TriggerRequest()).kind is FrameKind.REFUSED
 
 
-def rude(hall: Hall, data: bytes) -> Talker:
+def send_invalid(hall: Hall, data: bytes) -> Talker:
     """Return a client that sent bytes before its HELLO, once the server has disconnected it."""
-    client = hall.guest(node="")
+    client = hall.connect(node="")
     client.connection.sendall(data)
     client.wait_until(lambda: client.is_over)
     return client
@@ -53,30 +53,33 @@ def rude(hall: Hall, data: bytes) -> Talker:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "bytes long"),
-        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(100), "bytes long"),  # TLS
-        (b"SSH-2.0-OpenSSH_9.2p1\r\n", "bytes long"),
-        (struct.pack("<I", MAX_HELLO_BYTES + 1), "bytes long"),
-        (hello("/a", "cdr").encode() + struct.pack("<I", MAX_CLIENT_FRAME_BYTES + 1), "bytes long"),
-        (struct.pack("<I", 1 << 31) + b"x" * 40, "bytes long"),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "invalid frame length"),
+        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(100), "invalid frame length"),  # TLS
+        (b"SSH-2.0-OpenSSH_9.2p1\r\n", "invalid frame length"),
+        (struct.pack("<I", MAX_HELLO_BYTES + 1), "invalid frame length"),
+        (hello("/a", "cdr").encode() + struct.pack("<I", MAX_CLIENT_FRAME_BYTES + 1), "invalid frame length"),
+        (struct.pack("<I", 1 << 31) + b"x" * 40, "invalid frame length"),
         (Frame(FrameKind.SUBSCRIBE, 1, "/clock").encode(), "must be HELLO"),
         (Frame(FrameKind.WELCOME).encode(), "must be HELLO"),
-        (Frame(FrameKind.HELLO, payload=b"[]").encode(), "no JSON object"),
-        (Frame(FrameKind.HELLO, payload=as_json(protocol=9, node="/a", encoding="cdr")).encode(), "speaks protocol 1"),
+        (Frame(FrameKind.HELLO, payload=b"[]").encode(), "not a JSON object"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=9, node="/a", encoding="cdr")).encode(), "uses protocol 1"),
         (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="a", encoding="cdr")).encode(), "like '/robot'"),
         (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="/a\nb", encoding="cdr")).encode(), "like '/robot'"),
         (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node=["/a"], encoding="cdr")).encode(), "like '/robot'"),
         (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="/a", encoding="xml")).encode(), "cdr or ros1"),
         (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="/a", encoding={})).encode(), "cdr or ros1"),
-        (hello("/a", "cdr").encode() * 2, "nothing that a guest may say again"),
-        (hello("/a", "cdr").encode() + Frame(FrameKind.MESSAGE, 1).encode(), "MESSAGE is nothing that a guest may say"),
-        (hello("/a", "cdr").encode() + Frame(FrameKind.ADVANCE, 1, payload=b"x").encode(), "ADVANCE is wrong"),
+        (hello("/a", "cdr").encode() * 2, "a client cannot send HELLO again"),
+        (hello("/a", "cdr").encode() + Frame(FrameKind.MESSAGE, 1).encode(), "a client cannot send MESSAGE"),
+        (
+            hello("/a", "cdr").encode() + Frame(FrameKind.ADVANCE, 1, payload=b"x").encode(),
+            "invalid payload of ADVANCE",
+        ),
     ],
 )
-def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> None:
+def test_invalid_bytes_are_refused_and_disconnect_client(data: bytes, reason: str) -> None:
     with served(Cell(KITTING)) as hall:
-        other = hall.guest("/other")
-        client = rude(hall, data)
+        other = hall.connect("/other")
+        client = send_invalid(hall, data)
         last = client.heard[-1]
         assert (last.kind, last.number) == (FrameKind.REFUSED, 0)
         assert reason in last.text()
@@ -84,7 +87,7 @@ def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> N
         assert hall.server.clients == ("/other",)
 
 
-class PeriodicCallback:
+class FakeClock:
     """Clock for the reports about clients, which the test moves."""
 
     def __init__(self) -> None:
@@ -95,25 +98,25 @@ class PeriodicCallback:
 
 
 @pytest.fixture
-def watch(monkeypatch: pytest.MonkeyPatch) -> PeriodicCallback:
-    made = PeriodicCallback()
+def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
+    made = FakeClock()
     monkeypatch.setattr(clients_module, "time", made)
     return made
 
 
-def test_who_is_cut_off_is_reported_once_a_second(watch: PeriodicCallback) -> None:
+def test_disconnected_clients_are_reported_once_a_second(clock: FakeClock) -> None:
     with served(Cell(KITTING)) as hall:
         for _ in range(20):
-            rude(hall, b"rubbish " * 4)
-        watch.time = 0.99
+            send_invalid(hall, b"rubbish " * 4)
+        clock.time = 0.99
         hall.server.wait(0.0)
         assert hall.lines == []
-        watch.time = 1.0
+        clock.time = 1.0
         hall.server.wait(0.0)
         (line,) = hall.lines
-        assert line.startswith("cut off a connection from 127.0.0.1: a frame cannot be ")
+        assert line.startswith("disconnected a connection from 127.0.0.1: invalid frame length: ")
         assert line.endswith("(and 19 more since the last report)")
-        rude(hall, b"rubbish " * 4)
+        send_invalid(hall, b"rubbish " * 4)
         hall.server.close("over")
         assert len(hall.lines) == 2
 
@@ -122,7 +125,7 @@ def test_who_is_cut_off_is_reported_once_a_second(watch: PeriodicCallback) -> No
 def hall() -> object:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        hall.guest("/other")
+        hall.connect("/other")
         yield hall
 
 
@@ -140,7 +143,7 @@ pieces = st.one_of(
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.booleans(), st.lists(pieces, max_size=6))
-def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> None:
+def test_random_bytes_do_not_stop_server(hall: Hall, is_greeted: bool, data: list[bytes]) -> None:
     with socket.create_connection(hall.server.address) as connection:
         connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(data))
         for _ in range(3):
@@ -149,19 +152,19 @@ def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> N
 
 
 @pytest.mark.parametrize("name", ["robot", "/a\nb", "/a\x1b[2J"])
-def test_in_the_name_of_what_is_no_node_nothing_is_taken(name: str) -> None:
+def test_publish_with_invalid_node_name_is_refused(name: str) -> None:
     with served(Cell(ARM_ONLY)) as hall:
-        answer = hall.guest().publish("/ariac/arm/command", way(), node=name)
+        answer = hall.connect().publish("/ariac/arm/command", way(), node=name)
         assert answer.kind is FrameKind.REFUSED
-        assert b"a node's name is like '/robot'" in answer.payload
+        assert b"a node name must look like '/robot'" in answer.payload
 
 
 @pytest.mark.slow
-def test_a_flood_of_commands_eats_idle_time_only() -> None:
+def test_flood_of_commands_uses_idle_time_only() -> None:
     """20 commands a tick, 10,000 a second: each is answered, and the ticks pass meanwhile."""
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client, count, burst = hall.guest(), 2_000, 20
+        client, count, burst = hall.connect(), 2_000, 20
         data = to_cdr(way(INITIAL))
         frames = [
             Frame(FrameKind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)
@@ -178,10 +181,10 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
         assert [frame.number for frame in client.heard] == list(range(1, count + 1))
 
 
-def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_server_checks_time_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         data = Frame(FrameKind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
         client.connection.setblocking(False)
         try:
@@ -217,11 +220,11 @@ def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
 
 
 @pytest.mark.slow
-def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_that_never_reads_loses_its_messages_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        deaf, other = hall.guest("/deaf"), hall.guest("/other")
+        deaf, other = hall.connect("/deaf"), hall.connect("/other")
         other.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         subscribe_often(hall, deaf, other)
@@ -231,7 +234,7 @@ def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: p
             hall.server.wait(0.0)
             other.listen()
             ticks += 1
-        assert hall.lines[0].startswith("/deaf does not read as fast as it is told: ")
+        assert hall.lines[0].startswith("client /deaf is too slow: ")
         assert sum(client.has_waiting for client in hall.server._clients) == 1
         assert all(len(client._out) < FULL + BEHIND for client in hall.server._clients)
         assert hall.server.is_client_behind
@@ -243,7 +246,7 @@ def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        deaf, other = hall.guest("/deaf"), hall.guest("/other")
+        deaf, other = hall.connect("/deaf"), hall.connect("/other")
         deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         subscribe_often(hall, deaf, other)
 
@@ -252,15 +255,15 @@ def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
             hall.server.wait(0.0)
 
         wait_until(lambda: hall.server.clients == ("/other",), "end of the deaf client", between=step)
-        assert any(line.startswith("cut off /deaf: it has read nothing for") for line in hall.lines)
+        assert any(line.startswith("disconnected /deaf: it read nothing for") for line in hall.lines)
         assert is_answered(other)
 
 
 @pytest.mark.slow
-def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
+def test_client_that_never_reads_answers_is_not_read() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        deaf = hall.guest("/deaf")
+        deaf = hall.connect("/deaf")
         question = Frame(FrameKind.CALL, 1, "/no/such/service/" + "x" * 2000).encode()
         deaf.connection.setblocking(False)
         (client,) = hall.server._clients
@@ -279,19 +282,19 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
         assert BEHIND <= len(client._out) < FULL
 
 
-def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_without_hello_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     with served(Cell(KITTING)) as hall:
-        client = hall.guest(node="")
+        client = hall.connect(node="")
         client.wait_until(lambda: client.is_over)
-        assert "has not said who it is" in client.heard[-1].text()
+        assert "no HELLO" in client.heard[-1].text()
 
 
-def test_call_of_a_client_that_dies_has_its_effect() -> None:
+def test_call_of_client_that_dies_takes_effect() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         call = Frame(FrameKind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
         client.say(call)
@@ -307,7 +310,7 @@ def test_call_of_a_client_that_dies_has_its_effect() -> None:
 
 def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(Frame(FrameKind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
         asked = wait_until(
             lambda: hall.server.advance_request, "question for time", between=lambda: hall.server.wait(0.01)
@@ -320,9 +323,9 @@ def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
         )
 
 
-def test_clients_and_subscriptions_are_limited() -> None:
+def test_number_of_clients_and_subscriptions_is_limited() -> None:
     with served(Cell(KITTING)) as hall:
-        client = hall.guest()
+        client = hall.connect()
         for number in range(1, MAX_SUBSCRIPTIONS + 1):
             client.say(Frame(FrameKind.SUBSCRIBE, number, f"/nothing_{number}"))
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
@@ -333,22 +336,22 @@ def test_clients_and_subscriptions_are_limited() -> None:
         client.wait_until(lambda: len(hall.server._clients) == MAX_CLIENTS)
         crowd[0].settimeout(TIMEOUT)
         (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has been silent for longest makes room
-        assert f"{MAX_CLIENTS} guests already" in answer.text()
-        assert is_answered(hall.guest("/late"))
+        assert f"{MAX_CLIENTS} clients" in answer.text()
+        assert is_answered(hall.connect("/late"))
         client.heard.clear()
         assert is_answered(client)
         for connection in crowd:
             connection.close()
 
 
-def test_watching_leaves_the_state_as_it_is() -> None:
+def test_subscriptions_to_all_topics_leave_state_hash_unchanged() -> None:
     hashes = set()
     for is_watched in (False, True):
         cell = Cell(KITTING)
         with served(cell) as hall:
             if is_watched:
                 for encoding in ("cdr", "ros1"):
-                    client = hall.guest(f"/{encoding}", encoding)
+                    client = hall.connect(f"/{encoding}", encoding)
                     for number, info in enumerate(cell.bus.topics(), start=1):
                         client.ask(Frame(FrameKind.SUBSCRIBE, number, info.name))
             start(cell)
@@ -362,27 +365,27 @@ def test_watching_leaves_the_state_as_it_is() -> None:
     assert len(hashes) == 1
 
 
-def test_advance_requests_are_limited_and_end_with_their_client() -> None:
+def test_advance_requests_are_limited_and_end_with_client() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         other.say(advance(1, 10**9, each_tick=False))
         other.wait_until(lambda: hall.server.advance_request is not None)
         requests = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
         client.say(*requests)
         client.wait_until(lambda: len(client.heard) == 1000 - MAX_PENDING_ADVANCES)
         assert {frame.name for frame in client.heard} == {"UsageError"}
-        assert f"{MAX_PENDING_ADVANCES} wishes" in client.heard[0].text()
+        assert f"at most {MAX_PENDING_ADVANCES} pending" in client.heard[0].text()
         assert len(hall.server._requests.pending) == MAX_PENDING_ADVANCES + 1
         client.connection.close()
         other.wait_until(lambda: len(hall.server._requests.pending) == 1)  # though it was not its turn yet
 
 
-def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_incomplete_frames_of_all_clients_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_INCOMPLETE", 2 << 20)
     with served(Cell(KITTING)) as hall:
-        other = hall.guest("/other")
+        other = hall.connect("/other")
         half = struct.pack("<I", MAX_CLIENT_FRAME_BYTES) + bytes(MAX_CLIENT_FRAME_BYTES // 2)
-        others = [hall.guest(f"/half_{number}") for number in range(3)]
+        others = [hall.connect(f"/half_{number}") for number in range(3)]
         for client in others:
             rest = memoryview(half)
             client.connection.setblocking(False)
@@ -397,10 +400,10 @@ def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) 
         assert is_answered(other)
 
 
-def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clients_share_limit_of_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_WAITING", 2 * FULL)
     with served(Cell(KITTING)) as hall:
-        clients = [hall.guest(f"/guest_{number}") for number in range(4)]
+        clients = [hall.connect(f"/guest_{number}") for number in range(4)]
         assert [client.full for client in hall.server._clients] == [FULL // 2] * 4
         for client in clients[1:]:
             client.connection.close()
@@ -408,42 +411,42 @@ def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> Non
         assert [client.full for client in hall.server._clients] == [FULL]
 
 
-def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_message_too_long_to_send_is_reported_and_step_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(KITTING)
     huge = cell.bus.advertise("/huge", "std_msgs/String")
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/huge"))
         message = String("x" * (MAX_FRAME_BYTES + 1))
         for _ in range(3):
             huge.publish(message)
         hall.server.wait(0.0)
         (line,) = hall.lines
-        assert line.startswith(f"/me cannot be told: a frame of {MAX_FRAME_BYTES + 21} bytes is too long")
+        assert line.startswith(f"cannot send to /me: a frame of {MAX_FRAME_BYTES + 21} bytes is too long")
         assert line.endswith("(and 2 more since the last report)")
         huge.publish(String("small"))
         client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
-def test_of_many_that_are_cut_off_some_are_named(watch: PeriodicCallback) -> None:
+def test_report_of_many_disconnected_clients_names_some(clock: FakeClock) -> None:
     with served(Cell(KITTING)) as hall:
         for number in range(30):
-            rude(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
-        watch.time = 1.0
+            send_invalid(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
+        clock.time = 1.0
         hall.server.wait(0.0)
         assert len(hall.lines) == 11
-        assert hall.lines[-1].startswith("cut off others: a frame cannot be")
+        assert hall.lines[-1].startswith("disconnected others: invalid frame length")
         assert hall.lines[-1].endswith("(and 19 more since the last report)")
 
 
-def test_heavy_requests_get_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heavy_requests_leave_time_for_other_clients(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two such commands others have their turn, also those who come later."""
     monkeypatch.setattr(server_module, "_HEAVY_TIME", 0.0)
     monkeypatch.setattr(server_module, "_HEAVY_PAUSE", 1e9)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        greedy, other = hall.guest("/greedy"), hall.guest("/other")
+        greedy, other = hall.connect("/greedy"), hall.connect("/other")
         monkeypatch.setattr(server_module, "_HEAVY_TIME", 1e-9)
         hall.server._rests_until = 0.0
         for client in hall.server._clients:

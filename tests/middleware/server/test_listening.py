@@ -25,16 +25,14 @@ def busy() -> Iterator[int]:
         yield int(listener.getsockname()[1])
 
 
-def test_a_port_in_use_is_refused_or_the_next_one_taken(busy: int) -> None:
-    with pytest.raises(UsageError, match=f"{LOOPBACK}:{busy}: cannot be listened at: "):
+def test_port_in_use_is_refused_or_next_one_is_used(busy: int) -> None:
+    with pytest.raises(UsageError, match=f"{LOOPBACK}:{busy}: cannot listen: "):
         open_listener(LOOPBACK, busy)
     with open_listener(LOOPBACK, busy, tries=20) as listener:
         assert busy < listener.getsockname()[1] < busy + 20
 
 
-def test_a_server_without_a_port_takes_the_default_one_or_one_of_the_next(
-    busy: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_server_without_port_uses_default_or_next_free_one(busy: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "DEFAULT_PORT", busy)
     elsewhere = Server(Cell(BARE), port=None)
     free = Server(Cell(BARE), port=0)
@@ -47,7 +45,7 @@ def test_a_server_without_a_port_takes_the_default_one_or_one_of_the_next(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
-def test_without_descriptors_connections_are_turned_away() -> None:
+def test_connections_without_free_descriptors_are_closed() -> None:
     import resource
 
     listener = ListeningSocket(open_listener(LOOPBACK, 0))

@@ -25,7 +25,7 @@ def new_cell() -> Cell:
 def test_large_messages_of_one_tick_all_arrive() -> None:
     cell = new_cell()
     with served(cell) as hall:
-        client = hall.guest("/looker")
+        client = hall.connect("/looker")
         for number, name in enumerate("abc"):
             client.ask(Frame(FrameKind.SUBSCRIBE, 10 + number, f"/ariac/{name}/depth/points"))
             client.ask(Frame(FrameKind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
@@ -40,10 +40,10 @@ def test_large_messages_of_one_tick_all_arrive() -> None:
         assert not hall.lines
 
 
-def test_client_that_does_not_read_loses_pictures_and_memory_is_bounded() -> None:
+def test_slow_client_loses_pictures_and_memory_is_bounded() -> None:
     cell = new_cell()
     with served(cell) as hall:
-        client = hall.guest("/slow")
+        client = hall.connect("/slow")
         client.ask(Frame(FrameKind.SUBSCRIBE, 10, "/ariac/a/depth/points"))
         for picture in range(1, 12):
             cell.simulation.step_until(picture * 100_000_000)

@@ -18,10 +18,10 @@ from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 from tests.middleware.server.talk import served
 
 
-def test_welcome_has_all_names_and_types() -> None:
+def test_welcome_lists_all_topics_and_services_with_types() -> None:
     cell = Cell(WHOLE, competition=False)
     with served(cell) as hall:
-        welcome = hall.guest(encoding="ros1").welcome
+        welcome = hall.connect(encoding="ros1").welcome
         assert (welcome["protocol"], welcome["trial"], welcome["timestep"]) == (1, "whole", [1, 500])
         assert (welcome["lockstep"], welcome["competition"], welcome["time"]) == (False, False, 0)
         topics = {each["name"]: each for each in welcome["topics"]}
@@ -40,11 +40,11 @@ def test_welcome_has_all_names_and_types() -> None:
 
 
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
-def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
+def test_messages_have_requested_encoding(encoding: str) -> None:
     cell = Cell(ARM_ONLY)
     read = from_ros1 if encoding == "ros1" else from_cdr
     with served(cell) as hall:
-        client = hall.guest(encoding=encoding)
+        client = hall.connect(encoding=encoding)
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is FrameKind.DONE
         for _ in range(20):
             cell.step()
@@ -57,21 +57,21 @@ def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
         assert cell.bus.topic("/ariac/joint_states").subscribers == ()
 
 
-def test_what_is_latched_comes_at_once_and_once() -> None:
+def test_subscription_to_latched_topic_gets_newest_message_once() -> None:
     cell = Cell(KITTING)
     start(cell)
     cell.step()
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/orders"))
         (data,) = client.messages(5)
         assert from_cdr(data, Order).order_id == "order_0"
 
 
-def test_one_publisher_of_several_can_be_listened_to() -> None:
+def test_subscription_to_one_publisher_gets_its_messages_only() -> None:
     cell = Cell(WHOLE)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
         client.ask(Frame(FrameKind.SUBSCRIBE, 6, "/tf"))
         for _ in range(50):
@@ -79,30 +79,30 @@ def test_one_publisher_of_several_can_be_listened_to() -> None:
         assert 0 < len(client.messages(5)) < len(client.messages(6))
 
 
-def test_a_command_is_carried_out_where_time_stands() -> None:
+def test_call_is_carried_out_while_time_stands() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         answer = client.call("/ariac/agv1", AGVControlRequest(""), "osrf_gear/AGVControl")
         assert from_cdr(answer.payload, AGVControlResponse).success
         assert cell.agvs[1].state == "preparing_to_deliver"
         assert cell.simulation.now == 0
 
 
-def test_a_published_message_is_answered_and_obeyed() -> None:
+def test_publish_is_answered_and_takes_effect() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert cell.arm is not None
         assert cell.arm.controller.end == 0
         assert client.publish("/ariac/arm/command", way(INITIAL)).kind is FrameKind.DONE
         assert cell.arm.controller.end == 1_000_000_000
 
 
-def test_refusals_name_their_class_and_are_counted_by_node() -> None:
+def test_refusals_name_error_class_and_are_counted_by_node() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         trajectory = way(INITIAL, names=("elbow_joint", *["none"] * 6))
         cases = [
             (client.publish("/ariac/arm/command", trajectory), "RejectedCommandError"),
@@ -122,33 +122,33 @@ def test_refusals_name_their_class_and_are_counted_by_node() -> None:
         assert counts["/ariac/command from /other"] == 1
 
 
-def test_a_service_that_fails_says_so() -> None:
+def test_call_of_failing_service_is_refused_with_service_failed() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         request = SubmitTrayRequest(tray_id="agv1::kit_tray_1", kit_type="a")
-        answer = hall.guest().call("/ariac/submit_tray", request)
+        answer = hall.connect().call("/ariac/submit_tray", request)
         assert (answer.kind, answer.name) == (FrameKind.REFUSED, "ServiceFailedError")
 
 
-def test_a_number_in_use_is_not_taken_again() -> None:
+def test_subscription_with_number_in_use_is_refused() -> None:
     with served(Cell(KITTING)) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
 
 
-def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
+def test_subscription_to_absent_topic_is_accepted() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/nothing")).kind is FrameKind.DONE
         client.say(Frame(FrameKind.UNSUBSCRIBE, 5), Frame(FrameKind.UNSUBSCRIBE, 77))
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
 
 
-def test_clients_get_the_reason_of_the_end() -> None:
+def test_close_sends_clients_the_reason() -> None:
     with served(Cell(KITTING)) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert hall.server.clients == ("/me",)
         hall.server.close("enough")
         client.listen()
@@ -156,10 +156,10 @@ def test_clients_get_the_reason_of_the_end() -> None:
         assert client.is_over
 
 
-def test_who_leaves_listens_no_more() -> None:
+def test_disconnected_client_is_unsubscribed() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         assert cell.bus.topic("/clock").subscribers == ("/me",)
         client.connection.close()
@@ -167,14 +167,14 @@ def test_who_leaves_listens_no_more() -> None:
         assert cell.bus.topic("/clock").subscribers == ()
 
 
-def test_a_port_in_use_is_one_clear_line() -> None:
+def test_server_on_port_in_use_is_refused() -> None:
     cell = Cell(KITTING)
-    with served(cell) as hall, pytest.raises(UsageError, match=f"127.0.0.1:{hall.server.address[1]}: cannot be"):
+    with served(cell) as hall, pytest.raises(UsageError, match=f"127.0.0.1:{hall.server.address[1]}: cannot listen"):
         Server(cell, port=hall.server.address[1])
 
 
 @pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70_000), ("no.such.host.invalid", 0)])
-def test_an_address_that_is_none_is_refused(host: str, port: int) -> None:
+def test_server_on_invalid_address_is_refused(host: str, port: int) -> None:
     with pytest.raises(UsageError):
         Server(Cell(KITTING), host=host, port=port)
 
@@ -189,7 +189,7 @@ def test_server_listens_on_loopback_by_default() -> None:
 
 def test_dismiss_ends_agents_and_keeps_viewers() -> None:
     with served(Cell(KITTING)) as hall:
-        agent, page = hall.guest("/agent"), hall.guest("/page_1")
+        agent, page = hall.connect("/agent"), hall.connect("/page_1")
         hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))
         agent.listen()
         page.listen()

@@ -36,7 +36,7 @@ def finish(process: subprocess.Popen[str]) -> tuple[str, str]:
     return said
 
 
-def test_it_ends_as_its_program_does(tmp_path: Path) -> None:
+def test_guard_ends_with_status_or_signal_of_program(tmp_path: Path) -> None:
     with guarded(tmp_path, "sh", "-c", 'echo "$1"; exit 5', "sh", "two words") as process:
         assert finish(process) == ("two words\n", "")
     assert process.returncode == 5
@@ -46,13 +46,13 @@ def test_it_ends_as_its_program_does(tmp_path: Path) -> None:
     assert tmp_path.is_dir()
 
 
-def test_a_program_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_guard_of_missing_program_names_it(tmp_path: Path) -> None:
     with guarded(tmp_path, "/no/such/program") as process:
         assert finish(process) == ("", "/no/such/program: No such file or directory\n")
     assert process.returncode == 1
 
 
-def test_a_polite_signal_is_passed_on(tmp_path: Path) -> None:
+def test_guard_forwards_sigterm(tmp_path: Path) -> None:
     with guarded(tmp_path, "sh", "-c", "trap 'exit 7' TERM; echo ready; while :; do sleep 0.01; done") as process:
         assert process.stdout is not None
         process.stdout.readline()
@@ -60,7 +60,7 @@ def test_a_polite_signal_is_passed_on(tmp_path: Path) -> None:
         assert process.wait(TIMEOUT) == 7
 
 
-def test_what_the_program_leaves_running_is_ended_and_named(tmp_path: Path) -> None:
+def test_guard_ends_and_names_processes_left_running(tmp_path: Path) -> None:
     script = f'setsid sh -c "{STUBBORN}" & sleep 0.01; exit 3'
     with guarded(tmp_path, "sh", "-c", script) as process:
         out, _ = finish(process)
@@ -68,7 +68,7 @@ def test_what_the_program_leaves_running_is_ended_and_named(tmp_path: Path) -> N
     assert re.search(r"the agent left (a process|2 processes) running, now ended: .*sh -c", out)
 
 
-def test_all_is_ended_with_the_parent(tmp_path: Path) -> None:
+def test_guard_ends_all_descendants_with_parent(tmp_path: Path) -> None:
     """The program is stopped, and its child ignores SIGTERM in a session of its own."""
     folder = tmp_path / "files"
     folder.mkdir()

@@ -24,17 +24,17 @@ def tied(*program: str, parent: int | None = None) -> subprocess.CompletedProces
     return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
 
 
-def test_it_is_the_program_and_keeps_its_arguments() -> None:
+def test_tether_becomes_program_with_its_arguments() -> None:
     ran = tied("sh", "-c", 'echo "$1"; exit 5', "sh", "two words")
     assert (ran.stdout, ran.stderr, ran.returncode) == ("two words\n", "", 5)
 
 
-def test_a_program_that_is_not_there_is_named() -> None:
+def test_tether_of_missing_program_names_it() -> None:
     ran = tied("/no/such/program")
     assert (ran.stdout, ran.stderr, ran.returncode) == ("", "/no/such/program: No such file or directory\n", 1)
 
 
-def test_an_ignored_ctrl_c_is_not_handed_on() -> None:
+def test_tether_resets_ignored_sigint() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         ran = tied("sh", "-c", "kill -INT $$; echo not reached")
@@ -44,6 +44,6 @@ def test_an_ignored_ctrl_c_is_not_handed_on() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel ties no process to its parent")
-def test_nothing_is_started_for_a_parent_that_is_gone() -> None:
+def test_tether_of_ended_parent_starts_nothing() -> None:
     ran = tied("echo", "not reached", parent=1)
     assert (ran.stdout, ran.returncode) == ("", 0)

@@ -20,7 +20,7 @@ from tests.recording.format.files import TALK, text, write
 from tests.waiting import TIMEOUT
 
 
-def test_everything_said_is_in_it(tmp_path: Path) -> None:
+def test_bag_has_all_messages_of_recording(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
     (tmp_path / "a.bag").write_text("an older one")
     assert write_bag(tmp_path / "a.mcap", tmp_path / "a.bag") == []
@@ -32,14 +32,14 @@ def test_everything_said_is_in_it(tmp_path: Path) -> None:
         }
         found = [(each.topic, time, from_ros1(data, String).data) for each, time, data in bag.messages()]
     with RecordingFile(tmp_path / "a.mcap") as recording:
-        said = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
-    assert found == said
-    assert found[0][1] == 1, "rosbag play passes over what is said at 0"
+        expected = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
+    assert found == expected
+    assert found[0][1] == 1, "rosbag play skips messages at time 0"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["a.bag", "a.mcap"]
 
 
 @pytest.mark.parametrize(("begin", "latched"), [(11, ["/talk"]), (10, []), (0, [])])
-def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str], tmp_path: Path) -> None:
+def test_bag_of_time_range_begins_with_latched_messages(begin: int, latched: list[str], tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
     with RecordingFile(tmp_path / "a.mcap") as recording:
         every = [(each.topic, max(1, each.time)) for each in recording.messages()]
@@ -53,14 +53,14 @@ def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str
 
 
 @pytest.mark.parametrize(("start", "until"), [(10**12, None), (None, -1), (200, 100)])
-def test_where_nothing_is_there_is_no_bag(start: int | None, until: int | None, tmp_path: Path) -> None:
+def test_bag_of_empty_time_range_is_refused(start: int | None, until: int | None, tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
-    with pytest.raises(UsageError, match="nothing is in it at these times"):
+    with pytest.raises(UsageError, match="no messages in this time range"):
         write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=start, until=until)
     assert [each.name for each in tmp_path.iterdir()] == ["a.mcap"]
 
 
-def test_what_has_no_form_in_ros1_and_what_cellwright_adds_is_left_out(tmp_path: Path) -> None:
+def test_bag_leaves_out_types_unknown_in_ros1_and_own_topics(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe("cellwright", {"format": "1", "kind": "cell", "name": "", "header": "{}"})
         for topic in (TALK, RecordedTopic("/marker", "visualization_msgs/Marker"), RecordedTopic(END, TEXT)):
@@ -71,7 +71,7 @@ def test_what_has_no_form_in_ros1_and_what_cellwright_adds_is_left_out(tmp_path:
         assert list(bag.topics) == ["/talk"]
 
 
-def test_what_cannot_be_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+def test_bag_with_invalid_path_or_source_is_refused_and_leaves_no_file(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 3)
     with pytest.raises(UsageError, match="cannot be written"):
         write_bag(tmp_path / "a.mcap", tmp_path / "none" / "a.bag")
@@ -81,12 +81,12 @@ def test_what_cannot_be_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.ros1
-def test_the_tool_of_ros_reads_it(tmp_path: Path) -> None:
+def test_rosbag_reads_bag(tmp_path: Path) -> None:
     rosbag = shutil.which("rosbag") or "/usr/bin/rosbag"
     write(tmp_path / "a.mcap", 40)
     write_bag(tmp_path / "a.mcap", tmp_path / "a.bag")
     command = [rosbag, "info", "--yaml", str(tmp_path / "a.bag")]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
-    assert "messages: 40\n" in said
-    assert f"md5: {md5('std_msgs/String')}" in said
-    assert "topic: /shout" in said
+    printed = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
+    assert "messages: 40\n" in printed
+    assert f"md5: {md5('std_msgs/String')}" in printed
+    assert "topic: /shout" in printed

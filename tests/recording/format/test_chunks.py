@@ -15,7 +15,7 @@ from zstandard import ZstdCompressor
 
 from cellwright.recording.format.chunks import MESSAGE_OVERHEAD, WrittenChunk, encoded_records, make_chunk
 from cellwright.recording.format.format import MAGIC, Entry
-from tests.recording.format.test_waiting import handed_in
+from tests.recording.format.test_write_queue import handed_in
 
 entries = st.lists(
     st.tuples(st.integers(1, 65_535) | st.integers(1, 3), st.integers(0, 2**63 - 1), st.binary(max_size=20)),
@@ -38,7 +38,7 @@ def read(chunk: WrittenChunk) -> tuple[Chunk, list[MessageIndex]]:
 
 @pytest.mark.slow
 @given(entries)
-def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
+def test_chunk_has_messages_in_order(given: list[Entry]) -> None:
     chunk, _ = read(make_chunk(ZstdCompressor(), handed_in(given), 0))
     found = [each for each in breakup_chunk(chunk, validate_crc=True) if isinstance(each, Message)]
     assert [(each.channel_id, each.log_time, each.data) for each in found] == given
@@ -48,7 +48,7 @@ def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
 
 
 @given(entries, st.integers(0, 1 << 40))
-def test_its_indexes_lead_to_each_of_them(given: list[Entry], offset: int) -> None:
+def test_chunk_indexes_lead_to_each_message(given: list[Entry], offset: int) -> None:
     made = make_chunk(ZstdCompressor(), handed_in(given), offset)
     chunk, indexes = read(made)
     sizes = [MESSAGE_OVERHEAD + len(data) for _, _, data in given]

@@ -43,7 +43,7 @@ def noted() -> tuple[Bus, list[Command], list[Any], Callable[[], None]]:
     return bus, commands, done, note_commands(bus, clock, commands.append, lambda: 99)
 
 
-def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
+def test_command_is_noted_before_execution_even_if_refused() -> None:
     bus, commands, done, leave = noted()
     bus.publish("/hear", Bool(data=True), node="/a")
     with pytest.raises(RejectedCommandError):
@@ -64,7 +64,7 @@ def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
     assert len(commands) == 4
 
 
-def test_what_was_noted_can_be_done_again() -> None:
+def test_noted_commands_can_be_executed_again() -> None:
     bus, commands, _, _ = noted()
     bus.publish("/hear", Bool(data=True), node="/a")
     with pytest.raises(RejectedCommandError):
@@ -77,7 +77,7 @@ def test_what_was_noted_can_be_done_again() -> None:
         Command.decode(command.encode()).carry_out(again, {"cellwright/place": asked.append})
     assert [each[:2] for each in done] == [(True, "/a"), (False, "/b"), (False, "/c")]
     assert asked == [{"joints": [1]}]
-    with pytest.raises(RecordingError, match="cannot be done here"):
+    with pytest.raises(RecordingError, match="not supported here"):
         commands[-1].carry_out(again)
 
 
@@ -88,7 +88,7 @@ def test_what_was_noted_can_be_done_again() -> None:
     data=st.binary(),
     stamp=st.none() | st.integers(),
 )
-def test_a_command_is_the_same_after_it_was_kept(
+def test_command_survives_encoding(
     tick: int, how: InputKind, words: tuple[str, str, str], data: bytes, stamp: int | None
 ) -> None:
     command = Command(tick, how, *words, data, stamp)
@@ -99,15 +99,15 @@ def test_a_command_is_the_same_after_it_was_kept(
     "change",
     [{"tick": -1}, {"tick": True}, {"tick": "3"}, {"kind": "sing"}, {"name": 3}, {"data": "?"}, {"stamp": 1.5}],
 )
-def test_what_is_no_command_is_refused(change: dict[str, Any]) -> None:
+def test_text_of_invalid_command_is_refused(change: dict[str, Any]) -> None:
     assert Command.decode(json.dumps(GOOD)).tick == 3
-    with pytest.raises(RecordingError, match="is no command"):
+    with pytest.raises(RecordingError, match="invalid command"):
         Command.decode(json.dumps(GOOD | change))
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "3", "[" * 100_000])
-def test_what_is_not_even_json_is_refused(text: str) -> None:
-    with pytest.raises(RecordingError, match="is no command"):
+def test_text_that_is_not_json_is_refused(text: str) -> None:
+    with pytest.raises(RecordingError, match="invalid command"):
         Command.decode(text)
 
 
@@ -121,7 +121,7 @@ def test_what_is_not_even_json_is_refused(text: str) -> None:
         Command(1, InputKind.EXTRA, "cellwright/place", "", "/n", b"\xff"),
     ],
 )
-def test_a_command_that_makes_no_sense_says_so_in_a_line(command: Command) -> None:
-    with pytest.raises(RecordingError, match="in tick 1 makes no sense") as caught:
+def test_command_with_invalid_content_is_reported_in_one_line(command: Command) -> None:
+    with pytest.raises(RecordingError, match=r"invalid command on .* at tick 1") as caught:
         command.carry_out(noted()[0])
     assert "\n" not in str(caught.value)

@@ -13,14 +13,18 @@ from tests.recording.format.files import write
 
 @pytest.mark.parametrize(
     ("names", "reason"),
-    [((), "needs a file"), (("a.txt",), "is a file such as run.mcap"), (("a.bag", "b.bag"), "one recording of a kind")],
+    [
+        ((), "record: no file given"),
+        (("a.txt",), "use a name such as run.mcap"),
+        (("a.bag", "b.bag"), "only one .bag file"),
+    ],
 )
-def test_what_cannot_be_is_refused(names: tuple[str, ...], reason: str) -> None:
+def test_invalid_recording_paths_are_refused(names: tuple[str, ...], reason: str) -> None:
     with pytest.raises(UsageError, match=reason):
         RecordingFiles([Path(each) for each in names])
 
 
-def test_a_bag_alone_is_made_of_a_file_that_goes_again(tmp_path: Path) -> None:
+def test_bag_alone_is_made_from_temporary_mcap_file(tmp_path: Path) -> None:
     files = RecordingFiles([tmp_path / "run.bag"])
     assert files.path == tmp_path / "run.bag.mcap"
     again = tmp_path / "run.bag_2.mcap"
@@ -32,7 +36,7 @@ def test_a_bag_alone_is_made_of_a_file_that_goes_again(tmp_path: Path) -> None:
     assert sorted(each.name for each in tmp_path.iterdir()) == ["run.bag", "run_2.bag"]
 
 
-def test_beside_an_mcap_file_both_stay(tmp_path: Path) -> None:
+def test_bag_and_mcap_file_are_both_kept(tmp_path: Path) -> None:
     files = RecordingFiles([tmp_path / "run.bag", tmp_path / "other.mcap"])
     write(files.path, 3)
     files.finish([files.path])
@@ -40,13 +44,13 @@ def test_beside_an_mcap_file_both_stay(tmp_path: Path) -> None:
     assert all(each.is_file() for each in files.written)
 
 
-def test_what_was_recorded_stays_when_no_bag_can_be_made_of_it(tmp_path: Path) -> None:
-    said: list[str] = []
-    files = RecordingFiles([tmp_path / "run.bag"], report=said.append)
+def test_failed_bag_keeps_mcap_file(tmp_path: Path) -> None:
+    lines: list[str] = []
+    files = RecordingFiles([tmp_path / "run.bag"], report=lines.append)
     write(files.path, 3)
     (tmp_path / "run.bag").mkdir()
     files.finish([files.path])
     assert not files.is_whole
     assert files.path.is_file()
-    assert len(said) == 1
-    assert said[0].endswith(f"what was recorded is in {files.path}")
+    assert len(lines) == 1
+    assert lines[0].endswith(f"the recording is in {files.path}")

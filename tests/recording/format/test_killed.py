@@ -13,6 +13,6 @@ from tests.recording.format.killed import TICK, loss
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL here")
 @pytest.mark.parametrize("after", [10, 150, 400])
-def test_what_was_recorded_is_kept(after: int, tmp_path: Path) -> None:
+def test_killed_run_keeps_recorded_messages(after: int, tmp_path: Path) -> None:
     found = loss(tmp_path, after)
     assert after * TICK <= found.kept <= found.reached + TICK  # the kill may come between the two notes of a tick

@@ -20,7 +20,7 @@ from tests.recording.format.files import TALK, text, write
 FULL = Path("/dev/full")
 
 
-def test_another_reader_finds_everything_with_its_schemas(tmp_path: Path) -> None:
+def test_mcap_library_reads_messages_with_schemas(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 100)
     with (tmp_path / "a.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -45,7 +45,7 @@ def test_another_reader_finds_everything_with_its_schemas(tmp_path: Path) -> Non
 @pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(words=st.lists(st.binary(max_size=40), max_size=60), size=st.integers(1, 400))
-def test_what_is_handed_in_is_what_is_read(
+def test_messages_read_equal_messages_written(
     tmp_path_factory: pytest.TempPathFactory, words: list[bytes], size: int
 ) -> None:
     path = tmp_path_factory.mktemp("files") / "a.mcap"
@@ -62,7 +62,7 @@ def test_what_is_handed_in_is_what_is_read(
         assert recording.counts["/talk"] == len(words)
 
 
-def test_what_was_flushed_is_in_the_file_though_it_is_not_ended(tmp_path: Path) -> None:
+def test_flushed_messages_are_in_unfinished_file(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     write(path, 0)
     file = McapFile(path)
@@ -79,18 +79,18 @@ def test_what_was_flushed_is_in_the_file_though_it_is_not_ended(tmp_path: Path) 
         assert recording.is_complete
 
 
-def test_a_type_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+def test_channel_of_unknown_type_is_refused(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file, pytest.raises(UnknownNameError, match="no_such"):
         file.channel(RecordedTopic("/a", "std_msgs/no_such"))
 
 
-def test_a_file_that_cannot_be_opened_is_refused(tmp_path: Path) -> None:
+def test_unwritable_path_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be written"):
         McapFile(tmp_path / "no" / "a.mcap")
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="there is no full disk to be had here")
-def test_a_disk_that_is_full_is_reported_once_and_stops_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_is_reported_once_and_stops_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mcap_file, "MAX_WAITING", 1 << 12)
     said: list[str] = []
     file = McapFile(FULL, report=said.append)
@@ -100,4 +100,4 @@ def test_a_disk_that_is_full_is_reported_once_and_stops_nothing(monkeypatch: pyt
     file.flush()
     file.close()
     assert not file.is_whole
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert said == ["/dev/full: cannot be written any more: No space left on device"]

@@ -27,7 +27,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
+def test_recording_has_header_topics_counts_and_times(whole: Path) -> None:
     with RecordingFile(whole) as recording:
         assert recording.is_complete
         assert (recording.header.kind, recording.header.name) == ("cell", "small")
@@ -45,7 +45,7 @@ def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
 @pytest.mark.slow
 @given(first=st.integers(-10, 310), last=st.integers(-10, 310), kept=st.integers(1, 3))
 @settings(max_examples=30, deadline=None)
-def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept: int) -> None:
+def test_messages_of_topic_in_time_range_are_yielded(whole: Path, first: int, last: int, kept: int) -> None:
     with pytest.MonkeyPatch.context() as patch, RecordingFile(whole) as recording:
         patch.setattr(reader, "_KEPT", kept)
         found = [each.time for each in recording.messages(["/shout"], start=first * 1_000_000, until=last * 1_000_000)]
@@ -58,7 +58,7 @@ def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept
 @pytest.mark.slow
 @given(cut=st.floats(0, 1))
 @settings(max_examples=100, deadline=None)
-def test_one_that_was_cut_has_of_each_topic_what_it_has_of_all(
+def test_truncated_recording_has_same_messages_by_topic_as_in_all(
     whole: Path, tmp_path_factory: pytest.TempPathFactory, cut: float
 ) -> None:
     data = whole.read_bytes()
@@ -80,7 +80,7 @@ def test_one_that_was_cut_has_of_each_topic_what_it_has_of_all(
 @pytest.mark.slow
 @given(cut=st.floats(0, 1))
 @settings(max_examples=60, deadline=None)
-def test_one_that_was_cut_anywhere_is_read_up_to_there(
+def test_truncated_recording_is_read_up_to_cut(
     whole: Path, tmp_path_factory: pytest.TempPathFactory, cut: float
 ) -> None:
     data = whole.read_bytes()
@@ -101,7 +101,7 @@ def test_one_that_was_cut_anywhere_is_read_up_to_there(
 
 @given(where=st.floats(0, 1), value=st.integers(0, 255), length=st.integers(1, 9))
 @settings(max_examples=80, deadline=None)
-def test_one_that_was_changed_is_read_or_refused(
+def test_changed_bytes_are_read_or_refused_in_one_line(
     whole: Path, tmp_path_factory: pytest.TempPathFactory, where: float, value: int, length: int
 ) -> None:
     data = bytearray(whole.read_bytes())
@@ -121,31 +121,35 @@ def test_one_that_was_changed_is_read_or_refused(
 
 @pytest.mark.parametrize(
     ("content", "reason"),
-    [(b"", "no MCAP file"), (b"#ROSBAG V2.0\n", "a bag of ROS 1"), (b"\x89MCAP0\r\n", "no recording")],
+    [
+        (b"", "not an MCAP file"),
+        (b"#ROSBAG V2.0\n", "a ROS 1 bag"),
+        (b"\x89MCAP0\r\n", "not a recording of Cellwright"),
+    ],
 )
-def test_what_is_no_recording_is_refused_in_a_line(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_file_that_is_no_recording_is_refused(tmp_path: Path, content: bytes, reason: str) -> None:
     (tmp_path / "a.mcap").write_bytes(content)
     with pytest.raises(RecordingError, match=reason):
         RecordingFile(tmp_path / "a.mcap")
 
 
-def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
+def test_message_time_beyond_any_run_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 3)
     with McapFile(tmp_path / "late.mcap") as file:
         file.describe(names.METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), LATEST + 1, text("late"))
-    with pytest.raises(RecordingError, match="nothing sensible of its times"):
+    with pytest.raises(RecordingError, match="invalid times of a chunk"):
         RecordingFile(tmp_path / "late.mcap")
     late = struct.pack("<BQHIQQ", 5, 22, 1, 0, LATEST + 1, 0)
-    with pytest.raises(RecordingError, match="which no run comes to"):
+    with pytest.raises(RecordingError, match="which no run reaches"):
         list(chunk_entries(late))
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot be read: No such file"):
         RecordingFile(tmp_path / "a.mcap")
 
 
-def test_bytes_that_are_no_message_are_refused(whole: Path) -> None:
+def test_decode_of_invalid_bytes_is_refused(whole: Path) -> None:
     with RecordingFile(whole) as recording, pytest.raises(RecordingError, match=r"/talk at 0\.000 s"):
         recording.decode(next(recording.messages(["/talk"]))._replace(data=b"\0\1\0\0\xff\xff"))

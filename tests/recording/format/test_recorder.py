@@ -56,13 +56,13 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 
 
 @pytest.mark.slow
-def test_a_run_is_the_same_with_and_without(recorded: tuple[Path, str]) -> None:
+def test_recorder_does_not_change_run(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
     worked(cell)
     assert cell.state_hash() == recorded[1]
 
 
-def test_what_came_from_outside_brings_it_about_again(recorded: tuple[Path, str]) -> None:
+def test_recorded_commands_reproduce_run(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
     with RecordingFile(recorded[0]) as recording:
         commands = list(recording.commands())
@@ -79,7 +79,7 @@ def test_what_came_from_outside_brings_it_about_again(recorded: tuple[Path, str]
     assert cell.state_hash() == hashes[-1]["hash"] == recorded[1]
 
 
-def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
+def test_recording_has_all_published_messages(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
     heard: list[tuple[str, int]] = []
     for info in cell.bus.topics():
@@ -94,7 +94,7 @@ def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
         assert score.data == 0.0
 
 
-def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, str]) -> None:
+def test_recorded_scene_and_frames_equal_those_of_cell(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
     taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
     with RecordingFile(recorded[0]) as recording:
@@ -117,7 +117,7 @@ def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, st
     assert np.array_equal(last.shown, found[-1].shown)
 
 
-def test_panel_events_and_end_are_kept(recorded: tuple[Path, str]) -> None:
+def test_recording_keeps_panel_events_and_end(recorded: tuple[Path, str]) -> None:
     with RecordingFile(recorded[0]) as recording:
         assert recording.header == HEADER
         assert recording.sources == {"a.yaml": b"a: 1\n"}
@@ -126,7 +126,7 @@ def test_panel_events_and_end_are_kept(recorded: tuple[Path, str]) -> None:
         assert recording.end == {"outcome": "until"}
 
 
-def test_a_reset_begins_another_file(tmp_path: Path) -> None:
+def test_reset_starts_new_recording_file(tmp_path: Path) -> None:
     cell = Cell(WHOLE)
     recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
     run(cell, 0.1)

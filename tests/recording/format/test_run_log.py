@@ -46,14 +46,14 @@ class Delivers:
 def logged(
     path: Path, trial: Trial = KITTING, report: list[str] | None = None
 ) -> tuple[RunResult, list[dict[str, Any]]]:
-    said = [] if report is None else report
-    log = RunLog(path, about={"agent": "delivers"}, report=said.append)
+    reported = [] if report is None else report
+    log = RunLog(path, about={"agent": "delivers"}, report=reported.append)
     return run_cell(Cell(trial, seed=5), Delivers(), RunOptions(log=log)), read_json_lines(
         path
     ) if path.is_file() else []
 
 
-def test_a_log_has_what_the_run_was_what_happened_and_what_came_of_it(tmp_path: Path) -> None:
+def test_log_has_run_events_and_result(tmp_path: Path) -> None:
     result, lines = logged(tmp_path / "a.jsonl")
     kinds = [line["kind"] for line in lines]
     assert kinds[:5] == ["run", "state", "state", "conveyor", "population"]
@@ -70,7 +70,7 @@ def test_a_log_has_what_the_run_was_what_happened_and_what_came_of_it(tmp_path: 
     assert times == sorted(times)
 
 
-def test_each_submission_has_its_evidence(tmp_path: Path) -> None:
+def test_log_of_submission_has_evidence(tmp_path: Path) -> None:
     _, lines = logged(tmp_path / "a.jsonl")
     refused, judged = [line for line in lines if line["kind"] == "kit"]
     assert (refused["kit_type"], refused["evidence"]) == ("order_0_kit_9", None)
@@ -84,7 +84,7 @@ def test_each_submission_has_its_evidence(tmp_path: Path) -> None:
     assert [part["cause"] for part in judged["evidence"]["parts"]] == ["placed", "placed"]
 
 
-def test_keeping_a_log_changes_nothing(tmp_path: Path) -> None:
+def test_log_does_not_change_run(tmp_path: Path) -> None:
     result, _ = logged(tmp_path / "a.jsonl")
     cell = Cell(KITTING, seed=5)
     listeners = list(cell.competition.on_effect)
@@ -95,15 +95,15 @@ def test_keeping_a_log_changes_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no device that is always full")
-def test_a_full_disk_does_not_end_the_run() -> None:
-    said: list[str] = []
-    result, _ = logged(Path("/dev/full"), report=said)
+def test_full_disk_is_reported_and_does_not_end_run() -> None:
+    reported: list[str] = []
+    result, _ = logged(Path("/dev/full"), report=reported)
     assert result.score.total == 6.0
-    assert len(said) == 1
+    assert len(reported) == 1
 
 
 @pytest.mark.slow
-def test_after_sigkill_the_log_has_all_that_had_happened(tmp_path: Path) -> None:
+def test_log_after_sigkill_has_all_events_so_far(tmp_path: Path) -> None:
     (tmp_path / "works.py").write_text(KILLED)
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--agent", "works.py:Works", "--log", "a.jsonl"]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
 from cellwright.recording.plots.tracks import CommandTrack, JointTrack, Mark, PlotData, Span
 from cellwright.util.errors import UsageError
-from tests.recording.plots.stories import cell, robot
+from tests.recording.plots.plot_data import cell, robot
 
 
 def titles(figure: Figure) -> list[str]:
@@ -23,7 +23,7 @@ def words(figure: Figure) -> str:
     return "\n".join([*(text.get_text() for text in figure.texts), *texts])
 
 
-def test_all_of_a_cell_over_time_and_the_path_below() -> None:
+def test_figure_of_cell_has_all_panels_in_order() -> None:
     figure = draw_figure(cell())
     assert titles(figure) == [
         "Score",
@@ -34,19 +34,19 @@ def test_all_of_a_cell_over_time_and_the_path_below() -> None:
         "States and commands",
         "Tool from above",
     ]
-    said = words(figure)
+    drawn = words(figure)
     for word in ("lesson", "kitter, seed 0: 8 of 12 points", "order_0_kit_0: 8 of 12", "piston rod 9", "wrist 3"):
-        assert word in said
+        assert word in drawn
 
 
-def test_all_of_a_robot() -> None:
+def test_figure_of_robot_has_all_panels() -> None:
     figure = draw_figure(robot())
     assert titles(figure) == ["right arm", "Heights of the tools", "States and commands", "Tools from above"]
     assert "emergency stop" in words(figure)
 
 
 @pytest.mark.parametrize("name", PANELS)
-def test_each_part_alone(name: str) -> None:
+def test_single_panel_has_time_axis(name: str) -> None:
     figure = draw_figure(cell(), [name])
     assert figure.axes
     over_time = [axes for axes in figure.axes if axes.get_title(loc="left") != "Tool from above"]
@@ -56,7 +56,7 @@ def test_each_part_alone(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
-def test_names_of_a_hostile_recording_are_drawn_and_reach_no_terminal(
+def test_hostile_title_is_drawn_without_control_characters(
     suffix: str, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     hostile = "$\\frac{ \x1b[2J 漢 \x00"
@@ -67,14 +67,14 @@ def test_names_of_a_hostile_recording_are_drawn_and_reach_no_terminal(
     assert not recwarn.list
 
 
-def test_units_stand_on_the_axes() -> None:
+def test_axes_have_units() -> None:
     labels = {axes.get_ylabel() for axes in draw_figure(cell()).axes}
     assert {"points", "position [rad]", "position [m]", "z [m]", "x [m]"} <= labels
 
 
-def test_what_is_not_there_is_not_drawn() -> None:
+def test_panels_without_data_are_left_out_or_refused() -> None:
     empty = PlotData("lesson", "", 0.0, 0.0)
-    with pytest.raises(UsageError, match="lesson: holds nothing of score, tool that could be drawn"):
+    with pytest.raises(UsageError, match="lesson: has nothing to plot in score, tool"):
         draw_figure(empty, ["score", "tool"])
     assert titles(draw_figure(replace(cell(), tools=(), commands=(), states={}, tray_parts=()))) == [
         "Score",
@@ -83,7 +83,7 @@ def test_what_is_not_there_is_not_drawn() -> None:
     ]
 
 
-def test_a_moment_is_enough() -> None:
+def test_recording_of_one_moment_is_drawn() -> None:
     once = np.zeros(1)
     moment = PlotData("r", "", 0.0, 0.0, joints={"arm": [JointTrack("a", "rad", once, once)]})
     assert titles(draw_figure(moment)) == ["arm"]
@@ -91,7 +91,7 @@ def test_a_moment_is_enough() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
-def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> None:
+def test_markup_in_names_is_drawn_as_text(suffix: str, tmp_path: Path) -> None:
     odd = "a $_{x$ & <b> \\frac"
     times = np.linspace(0.0, 5.0, 50)
     data = replace(
@@ -110,7 +110,7 @@ def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
-def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_path: Path) -> None:
+def test_file_has_format_of_suffix_and_is_reproducible(suffix: str, tmp_path: Path) -> None:
     begins = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
     written = []
     for name in ("one", "two"):
@@ -121,7 +121,7 @@ def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_pa
     assert written[0] == written[1]
 
 
-def test_a_long_name_is_whole_and_widens_the_page(tmp_path: Path) -> None:
+def test_long_name_is_complete_and_widens_page(tmp_path: Path) -> None:
     name = "right_shoulder_and_elbow_actuator_joint_of_the_second_arm"
     times = np.linspace(0.0, 60.0, 50)
     data = replace(
@@ -145,11 +145,11 @@ def width(svg: str) -> float:
     return float(found)
 
 
-def test_of_an_endless_name_the_middle_is_left_out(tmp_path: Path) -> None:
+def test_very_long_title_is_shortened_in_middle(tmp_path: Path) -> None:
     write_figure(draw_figure(replace(cell(), title="a" * 300 + "b" * 300), ["score"]), tmp_path / "a.svg")
     assert f">{'a' * 99}…{'b' * 99}<" in (tmp_path / "a.svg").read_text()
 
 
-def test_a_full_folder_is_an_error_and_leaves_nothing(tmp_path: Path) -> None:
+def test_missing_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         write_figure(draw_figure(cell(), ["score"]), tmp_path / "nowhere" / "a.png")

@@ -19,7 +19,7 @@ def title_of(tracks: list[JointTrack]) -> str:
     return axes.get_title(loc="left") or axes.get_title()
 
 
-def test_those_that_move_most_are_drawn_in_their_own_order() -> None:
+def test_joints_that_move_most_are_drawn_in_own_order() -> None:
     tracks = [moving(f"j{n}", by=0.1 + (n * 7 % 12)) for n in range(12)] + [moving("still", 0.0)]
     drawn = joints_to_draw(tracks)
     assert len(drawn) == MAX_JOINTS
@@ -27,11 +27,11 @@ def test_those_that_move_most_are_drawn_in_their_own_order() -> None:
     assert min(track.travel for track in drawn) > max(track.travel for track in tracks if track not in drawn)
 
 
-def test_where_nothing_moves_one_is_drawn() -> None:
+def test_group_without_motion_draws_one_joint() -> None:
     assert [track.name for track in joints_to_draw([moving("a", 0.0), moving("b", 0.0)])] == ["a"]
 
 
-def test_what_is_left_out_is_counted() -> None:
+def test_title_counts_joints_left_out() -> None:
     assert title_of([moving("a", 1.0)]) == "right arm"
     assert title_of([moving("a", 1.0), moving("b", 0.0)]) == "right arm (1 stand still)"
     many = [moving(f"j{n}", 1.0 + n) for n in range(MAX_JOINTS + 2)]
@@ -39,7 +39,7 @@ def test_what_is_left_out_is_counted() -> None:
     assert title_of([*many, moving("b", 0.0)]) == "right arm (3 more, of which 1 stand still)"
 
 
-def test_each_has_its_position_solid_and_its_target_dashed() -> None:
+def test_joint_has_solid_position_and_dashed_target() -> None:
     axes = Figure().add_subplot()
     draw_joints(axes, "arm", [moving("elbow", 1.0), JointTrack("free", "rad", TIMES, np.cos(TIMES))])
     styles = [line.get_linestyle() for line in axes.lines]

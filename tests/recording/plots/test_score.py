@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import draw_score
 from cellwright.recording.plots.tracks import Mark, PlotData, ScoreTrack
-from tests.recording.plots.stories import cell
+from tests.recording.plots.plot_data import cell
 
 
 def drawn(data: PlotData, score: ScoreTrack) -> Figure:
@@ -18,7 +18,7 @@ def drawn(data: PlotData, score: ScoreTrack) -> Figure:
     return figure
 
 
-def test_it_holds_until_the_next_and_to_the_end() -> None:
+def test_score_is_step_curve_to_end() -> None:
     data = cell()
     (axes,) = drawn(data, ScoreTrack(np.array([0.0, 50.0]), np.array([0.0, 8.0]))).axes
     stairs = axes.lines[0]
@@ -27,12 +27,12 @@ def test_it_holds_until_the_next_and_to_the_end() -> None:
     assert np.asarray(stairs.get_ydata()).tolist() == [0.0, 8.0, 8.0]
 
 
-def test_points_below_zero_are_seen() -> None:
+def test_axis_includes_points_below_zero() -> None:
     (axes,) = drawn(cell(), ScoreTrack(np.array([0.0, 9.0]), np.array([0.0, -3.0]))).axes
     assert axes.get_ylim()[0] <= -3.0
 
 
-def test_words_do_not_lie_on_each_other() -> None:
+def test_mark_labels_do_not_overlap() -> None:
     marks = [Mark(float(n) / 3, f"order_{n}: something long") for n in range(30)]
     figure = drawn(replace(cell(), marks=marks), ScoreTrack(np.zeros(1), np.zeros(1)))
     (axes,) = figure.axes

@@ -12,7 +12,7 @@ from cellwright.recording.plots.charts import SIZE_OF_NAMES, name_at_the_end
 
 @pytest.mark.slow
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=8))
-def test_each_has_room_and_their_order_is_that_of_the_curves(values: list[float]) -> None:
+def test_names_at_end_do_not_overlap_and_keep_order(values: list[float]) -> None:
     figure = Figure(figsize=(6, 3), dpi=100)
     axes = figure.add_subplot()
     axes.set_ylim(0.0, 1.0)

@@ -8,7 +8,7 @@ from cellwright.recording.plots.charts import thinned
 
 
 @given(st.integers(1, 4000), st.integers(1, 50), st.integers(0, 2**32 - 1), st.booleans())
-def test_what_can_be_seen_stays(count: int, slices: int, seed: int, has_gaps: bool) -> None:
+def test_thinned_curve_keeps_extremes_of_each_slice(count: int, slices: int, seed: int, has_gaps: bool) -> None:
     chance = np.random.default_rng(seed)
     times = np.cumsum(chance.uniform(0.0, 1.0, count))
     values = chance.normal(size=count)
@@ -26,14 +26,14 @@ def test_what_can_be_seen_stays(count: int, slices: int, seed: int, has_gaps: bo
     )
 
 
-def test_a_long_curve_becomes_short_and_a_short_one_stays() -> None:
+def test_long_curve_is_thinned_and_short_one_kept() -> None:
     times = np.arange(100_000.0)
     at, _ = thinned(times, np.sin(times), 1000)
     assert 1000 <= len(at) <= 2002
     assert len(thinned(times[:4000], times[:4000], 1000)[0]) == 4000
 
 
-def test_a_single_spike_is_not_lost() -> None:
+def test_thinned_curve_keeps_single_spike() -> None:
     values = np.zeros(50_000)
     values[31_415] = 7.0
     at, kept = thinned(np.arange(50_000.0), values, 100)

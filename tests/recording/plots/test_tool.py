@@ -16,7 +16,7 @@ def path(along: int) -> ToolTrack:
     return ToolTrack("cup", "world", TIMES, at, [Span(1.0, 6.0)], [Span(2.0, 5.0)])
 
 
-def test_the_longer_side_lies_along_the_page_and_is_not_mirrored() -> None:
+def test_view_from_above_has_longer_side_across_and_is_not_mirrored() -> None:
     for along in (0, 1):
         axes = Figure().add_subplot()
         draw_from_above(axes, [path(along)])
@@ -25,21 +25,21 @@ def test_the_longer_side_lies_along_the_page_and_is_not_mirrored() -> None:
         assert not axes.yaxis_inverted()
 
 
-def test_where_it_picked_up_and_let_go() -> None:
+def test_path_marks_pick_and_release() -> None:
     axes = Figure().add_subplot()
     draw_from_above(axes, [path(0)])
     marks = {str(line.get_marker()): float(np.asarray(line.get_xdata())[0]) for line in axes.lines}
     assert (marks["^"], marks["v"]) == (2.0, 5.0)
 
 
-def test_what_is_carried_to_the_end_was_never_let_go() -> None:
+def test_part_carried_to_end_has_no_release_mark() -> None:
     axes = Figure().add_subplot()
     track = path(0)
     draw_from_above(axes, [ToolTrack("cup", "world", TIMES, track.positions, (), [Span(2.0, 10.0)])])
     assert "v" not in {line.get_marker() for line in axes.lines}
 
 
-def test_suction_and_load_are_strips_below_the_height() -> None:
+def test_legend_of_height_names_suction_and_load() -> None:
     axes = Figure().add_subplot()
     draw_height(axes, [path(0)])
     legend = axes.get_legend()
@@ -47,7 +47,7 @@ def test_suction_and_load_are_strips_below_the_height() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["suction on", "carries a part"]
 
 
-def test_two_tools_have_their_names_in_the_legend() -> None:
+def test_legend_of_two_tools_has_their_names() -> None:
     axes = Figure().add_subplot()
     tools = [ToolTrack(name, "base", TIMES, path(1).positions) for name in ("right tip", "left tip")]
     draw_height(axes, tools)

@@ -7,18 +7,18 @@ from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import MAX_COMMANDS, command_rows, draw_commands
 from cellwright.recording.plots.tracks import CommandTrack
-from tests.recording.plots.stories import robot
+from tests.recording.plots.plot_data import robot
 
 
-def test_states_have_their_names_and_commands_their_counts() -> None:
+def test_rows_have_state_names_and_command_counts() -> None:
     axes = Figure().add_subplot()
     draw_commands(axes, robot())
     assert [text.get_text() for text in axes.get_yticklabels()] == ["safety", "joint_cmd", "set_enabled"]
-    said = [text.get_text().strip() for text in axes.texts]
-    assert said == ["takes commands", "emergency stop", "takes commands", "1000", "1"]
+    drawn = [text.get_text().strip() for text in axes.texts]
+    assert drawn == ["takes commands", "emergency stop", "takes commands", "1000", "1"]
 
 
-def test_of_many_names_those_that_were_used_most() -> None:
+def test_many_commands_show_most_used_only() -> None:
     tracks = [CommandTrack(f"/a/b{n}", np.linspace(0, 20, n + 1)) for n in range(20)]
     data = replace(robot(), commands=tracks, states={})
     assert command_rows(data) == MAX_COMMANDS
@@ -27,7 +27,7 @@ def test_of_many_names_those_that_were_used_most() -> None:
     assert [text.get_text() for text in axes.get_yticklabels()] == [f"b{n}" for n in range(20 - MAX_COMMANDS, 20)]
 
 
-def test_a_long_name_is_whole() -> None:
+def test_long_command_name_is_complete() -> None:
     axes = Figure().add_subplot()
     name = "/ariac/arm/follow_joint_trajectory/goal"
     draw_commands(axes, replace(robot(), commands=[CommandTrack(name, np.array([1.0]))], states={}))

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import MAX_PARTS, draw_trays, tray_rows
 from cellwright.recording.plots.tracks import PlotData, TrackedTrayPart
-from tests.recording.plots.stories import AGV_1, AGV_2, cell
+from tests.recording.plots.plot_data import AGV_1, AGV_2, cell
 
 
 def drawn(data: PlotData) -> Figure:
@@ -15,21 +15,21 @@ def drawn(data: PlotData) -> Figure:
     return figure
 
 
-def test_the_legend_explains_verdicts() -> None:
+def test_legend_explains_verdicts() -> None:
     (axes,) = drawn(cell()).axes
     legend = axes.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["not judged", "right", "faulty", "kit judged"]
 
 
-def test_an_empty_tray_has_its_row_too() -> None:
+def test_empty_tray_has_row() -> None:
     data = replace(cell(), tray_parts=cell().tray_parts[:2])
     assert tray_rows(data) == 3
     (axes,) = drawn(data).axes
     assert [text.get_text() for text in axes.get_yticklabels()] == [AGV_1, AGV_2]
 
 
-def test_a_full_tray_shows_its_first_parts() -> None:
+def test_full_tray_shows_first_parts() -> None:
     many = [TrackedTrayPart(AGV_1, f"gear {n}", n / 10, 60.0) for n in range(MAX_PARTS + 5)]
     data = replace(cell(), tray_parts=many)
     assert tray_rows(data) == MAX_PARTS + 1

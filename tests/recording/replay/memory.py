@@ -72,12 +72,12 @@ class Memory(RecordingFile):
         return found[-1] if found else None
 
 
-def said(time: int, topic: str, text: str) -> RecordedMessage:
+def text_message(time: int, topic: str, text: str) -> RecordedMessage:
     """Return a text on a topic at a time [ns]."""
     return RecordedMessage(topic, time, to_cdr(String(data=text)))
 
 
-def seen(time: int, data: bytes) -> RecordedMessage:
+def frame_message(time: int, data: bytes) -> RecordedMessage:
     """Return a frame's bytes at a time [ns]."""
     layout = message_type("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
     carrier = message_type("std_msgs/UInt8MultiArray")
@@ -97,14 +97,14 @@ def frames(until: int) -> list[RecordedMessage]:
     found, before = [], None
     for number in range(until // (SECOND // 25) + 1):
         frame = frame_at(number * SECOND // 25)
-        found.append(seen(frame.time, frame.encode(None if number % 25 == 0 else before)))
+        found.append(frame_message(frame.time, frame.encode(None if number % 25 == 0 else before)))
         before = frame
     return found
 
 
 def panels(until: int) -> list[RecordedMessage]:
     """Return panels, two a second, with the number of half seconds."""
-    return [said(n * SECOND // 2, PANEL, f'{{"half": {n}}}') for n in range(2 * until // SECOND + 1)]
+    return [text_message(n * SECOND // 2, PANEL, f'{{"half": {n}}}') for n in range(2 * until // SECOND + 1)]
 
 
 def recording(seconds: int, *more: RecordedMessage) -> Memory:

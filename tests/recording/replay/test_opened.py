@@ -25,7 +25,7 @@ def run(path: Path) -> Iterator[Recording]:
         yield opened
 
 
-def test_what_it_is(run: Recording) -> None:
+def test_recording_has_kind_name_times_and_result(run: Recording) -> None:
     assert (run.kind, run.name, run.is_complete) == ("cell", "lesson", True)
     assert run.header["versions"]["numpy"] == np.__version__
     assert run.begin == 0.0
@@ -36,7 +36,7 @@ def test_what_it_is(run: Recording) -> None:
     assert run.score is None
 
 
-def test_messages_are_those_of_the_topics_and_the_time(run: Recording) -> None:
+def test_messages_are_filtered_by_topic_and_time(run: Recording) -> None:
     found = list(run.messages(STATES, "/ariac/orders", start=0.0, until=1.0))
 
     times = [each.time for each in found]
@@ -48,7 +48,7 @@ def test_messages_are_those_of_the_topics_and_the_time(run: Recording) -> None:
     assert sum(1 for _ in run.messages(until=0.1)) > 200, "of all topics"
 
 
-def test_joint_states_as_arrays(run: Recording) -> None:
+def test_arrays_of_joint_states_have_row_per_message(run: Recording) -> None:
     time, position, effort = run.arrays(STATES, "position", "effort", start=1.0)
 
     assert time[0] == pytest.approx(1.0)
@@ -56,13 +56,13 @@ def test_joint_states_as_arrays(run: Recording) -> None:
     assert np.ptp(position, axis=0).max() > 0.1, "the arm moved"
 
 
-def test_a_field_within_a_field(run: Recording) -> None:
+def test_arrays_of_nested_field_are_read(run: Recording) -> None:
     time, stamp = run.arrays(STATES, "header.stamp.nanosec")
 
     assert stamp == pytest.approx((time % 1.0) * 1e9, abs=2.0)
 
 
-def test_the_way_of_the_tool(run: Recording) -> None:
+def test_path_of_tool_has_pose_per_frame(run: Recording) -> None:
     time, pose = run.path(GRIPPER)
 
     assert pose.shape == (len(time), 7)
@@ -75,7 +75,7 @@ def test_the_way_of_the_tool(run: Recording) -> None:
     assert same.tolist() == pose[chosen].tolist()
 
 
-def test_frames_commands_and_events(run: Recording) -> None:
+def test_frames_commands_and_events_are_yielded(run: Recording) -> None:
     assert all(len(frame.poses) == len(run.scene.bodies) for frame in run.frames())
     assert next(run.commands()).name == "/ariac/start_competition"
     assert list(run.events()) == []
@@ -89,16 +89,16 @@ def test_frames_commands_and_events(run: Recording) -> None:
         lambda run: run.path("vacuum_gripper"),
     ],
 )
-def test_errors_about_unknown_names_list_the_known_ones(run: Recording, ask: object) -> None:
+def test_unknown_name_is_refused_with_suggestion(run: Recording, ask: object) -> None:
     with pytest.raises(UnknownNameError, match="did you mean"):
         ask(run)  # type: ignore[operator]
 
 
-def test_texts_are_no_arrays(run: Recording) -> None:
-    with pytest.raises(RecordingError, match="no rows of numbers"):
+def test_arrays_of_text_field_are_refused(run: Recording) -> None:
+    with pytest.raises(RecordingError, match="fields must be numeric"):
         run.arrays("/ariac/competition_state", "data")
 
 
-def test_a_file_that_is_none(tmp_path: Path) -> None:
+def test_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot be read"):
         cellwright.open_recording(tmp_path / "no.mcap")

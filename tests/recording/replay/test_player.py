@@ -12,7 +12,7 @@ from cellwright.recording.format.format import RecordedTopic
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.replay.playback import Recorded
 from cellwright.util.errors import RejectedCommandError
-from tests.recording.replay.memory import SECOND, TOPICS, Memory, recording, said
+from tests.recording.replay.memory import SECOND, TOPICS, Memory, recording, text_message
 
 ORDERS, COMMAND = "/ariac/orders", "/ariac/arm/command"
 
@@ -20,26 +20,26 @@ ORDERS, COMMAND = "/ariac/orders", "/ariac/arm/command"
 def a_recording() -> Memory:
     return recording(
         4,
-        said(SECOND, ORDERS, "first"),
-        said(2 * SECOND, COMMAND, "left"),
-        said(2 * SECOND, COMMAND, "right"),
-        said(3 * SECOND, ORDERS, "second"),
+        text_message(SECOND, ORDERS, "first"),
+        text_message(2 * SECOND, COMMAND, "left"),
+        text_message(2 * SECOND, COMMAND, "right"),
+        text_message(3 * SECOND, ORDERS, "second"),
     )
 
 
-def test_messages_come_in_order_each_at_its_time() -> None:
+def test_messages_are_published_in_order_at_their_times() -> None:
     recorded = Recorded(a_recording())
-    came: list[tuple[int, str, str]] = []
+    received: list[tuple[int, str, str]] = []
 
     def listen(topic: str) -> None:
-        recorded.bus.subscribe(topic, lambda message: came.append((recorded.simulation.now, topic, message.data)))
+        recorded.bus.subscribe(topic, lambda message: received.append((recorded.simulation.now, topic, message.data)))
 
     for topic in (ORDERS, COMMAND):
         listen(topic)
 
     recorded.simulation.step_until(4 * SECOND)
 
-    assert came == [
+    assert received == [
         (SECOND, ORDERS, "first"),
         (2 * SECOND, COMMAND, "left"),
         (2 * SECOND, COMMAND, "right"),
@@ -48,7 +48,7 @@ def test_messages_come_in_order_each_at_its_time() -> None:
     assert recorded.simulation.now >= recorded.source.end_time
 
 
-def test_each_message_of_a_fast_topic_comes_once() -> None:
+def test_message_of_fast_topic_is_published_once() -> None:
     recorded = Recorded(a_recording())
     times: list[int] = []
     recorded.bus.subscribe("/clock", lambda message: times.append(message.clock.sec * SECOND + message.clock.nanosec))
@@ -60,17 +60,17 @@ def test_each_message_of_a_fast_topic_comes_once() -> None:
     )
 
 
-def test_a_late_listener_is_given_what_is_latched() -> None:
+def test_late_subscriber_gets_latched_message() -> None:
     recorded = Recorded(a_recording())
     recorded.simulation.step_until(3 * SECOND // 2)
-    came: list[Any] = []
+    received: list[Any] = []
 
-    recorded.bus.subscribe(ORDERS, came.append)
+    recorded.bus.subscribe(ORDERS, received.append)
 
-    assert [message.data for message in came] == ["first"]
+    assert [message.data for message in received] == ["first"]
 
 
-def test_topics_are_those_of_the_recording_and_all_of_them_speak() -> None:
+def test_topics_equal_recorded_topics_and_have_publishers() -> None:
     recorded = Recorded(a_recording())
 
     infos = {info.name: info for info in recorded.bus.topics()}
@@ -86,16 +86,16 @@ def test_commands_and_calls_are_refused_and_counted() -> None:
     lines: list[str] = []
     recorded = Recorded(a_recording(), report=lines.append)
 
-    with pytest.raises(RejectedCommandError, match="this is a recording"):
+    with pytest.raises(RejectedCommandError, match="a recording is read-only"):
         recorded.bus.publish(COMMAND, String(data="x"), node="/me")
-    with pytest.raises(RejectedCommandError, match="this is a recording"):
+    with pytest.raises(RejectedCommandError, match="a recording is read-only"):
         recorded.bus.call("/ariac/start_competition", String(data="x"), node="/me")
 
     assert recorded.bus.refusals.total == 2
-    assert "refused /ariac/arm/command from /me: this is a recording" in lines[0]
+    assert "refused /ariac/arm/command from /me: a recording is read-only" in lines[0]
 
 
-def test_a_topic_of_an_unknown_type_is_reported_and_the_rest_is_played() -> None:
+def test_topic_of_unknown_type_is_reported_and_rest_is_played() -> None:
     memory = a_recording()
     memory.topics["/odd"] = RecordedTopic("/odd", "elsewhere_msgs/Odd")
     memory.list.insert(3, RecordedMessage("/odd", 0, b"\x00\x01\x00\x00"))
@@ -108,46 +108,46 @@ def test_a_topic_of_an_unknown_type_is_reported_and_the_rest_is_played() -> None
     assert lines[0].startswith("/odd cannot be played: ")
 
 
-def test_a_message_that_cannot_be_read_is_counted_and_left_out() -> None:
+def test_unreadable_message_is_counted_and_left_out() -> None:
     memory = a_recording()
     memory.list.append(RecordedMessage(ORDERS, 4 * SECOND, b"\x00\x01\x00\x00\xff\xff\xff\x7fno"))
     recorded = Recorded(memory)
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
 
     recorded.simulation.step_until(4 * SECOND)
 
-    assert [message.data for message in came] == ["first", "second"]
+    assert [message.data for message in received] == ["first", "second"]
     assert recorded.unreadable == 1
 
 
-def test_going_back_before_the_first_order_there_is_none() -> None:
+def test_seek_before_first_latched_message_clears_it() -> None:
     recorded = Recorded(a_recording())
     recorded.simulation.step_until(4 * SECOND)
 
     recorded.seek(SECOND // 2)
 
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
-    assert came == []
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
+    assert received == []
     recorded.simulation.step_until(SECOND)
-    assert [message.data for message in came] == ["first"]
+    assert [message.data for message in received] == ["first"]
 
 
-def test_listeners_hear_at_once_of_a_latched_message_that_is_another_now() -> None:
+def test_seek_publishes_changed_latched_message_at_once() -> None:
     recorded = Recorded(a_recording())
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
 
     for time in (7 * SECOND // 2, 7 * SECOND // 2, 3 * SECOND // 2):
         recorded.seek(time)
 
-    assert [message.data for message in came] == ["second", "first"]
+    assert [message.data for message in received] == ["second", "first"]
 
 
 @pytest.mark.slow
 @given(st.lists(st.integers(-SECOND, 6 * SECOND), min_size=1, max_size=6), st.integers(0, SECOND))
-def test_whatever_was_sought_before_the_moment_looks_as_if_it_had_been_played_to(times: list[int], more: int) -> None:
+def test_state_after_seeks_equals_state_after_playing(times: list[int], more: int) -> None:
     jumping, straight = Recorded(a_recording()), Recorded(a_recording())
     for time in times:
         now = jumping.seek(time)
@@ -168,6 +168,6 @@ def test_whatever_was_sought_before_the_moment_looks_as_if_it_had_been_played_to
 
 
 def _latched(recorded: Recorded) -> list[str]:
-    came: list[Any] = []
-    recorded.bus.subscribe(ORDERS, came.append)
-    return [message.data for message in came]
+    received: list[Any] = []
+    recorded.bus.subscribe(ORDERS, received.append)
+    return [message.data for message in received]

@@ -33,13 +33,13 @@ def play(playing: Playing, server: Server) -> None:
     playing.run(loop_of(playing, server))
 
 
-def test_it_stops_at_the_end(recorded: Recorded, server: Server) -> None:
+def test_playback_stops_at_end(recorded: Recorded, server: Server) -> None:
     play(Playing(recorded, RateControl()), server)
 
     assert recorded.simulation.now == 2 * SECOND
 
 
-def test_a_part_of_it_is_played(recorded: Recorded, server: Server) -> None:
+def test_playback_of_time_range_plays_only_that_range(recorded: Recorded, server: Server) -> None:
     times: list[int] = []
     recorded.bus.subscribe("/clock", lambda message: times.append(message.clock.sec * SECOND + message.clock.nanosec))
 
@@ -48,13 +48,13 @@ def test_a_part_of_it_is_played(recorded: Recorded, server: Server) -> None:
     assert times == list(range(SECOND // 2 + SECOND // 50, SECOND + 1, SECOND // 50))
 
 
-def test_times_past_the_recording_are_kept_within_it(recorded: Recorded) -> None:
+def test_times_outside_recording_are_clamped(recorded: Recorded) -> None:
     playing = Playing(recorded, RateControl(), first=-SECOND, last=99 * SECOND)
 
     assert (playing.first, playing.last) == (0, 2 * SECOND)
 
 
-def test_in_a_loop_it_begins_again(recorded: Recorded, server: Server) -> None:
+def test_playback_in_loop_restarts_at_end(recorded: Recorded, server: Server) -> None:
     begun = 0
 
     def count(message: object) -> None:
@@ -72,7 +72,7 @@ def test_in_a_loop_it_begins_again(recorded: Recorded, server: Server) -> None:
     assert recorded.simulation.now == SECOND * 20 // 50
 
 
-def test_at_its_end_it_holds_until_a_seek(recorded: Recorded, server: Server) -> None:
+def test_playback_with_hold_waits_at_end_until_seek(recorded: Recorded, server: Server) -> None:
     tempo = RateControl()
     polls = 0
     seen: list[int] = []

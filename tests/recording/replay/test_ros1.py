@@ -63,7 +63,7 @@ def listen() -> dict[str, Any]:
     return heard
 
 
-def test_a_subscriber_hears_what_was_recorded(played: tuple[Ground, Path]) -> None:
+def test_ros1_subscriber_gets_recorded_messages(played: tuple[Ground, Path]) -> None:
     master, path = played
     heard = master.client(listen).value()
 
@@ -77,7 +77,7 @@ def test_a_subscriber_hears_what_was_recorded(played: tuple[Ground, Path]) -> No
     assert set(heard["orders"]) == {"order_0"}
 
 
-def test_commands_to_a_recording_are_refused(played: tuple[Ground, Path]) -> None:
+def test_ros1_command_to_recording_is_refused(played: tuple[Ground, Path]) -> None:
     master, _ = played
 
     assert master.ask("getParam", "/use_sim_time") is True

@@ -38,7 +38,7 @@ def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
     return RecordingServices(Playing(Recorded(memory), RateControl(), **more))
 
 
-def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Server) -> None:
+def test_scene_and_frame_services_give_recorded_data(memory: Memory, server: Server) -> None:
     offered = services(memory, server, first=SECOND)
 
     answers = SceneServices(offered)
@@ -51,13 +51,13 @@ def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Se
     assert frame_data == frame_at(SECOND).encode()
 
 
-def test_the_panel_is_that_of_the_moment(memory: Memory, server: Server) -> None:
+def test_panel_is_newest_at_time(memory: Memory, server: Server) -> None:
     offered = services(memory, server, first=SECOND, last=3 * SECOND // 2).panel({})
 
     assert offered == {"kind": "recording", "name": "lesson", "time": 1.0, "begin": 1.0, "end": 1.5, "of": {"half": 2}}
 
 
-def test_seeking_is_a_cut(memory: Memory, server: Server) -> None:
+def test_seek_starts_new_run_number(memory: Memory, server: Server) -> None:
     offered = services(memory, server)
     before = offered.details({})["run"]
 
@@ -68,24 +68,22 @@ def test_seeking_is_a_cut(memory: Memory, server: Server) -> None:
     assert offered.panel({})["of"] == {"half": 2}
 
 
-@pytest.mark.parametrize(("asked", "time"), [(-5, 0.5), (99.0, 1.5), (1, 1.0)])
-def test_seeking_leads_no_further_than_what_is_played(
-    memory: Memory, server: Server, asked: float, time: float
-) -> None:
+@pytest.mark.parametrize(("requested", "time"), [(-5, 0.5), (99.0, 1.5), (1, 1.0)])
+def test_seek_is_clamped_to_played_range(memory: Memory, server: Server, requested: float, time: float) -> None:
     offered = services(memory, server, first=SECOND // 2, last=3 * SECOND // 2)
 
-    offered.control.control({"action": "seek", "time": asked})
+    offered.control.control({"action": "seek", "time": requested})
 
     assert offered.panel({})["time"] == time
 
 
 @pytest.mark.parametrize("time", [None, "1", True, float("nan"), float("inf"), [1]])
-def test_a_time_that_is_none_is_refused(memory: Memory, server: Server, time: object) -> None:
+def test_seek_to_invalid_time_is_refused(memory: Memory, server: Server, time: object) -> None:
     with pytest.raises(RejectedCommandError, match="a number of seconds"):
         services(memory, server).control.control({"action": "seek", "time": time})
 
 
-def test_reset_leads_to_the_start_and_so_does_going_on_at_the_end(memory: Memory, server: Server) -> None:
+def test_reset_and_resume_at_end_go_to_start(memory: Memory, server: Server) -> None:
     offered = services(memory, server, first=SECOND // 2)
     for action in ("reset", "resume"):
         offered.control.control({"action": "seek", "time": 2.0})
@@ -93,7 +91,7 @@ def test_reset_leads_to_the_start_and_so_does_going_on_at_the_end(memory: Memory
         assert offered.panel({})["time"] == 0.5
 
 
-def test_other_actions_are_those_of_a_cell(memory: Memory, server: Server) -> None:
+def test_pause_resume_and_speed_work_as_in_cell(memory: Memory, server: Server) -> None:
     control = services(memory, server).control
 
     assert control.control({"action": "pause"})["paused"]
@@ -103,7 +101,7 @@ def test_other_actions_are_those_of_a_cell(memory: Memory, server: Server) -> No
         control.control({"action": "sek"})
 
 
-def test_what_was_not_recorded_is_out_of_sight(memory: Memory, server: Server) -> None:
+def test_frame_without_recording_hides_bodies(memory: Memory, server: Server) -> None:
     memory.list = [each for each in memory.list if each.topic != FRAME]
 
     frame = services(memory, server).frame()
@@ -113,7 +111,7 @@ def test_what_was_not_recorded_is_out_of_sight(memory: Memory, server: Server) -
 
 
 @pytest.mark.parametrize("scene", [None, b"", b"nonsense"])
-def test_without_a_scene_there_is_an_empty_world(memory: Memory, server: Server, scene: bytes | None) -> None:
+def test_recording_without_scene_gives_empty_world(memory: Memory, server: Server, scene: bytes | None) -> None:
     memory.encoded_scene = scene
     offered = services(memory, server)
 

@@ -60,7 +60,7 @@ class Room:
         self.simulation.step_until(milliseconds * MS)
 
 
-def test_a_picture_comes_a_period_after_the_tick_that_it_shows() -> None:
+def test_picture_comes_one_period_after_its_tick() -> None:
     room = Room()
     room.look()
     room.run(420)
@@ -77,7 +77,7 @@ def test_a_picture_comes_a_period_after_the_tick_that_it_shows() -> None:
 
 
 @pytest.mark.parametrize(("latency", "due"), [(0.0, [100, 200]), (0.03, [130, 230]), (0.25, [350, 450])])
-def test_latency_is_kept_whatever_drawing_takes(latency: float, due: list[int]) -> None:
+def test_latency_is_independent_of_drawing_time(latency: float, due: list[int]) -> None:
     room = Room(replace(EYE, latency=latency))
     room.look()
     room.run(2)
@@ -86,7 +86,7 @@ def test_latency_is_kept_whatever_drawing_takes(latency: float, due: list[int]) 
     assert [picture.time_ns // MS for _, picture in room.pictures][:2] == [100, 200]
 
 
-def test_nothing_is_drawn_without_listeners() -> None:
+def test_camera_without_listeners_draws_nothing() -> None:
     room = Room()
     room.run(300)
     assert not room.workers
@@ -112,7 +112,7 @@ def test_only_requested_channels_are_drawn(colour: bool, depth: bool) -> None:
         assert not room.workers
 
 
-def test_what_several_want_is_drawn_once() -> None:
+def test_picture_for_several_listeners_is_drawn_once() -> None:
     room = Room()
     leave = room.look(colour=True, depth=False)
     room.look(colour=False, depth=True)
@@ -126,13 +126,13 @@ def test_what_several_want_is_drawn_once() -> None:
 
 
 @pytest.mark.parametrize(("kind", "channel"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
-def test_what_a_camera_cannot_take(kind: str, channel: str) -> None:
+def test_camera_without_channel_refuses_it(kind: str, channel: str) -> None:
     room = Room(replace(EYE, type=kind))
-    with pytest.raises(UsageError, match=f"a {kind} takes no such pictures"):
+    with pytest.raises(UsageError, match=f"a {kind} has no "):
         room.look(colour=channel == "colour", depth=channel == "depth")
 
 
-def test_listening_asks_for_all_that_it_can_take() -> None:
+def test_listener_gets_all_channels_of_camera() -> None:
     room = Room(replace(EYE, type="depth_camera"))
     found: list[Picture] = []
     room.camera.listen(found.append)
@@ -141,7 +141,7 @@ def test_listening_asks_for_all_that_it_can_take() -> None:
     assert found[0].depth is not None
 
 
-def test_depths_out_of_range_are_none() -> None:
+def test_depth_out_of_range_is_not_measured() -> None:
     for x, measured in ((0.05, False), (0.1001, True), (9.9, True), (10.1, False)):
         room = Room(replace(EYE, pose=Pose((x, 0.0, 0.0))))
         room.look()
@@ -152,7 +152,7 @@ def test_depths_out_of_range_are_none() -> None:
         assert np.isnan(depth).all() != measured
 
 
-def test_noise_belongs_to_the_sample() -> None:
+def test_noise_depends_on_sample_only() -> None:
     noisy = replace(EYE, noise=PictureNoise(0.02, 0.01, 0.0))
 
     def taken(from_the_start: bool) -> Picture:
@@ -173,7 +173,7 @@ def test_noise_belongs_to_the_sample() -> None:
     assert 0.005 < np.std(one.depth) < 0.02
 
 
-def test_it_moves_with_what_it_is_fixed_to() -> None:
+def test_camera_moves_with_its_body() -> None:
     room = Room(replace(EYE, frame="part", pose=Pose((1.0, 0.0, 0.0))))
     room.look()
     room.run(310)
@@ -181,7 +181,7 @@ def test_it_moves_with_what_it_is_fixed_to() -> None:
     assert stood == pytest.approx([1.01, 1.02], abs=1e-4)
 
 
-def test_read_waits_for_a_picture_of_now() -> None:
+def test_read_waits_for_current_picture() -> None:
     room = Room()
     room.run(50)
     picture = room.camera.read()
@@ -190,7 +190,7 @@ def test_read_waits_for_a_picture_of_now() -> None:
     assert picture.depth is not None
 
 
-def test_time_waits_for_a_picture() -> None:
+def test_simulation_waits_for_late_picture() -> None:
     room = Room(replace(EYE, when_late="wait"))
     room.simulation.is_paced = True
     room.look()
@@ -201,7 +201,7 @@ def test_time_waits_for_a_picture() -> None:
     assert room.camera.dropped == 0
 
 
-def test_a_late_picture_comes_later_and_others_are_left_out_for_it() -> None:
+def test_late_picture_comes_later_and_others_are_dropped() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()
     room.run(150)
@@ -214,7 +214,7 @@ def test_a_late_picture_comes_later_and_others_are_left_out_for_it() -> None:
     assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(352, 1), (500, 4)]
 
 
-def test_without_latency_time_always_waits() -> None:
+def test_camera_without_latency_always_waits() -> None:
     room = Room(replace(EYE, when_late="drop", latency=0.0))
     room.look()
     room.run(110)
@@ -224,18 +224,18 @@ def test_without_latency_time_always_waits() -> None:
     assert room.camera.dropped == 0
 
 
-def test_pictures_left_out_are_reported_at_most_once_a_second() -> None:
+def test_dropped_pictures_are_reported_once_per_second() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()
     room.run(110)
     room.worker.is_quick = False
     room.run(2500)
-    assert room.lines[0] == ("camera eye: 1 picture left out, 1 in all: drawing takes longer than the time between two")
+    assert room.lines[0] == ("camera eye: 1 picture dropped (1 in all); drawing takes longer than the camera's period")
     assert len(room.lines) == 3
-    assert "pictures left out" in room.lines[1]
+    assert "pictures dropped" in room.lines[1]
 
 
-def test_nothing_is_reported_while_the_worker_gets_ready() -> None:
+def test_dropped_pictures_are_not_reported_until_worker_is_ready() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()
     room.run(110)
@@ -246,7 +246,7 @@ def test_nothing_is_reported_while_the_worker_gets_ready() -> None:
 
 
 @pytest.mark.parametrize("is_paced", [False, True])
-def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
+def test_auto_drops_pictures_in_paced_simulation_only(is_paced: bool) -> None:
     room = Room()
     room.simulation.is_paced = is_paced
     room.look()
@@ -256,20 +256,20 @@ def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
     assert (room.camera.dropped > 0, len(room.pictures)) == (is_paced, 0 if is_paced else 1)
 
 
-def test_a_worker_that_fails_is_reported_once_and_the_run_goes_on() -> None:
+def test_failed_worker_is_reported_once_and_run_continues() -> None:
     room = Room()
     room.look()
     room.run(250)
     room.worker.is_broken = True
     room.run(900)
-    assert room.lines == ["cameras take no more pictures in this run: the brush is broken"]
+    assert room.lines == ["cameras are off for the rest of this run: the brush is broken"]
     assert room.worker.is_closed
     assert len(room.pictures) == 1
-    with pytest.raises(UsageError, match="can take no picture"):
+    with pytest.raises(UsageError, match="rendering has failed"):
         room.camera.read()
 
 
-def test_a_new_run_tries_again() -> None:
+def test_reset_retries_failed_worker() -> None:
     room = Room()
     room.look()
     room.run(150)
@@ -281,7 +281,7 @@ def test_a_new_run_tries_again() -> None:
     assert [picture.sample for _, picture in room.pictures] == [1]
 
 
-def test_switched_off_it_takes_none_and_loses_those_under_way() -> None:
+def test_disabled_camera_takes_none_and_drops_pending_pictures() -> None:
     room = Room()
     room.look()
     room.run(150)
@@ -293,7 +293,7 @@ def test_switched_off_it_takes_none_and_loses_those_under_way() -> None:
     assert [picture.sample for _, picture in room.pictures] == [4]
 
 
-def test_going_back_in_time_loses_what_is_under_way() -> None:
+def test_restored_snapshot_drops_pending_pictures() -> None:
     room = Room()
     room.run(50)
     moment = take_snapshot(room.simulation)
@@ -305,7 +305,7 @@ def test_going_back_in_time_loses_what_is_under_way() -> None:
     assert room.worker.fetched == [1, 3]
 
 
-def test_closing_lets_the_worker_go() -> None:
+def test_closed_camera_releases_worker() -> None:
     room = Room()
     room.look()
     room.run(150)
@@ -314,7 +314,7 @@ def test_closing_lets_the_worker_go() -> None:
 
 
 @given(rate=st.sampled_from([1.0, 7.5, 10.0, 29.97, 100.0]), latency=st.floats(0.0, 0.2), ticks=st.integers(1, 200))
-def test_each_picture_comes_at_the_first_tick_that_is_late_enough(rate: float, latency: float, ticks: int) -> None:
+def test_picture_comes_at_first_tick_after_latency(rate: float, latency: float, ticks: int) -> None:
     room = Room(replace(EYE, rate=rate, latency=latency))
     room.look(colour=False, depth=True)
     for _ in range(ticks):

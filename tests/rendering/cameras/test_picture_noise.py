@@ -16,7 +16,7 @@ FLAT = np.full((120, 160), 2.0, np.float32)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.05])
-def test_colours_have_the_deviation_that_was_asked_for(share: float) -> None:
+def test_colour_noise_has_configured_deviation(share: float) -> None:
     blurred = blur_colour(GREY, PictureNoise(colour=share), SampleNoise(0, "eye"), 3)
     assert np.std(blurred.astype(float)) == pytest.approx(255 * share, rel=0.05)
     assert np.mean(blurred) == pytest.approx(128, abs=0.5)
@@ -25,14 +25,14 @@ def test_colours_have_the_deviation_that_was_asked_for(share: float) -> None:
 @pytest.mark.parametrize(
     ("depth", "growth", "deviation"), [(0.01, 0.0, 0.01), (0.0, 0.002, 0.008), (0.01, 0.002, 0.018)]
 )
-def test_depths_have_the_deviation_that_was_asked_for(depth: float, growth: float, deviation: float) -> None:
+def test_depth_noise_has_configured_deviation(depth: float, growth: float, deviation: float) -> None:
     noise = PictureNoise(depth=depth, depth_growth=growth)
     blurred = blur_depth(FLAT, noise, SampleNoise(0, "eye"), 3)
     assert np.std(blurred) == pytest.approx(deviation, rel=0.05)
     assert np.mean(blurred) == pytest.approx(2.0, abs=0.001)
 
 
-def test_without_noise_pictures_stay_as_they_are() -> None:
+def test_zero_noise_returns_same_picture() -> None:
     none, chance = PictureNoise(0.0, 0.0, 0.0), SampleNoise(0, "eye")
     assert blur_colour(GREY, none, chance, 1) is GREY
     assert blur_depth(FLAT, none, chance, 1) is FLAT
@@ -40,7 +40,7 @@ def test_without_noise_pictures_stay_as_they_are() -> None:
     assert blur_depth(FLAT, PictureNoise(), chance, 1, factor=0.0) is FLAT
 
 
-def test_what_was_not_measured_stays_so_and_black_and_white_do_not_turn_over() -> None:
+def test_noise_keeps_missing_depths_and_does_not_wrap_colours() -> None:
     chance = SampleNoise(0, "eye")
     depth = np.array([[np.nan, 1.0, np.inf]], np.float32)
     assert np.isfinite(blur_depth(depth, PictureNoise(), chance, 1)).tolist() == [[False, True, False]]
@@ -50,7 +50,7 @@ def test_what_was_not_measured_stays_so_and_black_and_white_do_not_turn_over() -
 
 
 @given(sample=st.integers(0, 2**40), others=st.lists(st.integers(0, 100), max_size=3))
-def test_it_is_a_function_of_the_sample(sample: int, others: list[int]) -> None:
+def test_noise_is_function_of_sample(sample: int, others: list[int]) -> None:
     chance, noise = SampleNoise(5, "eye"), PictureNoise(0.02, 0.01, 0.0)
     small, flat = GREY[:4, :4], FLAT[:4, :4]
     first = blur_colour(small, noise, chance, sample), blur_depth(flat, noise, chance, sample)

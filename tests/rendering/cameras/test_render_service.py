@@ -35,9 +35,9 @@ def process_of(service: RenderService) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["", "rays"])
-def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BACKEND, way)
+@pytest.mark.parametrize("backend", ["", "rays"])
+def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, backend)
     simulation = room()
     service = RenderService(simulation)
     requests = []
@@ -57,7 +57,7 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
 
 
 @pytest.mark.slow
-def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
+def test_killed_process_is_reported_once_and_draws_no_more() -> None:
     lines: list[str] = []
     service = RenderService(room(), report=lines.append)
     pending = ask(service)
@@ -72,7 +72,7 @@ def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
     ]
     assert found[1:] == [None, None]
     assert len(lines) == 1
-    assert lines[0].startswith("cameras take no more pictures in this run: the process that draws has ended")
+    assert lines[0].startswith("cameras are off for the rest of this run: render process has ended")
     assert ask(service) is None
     service.reopen()
     again = ask(service)
@@ -84,7 +84,7 @@ def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
 
 
 @pytest.mark.slow
-def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
+def test_deleted_service_releases_process() -> None:
     workers: list[FakeWorker] = []
 
     def start(scene: Any) -> FakeWorker:
@@ -98,7 +98,7 @@ def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
     assert workers[0].is_closed
 
 
-def test_cameras_of_one_tick_share_its_frame() -> None:
+def test_cameras_of_one_tick_share_frame() -> None:
     service = RenderService(simulation := room(), FakeWorker)
     for _ in range(2):
         ask(service)

@@ -13,7 +13,7 @@ from cellwright.util.errors import MessageError
 from tests.rendering.scene.scenes import small
 
 
-def test_what_goes_in_comes_out() -> None:
+def test_scene_survives_encoding() -> None:
     scene = small()[2].scene
     found = decode_scene(encode_scene(scene))
     assert (found.name, found.bodies, found.shapes) == (scene.name, scene.bodies, scene.shapes)
@@ -22,14 +22,14 @@ def test_what_goes_in_comes_out() -> None:
 
 
 @given(st.binary(max_size=100))
-def test_nonsense_is_refused(data: bytes) -> None:
+def test_scene_of_random_bytes_is_refused(data: bytes) -> None:
     for text in (data, zlib.compress(data)):
-        with pytest.raises(MessageError, match="no scene"):
+        with pytest.raises(MessageError, match="invalid scene"):
             decode_scene(text)
 
 
 @given(st.data())
-def test_a_document_with_a_slip_is_refused(data: st.DataObject) -> None:
+def test_scene_document_with_mistake_is_refused(data: st.DataObject) -> None:
     document = json.loads(zlib.decompress(encode_scene(small()[2].scene)))
     slips = {
         "format": st.just(99),
@@ -49,11 +49,11 @@ def test_a_document_with_a_slip_is_refused(data: st.DataObject) -> None:
     }
     key = data.draw(st.sampled_from(sorted(slips)))
     document[key] = data.draw(slips[key])
-    with pytest.raises(MessageError, match="no scene"):
+    with pytest.raises(MessageError, match="invalid scene"):
         decode_scene(zlib.compress(json.dumps(document).encode()))
 
 
-def test_one_cut_short_is_refused() -> None:
+def test_truncated_scene_is_refused() -> None:
     text = encode_scene(small()[2].scene)
-    with pytest.raises(MessageError, match="cut short"):
+    with pytest.raises(MessageError, match="truncated"):
         decode_scene(text[:-5])

@@ -21,13 +21,13 @@ def points(model: Any, data: Any, geom: int) -> Any:
     return corners[np.lexsort(np.round(corners, 4).T)]
 
 
-def test_geoms_are_where_they_were() -> None:
-    model, data, taker = small()
-    shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(ShapeLayer))
+def test_engine_scene_geoms_have_original_poses() -> None:
+    model, data, capture = small()
+    shown = EngineScene(decode_scene(encode_scene(capture.scene)), layers=tuple(ShapeLayer))
     data.joint("swing").qpos[0] = 1.0
     data.qpos[1:4] = (1.0, 2.0, 3.0)
     mujoco.mj_kinematics(model, data)
-    shown.show(taker.frame(data, 0))
+    shown.show(capture.frame(data, 0))
     seen = [geom for geom in range(model.ngeom) if model.geom_rgba[geom, 3] > 0]
     assert len(seen) == shown.model.ngeom
     for kind in set(model.geom_type[seen]):  # there is one of each
@@ -36,16 +36,16 @@ def test_geoms_are_where_they_were() -> None:
         assert points(shown.model, shown.data, int(after)) == pytest.approx(points(model, data, before), abs=1e-5)
 
 
-def test_only_what_pictures_show_is_in_it() -> None:
+def test_engine_scene_has_seen_layers_only() -> None:
     shown = EngineScene(small()[2].scene)
     assert set(shown.model.geom_group) == {int(layer) for layer in SEEN}
     assert not shown.model.geom_contype.any()
 
 
-def test_what_is_not_shown_is_out_of_sight() -> None:
+def test_hidden_body_is_out_of_sight() -> None:
     model, data, _ = small()
-    taker = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
-    shown = EngineScene(taker.scene)
-    shown.show(taker.frame(data, 0))
-    ball = taker.scene.bodies.index("ball")
+    capture = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
+    shown = EngineScene(capture.scene)
+    shown.show(capture.frame(data, 0))
+    ball = capture.scene.bodies.index("ball")
     assert shown.data.xpos[ball, 2] == -1000.0

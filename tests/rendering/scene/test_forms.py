@@ -56,9 +56,7 @@ def right_volume(form: ShapeType, size: tuple[float, float, float]) -> float:
 
 @settings(max_examples=25, deadline=None)
 @given(form=SOLIDS, size=SIZES, corners=CORNERS)
-def test_solids_are_closed_and_as_large_as_they_should_be(
-    form: ShapeType, size: tuple[float, float, float], corners: int
-) -> None:
+def test_solids_are_closed_with_right_volume(form: ShapeType, size: tuple[float, float, float], corners: int) -> None:
     found = of(form, size, corners=corners)
     assert volume(found) == pytest.approx(right_volume(form, size), rel=0.01 + 16 / corners**2)
     edges = np.concatenate([found.faces[:, pair] for pair in ((0, 1), (1, 2), (2, 0))])
@@ -71,7 +69,7 @@ def test_solids_are_closed_and_as_large_as_they_should_be(
 
 @settings(max_examples=25, deadline=None)
 @given(form=SOLIDS, size=SIZES, corners=CORNERS)
-def test_normals_are_units_and_agree_with_the_faces(
+def test_normals_are_units_and_agree_with_faces(
     form: ShapeType, size: tuple[float, float, float], corners: int
 ) -> None:
     found = of(form, size, corners=corners)
@@ -83,31 +81,31 @@ def test_normals_are_units_and_agree_with_the_faces(
 
 
 @given(pose=st.builds(Pose.from_rpy, SIZES, SIZES))
-def test_a_pose_moves_it(pose: Pose) -> None:
+def test_pose_moves_triangles(pose: Pose) -> None:
     still, moved = of(ShapeType.BOX, (0.1, 0.2, 0.3)), of(ShapeType.BOX, (0.1, 0.2, 0.3), pose)
     expected = [pose.transform((x, y, z)) for x, y, z in still.points.tolist()]
     np.testing.assert_allclose(moved.points, expected, atol=1e-9)
     np.testing.assert_allclose(moved.normals[0], pose.rotate(tuple(still.normals[0].tolist())), atol=1e-9)
 
 
-def test_a_box_has_its_edges_broken_unless_it_is_thin() -> None:
+def test_box_edges_are_chamfered_unless_thin() -> None:
     assert len(of(ShapeType.BOX, (0.2, 0.2, 0.2)).points) > 24
     assert len(of(ShapeType.BOX, (0.2, 0.2, 0.001)).points) == 24
 
 
-def test_a_broken_edge_leaves_the_sides_where_they_are() -> None:
+def test_chamfer_keeps_box_sides() -> None:
     found = of(ShapeType.BOX, (0.1, 0.2, 0.3))
     np.testing.assert_allclose(np.abs(found.points).max(axis=0), (0.1, 0.2, 0.3))
     assert not (np.abs(found.points) >= (0.1, 0.2, 0.3)).all(axis=1).any()  # no corner of the box remains
 
 
-def test_a_plane_faces_up_and_may_be_without_end() -> None:
+def test_plane_faces_up_and_may_be_infinite() -> None:
     found = of(ShapeType.PLANE, (0.0, 2.0, 0.1))
     np.testing.assert_allclose(found.normals, [(0.0, 0.0, 1.0)] * 4)
     assert np.ptp(found.points, axis=0).tolist() == [60.0, 4.0, 0.0]
 
 
-def test_a_mesh_keeps_creases_and_rounds_the_rest() -> None:
+def test_mesh_keeps_creases_and_smooths_rest() -> None:
     cube = of(ShapeType.MESH)
     assert volume(cube) == pytest.approx(1.0)
     assert {tuple(normal) for normal in np.abs(np.round(cube.normals, 6)).tolist()} == {(1, 0, 0), (0, 1, 0), (0, 0, 1)}
@@ -117,7 +115,7 @@ def test_a_mesh_keeps_creases_and_rounds_the_rest() -> None:
     assert ((outwards * round_.normals).sum(axis=1) > 0.99).all()
 
 
-def test_a_mesh_of_nothing_is_nothing() -> None:
+def test_degenerate_mesh_is_empty() -> None:
     flat = Mesh(np.zeros((3, 3), np.float32), np.array([(0, 1, 2)], np.int32))
     assert len(mesh_triangles(flat).faces) == 0
     assert len(join_triangles([mesh_triangles(flat), of(ShapeType.PLANE, (1.0, 1.0, 0.1))]).faces) == 2

@@ -20,14 +20,14 @@ def same(one: SceneFrame, other: SceneFrame) -> bool:
 
 
 @given(frames(5))
-def test_a_whole_frame_needs_none_before_it(frame: SceneFrame) -> None:
+def test_whole_frame_decodes_without_previous_frame(frame: SceneFrame) -> None:
     assert is_whole_frame(frame.encode())
     assert same(decode_frame(frame.encode()), frame)
 
 
 @pytest.mark.slow
 @given(frames(4), frames(4), st.lists(st.booleans(), min_size=4, max_size=4))
-def test_changes_lead_from_one_frame_to_the_next(first: SceneFrame, second: SceneFrame, moved: list[bool]) -> None:
+def test_changes_decode_to_next_frame(first: SceneFrame, second: SceneFrame, moved: list[bool]) -> None:
     poses = np.where(np.array(moved)[:, None], second.poses, first.poses)
     then = SceneFrame(second.time, poses, np.where(moved, second.shown, first.shown))
     data = then.encode(first)
@@ -37,12 +37,12 @@ def test_changes_lead_from_one_frame_to_the_next(first: SceneFrame, second: Scen
 
 
 @given(frames(3), frames(4))
-def test_a_frame_after_one_of_another_scene_is_encoded_whole(first: SceneFrame, second: SceneFrame) -> None:
+def test_frame_after_other_scene_is_encoded_whole(first: SceneFrame, second: SceneFrame) -> None:
     assert same(decode_frame(second.encode(first)), second)
 
 
 @given(POSES, POINTS)
-def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[float, float, float]) -> None:
+def test_point_on_body_is_placed_by_its_pose(pose: Pose, point: tuple[float, float, float]) -> None:
     poses = np.array([(0, 0, 0, 1, 0, 0, 0), (*pose.position, *pose.quaternion)], np.float32)
     frame = SceneFrame(0, poses, np.ones(2, np.bool_))
     for found in (frame.pose(1).transform(point), frame.placed(1, np.array([point]))[0]):
@@ -51,14 +51,14 @@ def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[fl
 
 @pytest.mark.slow
 @given(st.binary(max_size=200))
-def test_nonsense_is_refused(data: bytes) -> None:
+def test_frame_of_random_bytes_is_refused(data: bytes) -> None:
     with pytest.raises(MessageError):
         decode_frame(data)
 
 
 @pytest.mark.slow
 @given(frames(3), st.data())
-def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: SceneFrame, data: st.DataObject) -> None:
+def test_damaged_frame_is_refused_or_decodes_to_valid_frame(frame: SceneFrame, data: st.DataObject) -> None:
     text = bytearray(frame.encode())
     text[data.draw(st.integers(0, len(text) - 1))] ^= data.draw(st.integers(1, 255))
     try:
@@ -68,7 +68,7 @@ def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: SceneFram
     assert np.isfinite(found.poses).all()
 
 
-def test_changes_without_what_came_before_are_refused() -> None:
+def test_changes_without_previous_frame_are_refused() -> None:
     frame = SceneFrame(0, np.zeros((2, 7), np.float32), np.ones(2, np.bool_))
     with pytest.raises(MessageError, match="does not fit"):
         decode_frame(frame.encode(frame))

@@ -11,7 +11,7 @@ def roof(rise: float) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces
 
 
-def test_a_flat_ridge_is_smooth() -> None:
+def test_flat_ridge_is_smooth() -> None:
     vertices, faces = roof(0.1)
     normals = soft_normals(vertices, faces)
     on_ridge = np.abs(vertices[faces.reshape(-1), 0]) < 1e-9
@@ -19,24 +19,24 @@ def test_a_flat_ridge_is_smooth() -> None:
     assert normals[~on_ridge, 2] == pytest.approx(np.full((~on_ridge).sum(), 1 / np.hypot(1, 0.1)))
 
 
-def test_a_steep_one_stays_sharp() -> None:
+def test_steep_ridge_stays_sharp() -> None:
     vertices, faces = roof(1.0)
     normals = soft_normals(vertices, faces)
     assert np.abs(normals[:, 0]) == pytest.approx(np.full(12, np.sqrt(0.5)))
 
 
-def test_a_vertex_written_once_for_each_face_is_one_vertex() -> None:
+def test_duplicate_vertices_are_one_vertex() -> None:
     vertices, faces = roof(0.1)
     apart = vertices[faces.reshape(-1)]
     assert soft_normals(apart, np.arange(12).reshape(4, 3)) == pytest.approx(soft_normals(vertices, faces))
 
 
-def test_a_face_without_extent_has_a_normal_too() -> None:
+def test_degenerate_face_has_unit_normal() -> None:
     normals = soft_normals(np.zeros((3, 3)), np.array([(0, 1, 2)]))
     assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(3))
 
 
-def test_where_very_many_faces_meet_each_is_flat() -> None:
+def test_vertex_of_very_many_faces_has_flat_normals() -> None:
     count = 200
     angle = np.arange(count) * 2 * np.pi / count
     rim = np.column_stack([np.cos(angle), np.sin(angle), np.full(count, -0.1)])

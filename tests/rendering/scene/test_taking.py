@@ -17,20 +17,20 @@ from cellwright.util.pose import Pose
 from tests.rendering.scene.scenes import small
 
 
-def test_bodies_that_move_are_those_on_joints_and_those_that_are_put_somewhere() -> None:
-    taker = small()[2]
-    assert taker.scene.bodies == ("world", "arm", "hand", "cart", "load", "ball", "ghost")
+def test_moving_bodies_are_those_on_joints_and_mocap_bodies() -> None:
+    capture = small()[2]
+    assert capture.scene.bodies == ("world", "arm", "hand", "cart", "load", "ball", "ghost")
 
 
-def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
-    _, _, taker = small()
-    box = next(shape for shape in taker.scene.shapes if shape.form is ShapeType.BOX)
+def test_static_shapes_are_in_world_with_their_poses() -> None:
+    _, _, capture = small()
+    box = next(shape for shape in capture.scene.shapes if shape.form is ShapeType.BOX)
     assert box.body == 0
     assert box.pose.position == pytest.approx((1.0, 1.0, 0.0))
     assert abs(box.pose.quaternion[3]) == pytest.approx(np.sqrt(0.5))
 
 
-def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
+def test_shapes_have_form_size_colour_and_layer() -> None:
     shapes = {shape.form: shape for shape in small()[2].scene.shapes}
     assert shapes[ShapeType.BOX].colour == (0.0, 0.0, 1.0, 1.0)
     assert shapes[ShapeType.CAPSULE].size[:2] == pytest.approx((0.05, 0.3))
@@ -46,33 +46,33 @@ def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
     }
 
 
-def test_what_cannot_be_seen_at_all_is_left_out() -> None:
-    taker = small()[2]
-    ghost = taker.scene.bodies.index("ghost")
-    assert not [shape for shape in taker.scene.shapes if shape.body == ghost]
+def test_invisible_shapes_are_omitted() -> None:
+    capture = small()[2]
+    ghost = capture.scene.bodies.index("ghost")
+    assert not [shape for shape in capture.scene.shapes if shape.body == ghost]
 
 
-def test_a_frame_says_where_bodies_are_and_which_are_there_to_be_seen() -> None:
+def test_frame_has_poses_and_visibility_of_bodies() -> None:
     model, data, _ = small()
     ball = model.body("ball").id
-    taker = SceneCapture(model, hidden=lambda: [ball])
+    capture = SceneCapture(model, hidden=lambda: [ball])
     data.joint("swing").qpos[0] = np.pi / 2
     mujoco.mj_kinematics(model, data)
-    frame = taker.frame(data, 7)
-    hand, at = taker.scene.bodies.index("hand"), taker.index(ball)
+    frame = capture.frame(data, 7)
+    hand, at = capture.scene.bodies.index("hand"), capture.index(ball)
     assert frame.time == 7
     assert frame.poses[hand, :3] == pytest.approx((0.4, 0.0, 1.0), abs=1e-6)  # the stand is turned as well
-    assert frame.shown.tolist() == [index != at for index in range(len(taker.scene.bodies))]
-    assert taker.index(0) == taker.index(model.body("stand").id) == 0
+    assert frame.shown.tolist() == [index != at for index in range(len(capture.scene.bodies))]
+    assert capture.index(0) == capture.index(model.body("stand").id) == 0
 
 
-def _places(taker: SceneCapture, frame: SceneFrame) -> Any:
+def _places(capture: SceneCapture, frame: SceneFrame) -> Any:
     bodies = [Pose(tuple(row[:3].tolist()), tuple(row[3:].tolist())) for row in frame.poses]
-    return np.array([(bodies[shape.body] @ shape.pose).position for shape in taker.scene.shapes])
+    return np.array([(bodies[shape.body] @ shape.pose).position for shape in capture.scene.shapes])
 
 
 @pytest.mark.parametrize("kind", ["cell", "robot"])
-def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
+def test_shapes_on_bodies_match_engine_geoms(kind: str) -> None:
     served: Cell | RobotNode = (
         Cell(load_trial("lesson")) if kind == "cell" else RobotNode(load_robot("qinglong", print))
     )
@@ -80,30 +80,30 @@ def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
     for _ in range(50):
         simulation.step()
     simulation.refresh()
-    taker = SceneCapture(simulation.model, hidden=served.hidden_bodies)
-    frame = taker.frame(simulation.data, simulation.now)
+    capture = SceneCapture(simulation.model, hidden=served.hidden_bodies)
+    frame = capture.frame(simulation.data, simulation.now)
     drawn = simulation.model.geom_rgba[:, 3] > 0
-    assert _places(taker, frame) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
+    assert _places(capture, frame) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
 
 
-def test_parts_out_of_play_are_not_shown() -> None:
+def test_parts_out_of_play_are_hidden() -> None:
     cell = Cell(load_trial("lesson"))
-    taker = SceneCapture(cell.simulation.model, hidden=cell.hidden_bodies)
+    capture = SceneCapture(cell.simulation.model, hidden=cell.hidden_bodies)
     cell.simulation.refresh()
-    frame = taker.frame(cell.simulation.data, 0)
+    frame = capture.frame(cell.simulation.data, 0)
     for part in cell.parts.all:
-        assert frame.shown[taker.scene.bodies.index(part.name)] == (part.name in cell.parts.in_play)
+        assert frame.shown[capture.scene.bodies.index(part.name)] == (part.name in cell.parts.in_play)
     assert not frame.shown.all()
 
 
-def test_what_is_shown_is_looked_at_in_each_frame() -> None:
+def test_visibility_is_read_for_each_frame() -> None:
     simulation = Cell(load_trial("lesson")).simulation
     hidden: list[int] = []
-    taker = SceneCapture(simulation.model, hidden=lambda: hidden)
-    bodies = [simulation.model.body(name).id for name in taker.scene.bodies[1:3]]
+    capture = SceneCapture(simulation.model, hidden=lambda: hidden)
+    bodies = [simulation.model.body(name).id for name in capture.scene.bodies[1:3]]
     shown = []
     for now in ([], bodies[:1], bodies[:1], bodies, []):
         hidden[:] = now
-        shown.append(taker.frame(simulation.data, 0).shown)
-        assert (np.flatnonzero(~shown[-1]) == [taker.index(body) for body in now]).all()
+        shown.append(capture.frame(simulation.data, 0).shown)
+        assert (np.flatnonzero(~shown[-1]) == [capture.index(body) for body in now]).all()
     assert shown[1] is shown[2]  # the same array, which is fast to compare

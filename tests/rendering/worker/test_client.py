@@ -30,7 +30,7 @@ def is_red(picture: np.ndarray) -> np.ndarray:
     return np.asarray(picture[:, :, 0] > picture[:, :, 1] + 40.0)
 
 
-def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
+def test_worker_picture_resembles_ray_picture(worker: RenderWorker) -> None:
     assert "OpenGL" in worker.ready.result(TIMEOUT)
     frame = ball_at(0.3, 0, 1)
     drawn = worker.colour(frame, PictureRequest(CAMERA, 160, 120, samples=4)).result(TIMEOUT).astype(float)
@@ -40,7 +40,7 @@ def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
     assert np.abs(drawn - cast).mean() < 8  # of 255: light, floor, tiles, haze and sky
 
 
-def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
+def test_worker_depths_equal_ray_depths(worker: RenderWorker) -> None:
     frame = ball_at(0.3, 0, 1)
     drawn = worker.depth(frame, PictureRequest(CAMERA, 64, 48)).result(TIMEOUT)
     cast = CastRenderer(BALL).depth(frame, PictureRequest(CAMERA, 64, 48))
@@ -53,7 +53,7 @@ def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
     assert drawn[24, 37] == pytest.approx(cast[24, 37], abs=0.01)
 
 
-def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker: RenderWorker) -> None:
+def test_worker_draws_shown_bodies_at_their_poses(worker: RenderWorker) -> None:
     gone = worker.colour(ball_at(0, 0, 1, shown=False), PictureRequest(CAMERA, 160, 120)).result(TIMEOUT)
     left, right = (
         worker.colour(ball_at(x, 0, 1), PictureRequest(CAMERA, 160, 120)).result(TIMEOUT) for x in (-0.5, 0.5)
@@ -62,7 +62,7 @@ def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker:
     assert np.nonzero(is_red(left))[1].mean() < 70 < 90 < np.nonzero(is_red(right))[1].mean()
 
 
-def test_shadows_can_be_left_out(worker: RenderWorker) -> None:
+def test_worker_draws_without_shadows_on_request(worker: RenderWorker) -> None:
     above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
     with_them, without = (
         worker.colour(ball_at(0, 0, 1), PictureRequest(above, 120, 90, shadows=shadows)).result(TIMEOUT).astype(float)
@@ -71,12 +71,12 @@ def test_shadows_can_be_left_out(worker: RenderWorker) -> None:
     assert (without.mean(axis=2) - with_them.mean(axis=2) > 25).sum() > 30
 
 
-def test_the_same_frame_gives_the_same_picture(worker: RenderWorker) -> None:
+def test_same_frame_gives_same_picture(worker: RenderWorker) -> None:
     pictures = [worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, 160, 120)) for _ in range(3)]
     assert len({pending.result(TIMEOUT).tobytes() for pending in pictures}) == 1
 
 
-def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: RenderWorker) -> None:
+def test_light_shared_by_cameras_is_of_drawn_frame(worker: RenderWorker) -> None:
     above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
 
     def drawn(x: float, camera: Camera) -> bytes:
@@ -90,7 +90,7 @@ def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: Ren
     assert [picture for _, _, picture in together] == [alone[x] for x, _, _ in together]
 
 
-def test_a_failed_picture_is_reported_and_the_rest_is_drawn(worker: RenderWorker) -> None:
+def test_failed_picture_is_reported_and_others_are_drawn(worker: RenderWorker) -> None:
     bad, good = (
         worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, -3, 120)),
         worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)),
@@ -101,7 +101,7 @@ def test_a_failed_picture_is_reported_and_the_rest_is_drawn(worker: RenderWorker
 
 
 @QUICK_DRAWING
-def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
+def test_killed_worker_fails_pending_and_later_requests() -> None:
     with RenderWorker(BALL, max_pending=2) as worker:
         worker.ready.result(TIMEOUT)
         os.kill(worker._process.pid, signal.SIGSTOP)
@@ -121,7 +121,7 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["rays", "osmesa"])
-def test_without_a_graphics_library_rays_take_over(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worker_without_opengl_draws_with_rays(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     with RenderWorker(BALL) as worker:
         renderer = worker.ready.result(TIMEOUT)
@@ -131,7 +131,7 @@ def test_without_a_graphics_library_rays_take_over(backend: str, monkeypatch: py
 
 
 @pytest.mark.slow
-def test_the_caller_loads_no_graphics() -> None:
+def test_worker_client_loads_no_graphics_library() -> None:
     program = (
         "import sys\nfrom cellwright.rendering.worker import RenderWorker\n"
         "assert not {'OpenGL', 'av', 'matplotlib'} & {*sys.modules}\n"

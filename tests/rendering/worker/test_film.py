@@ -19,7 +19,7 @@ def read(file: Path) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
-def test_a_film_plays_what_was_added(tmp_path: Path) -> None:
+def test_film_plays_added_pictures(tmp_path: Path) -> None:
     file = tmp_path / "a.mp4"
     film = Film(file, WIDTH, HEIGHT, Fraction(25))
     for level in range(40):
@@ -37,7 +37,7 @@ def test_a_film_plays_what_was_added(tmp_path: Path) -> None:
     assert file.read_bytes().index(b"moov") < file.read_bytes().index(b"mdat")  # players need not read it all
 
 
-def test_colours_are_those_of_the_pictures(tmp_path: Path) -> None:
+def test_film_keeps_colours_of_pictures(tmp_path: Path) -> None:
     file, given = tmp_path / "a.mp4", np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     for number, colour in enumerate(((230, 40, 30), (30, 200, 60), (40, 60, 220), (200, 190, 40))):
         given[:, 16 * number : 16 * (number + 1)] = colour
@@ -53,7 +53,7 @@ def test_colours_are_those_of_the_pictures(tmp_path: Path) -> None:
     assert shown[middles].astype(int) == pytest.approx(given[middles].astype(int), abs=12)
 
 
-def test_one_that_is_never_finished_can_be_played(tmp_path: Path) -> None:
+def test_unfinished_film_is_playable(tmp_path: Path) -> None:
     file = tmp_path / "a.mp4"
     film = Film(file, WIDTH, HEIGHT, Fraction(25))
     for level in range(100):
@@ -64,17 +64,17 @@ def test_one_that_is_never_finished_can_be_played(tmp_path: Path) -> None:
     film.finish()
 
 
-def test_a_film_without_pictures_is_no_error(tmp_path: Path) -> None:
+def test_film_without_pictures_has_no_frames(tmp_path: Path) -> None:
     assert Film(tmp_path / "a.mp4", WIDTH, HEIGHT, Fraction(25)).finish() == 0
 
 
-def test_a_film_that_cannot_be_written_says_why(tmp_path: Path) -> None:
+def test_unwritable_film_is_reported_with_reason(tmp_path: Path) -> None:
     with pytest.raises(FilmError, match=r"no/a\.mp4: No such file or directory"):
         Film(tmp_path / "no" / "a.mp4", WIDTH, HEIGHT, Fraction(25))
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a disk that is always full")
-def test_a_full_disk_is_reported() -> None:
+def test_full_disk_is_reported() -> None:
     film = Film(Path("/dev/full"), WIDTH, HEIGHT, Fraction(25))
     with pytest.raises(FilmError, match="No space left on device"):
         _fill(film)

@@ -37,7 +37,7 @@ def pendulum(*efforts: float, mass: float = 2.0, length: float = 0.5) -> RobotCo
     return RobotConfig(RobotModel("rods", "base", links, tuple(joints)), "rods", Path("rods"), Path("rods.urdf"))
 
 
-def bearable(config: RobotConfig) -> dict[str, float]:
+def find_accelerations(config: RobotConfig) -> dict[str, float]:
     rig = Rig(RobotNode(config))
     try:
         return bearable_accelerations(rig)
@@ -45,31 +45,31 @@ def bearable(config: RobotConfig) -> dict[str, float]:
         rig.node.close()
 
 
-def test_a_joint_alone_is_borne_by_its_effort_over_its_inertia() -> None:
-    found = bearable(pendulum(4.0))
+def test_single_joint_gets_acceleration_of_effort_over_inertia() -> None:
+    found = find_accelerations(pendulum(4.0))
     assert found["j0"] == pytest.approx(INERTIA_SHARE * 4.0 / (2.0 * 0.5**2), rel=1e-3)
 
 
-def test_no_joint_needs_more_than_brings_it_to_its_speed_in_a_moment() -> None:
-    assert bearable(pendulum(1e6))["j0"] == pytest.approx(3.0 / RAMP)
+def test_strong_joint_gets_acceleration_limited_by_ramp_time() -> None:
+    assert find_accelerations(pendulum(1e6))["j0"] == pytest.approx(3.0 / RAMP)
 
 
-def test_a_weak_joint_behind_holds_the_one_before_it_back() -> None:
+def test_weak_next_joint_lowers_acceleration_of_previous_one() -> None:
     """Stretched out, 1 rad/s^2 of the first joint takes m l 2l of the second one's effort."""
-    weak, strong = bearable(pendulum(100.0, 1.0)), bearable(pendulum(100.0, 100.0))
+    weak, strong = find_accelerations(pendulum(100.0, 1.0)), find_accelerations(pendulum(100.0, 100.0))
     assert weak["j0"] < INERTIA_SHARE * 1.0 / (2.0 * 0.5 * 1.0)
     assert weak["j0"] < 0.1 * strong["j0"]
 
 
-def test_the_head_has_a_place_for_each_axis() -> None:
+def test_head_proposal_has_one_figure_per_axis() -> None:
     config = replace(pendulum(4.0, 4.0), head=Posture(("j0", "j1"), (0.0, 0.0)), head_axes=(1, 2))
     rig = Rig(RobotNode(config))
-    said = propose_accelerations(rig, ("j0",))
+    proposal = propose_accelerations(rig, ("j0",))
     rig.node.close()
-    assert said.startswith(
-        "drives reach their limits of effort; write in the configuration: head.max_acceleration: [1, "
+    assert proposal.startswith(
+        "drives reach their effort limits; add to the configuration: head.max_acceleration: [1, "
     )
-    assert said.count(",") == 2
+    assert proposal.count(",") == 2
 
 
 FILE = """\
@@ -80,22 +80,22 @@ waist: {joint_index: [torso_joint1, torso_joint2, torso_joint3, torso_joint4], r
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("torso")
-    torso_robot.write(made, torso_robot.urdf())
-    return made
+    folder_path = tmp_path_factory.mktemp("torso")
+    torso_robot.write(folder_path, torso_robot.urdf())
+    return folder_path
 
 
-def checked(folder: Path, bound: str = "") -> MotionReport:
+def check(folder: Path, bound: str = "") -> MotionReport:
     path = folder / "vr_configs.yml"
     path.write_text(FILE.replace("BOUND", bound))
     return check_motion(RobotNode(read_robot_config(path, pytest.fail)))
 
 
 @pytest.mark.slow
-def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
+def test_proposed_accelerations_end_overshoot_and_stray(folder: Path) -> None:
     """A torso that carries two arms goes 40 % and more beyond a step, and is pushed away when its next joint moves."""
-    before = {finding.what: finding for finding in checked(folder).findings}
-    beyond, strays = before["the farthest goes beyond"], before["the farthest strays"]
+    before = {finding.what: finding for finding in check(folder).findings}
+    beyond, strays = before["largest overshoot"], before["largest motion of other joints"]
     assert not beyond.passed
     assert not strays.passed
     assert beyond.worst > 40.0
@@ -103,15 +103,15 @@ def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
     assert strays.worst > 80.0
     name, _, figures = beyond.remedy.rpartition("configuration: ")[2].partition(": ")
     assert (name, strays.remedy) == ("waist.max_acceleration", "")
-    after = checked(folder, f", max_acceleration: {figures}")
+    after = check(folder, f", max_acceleration: {figures}")
     assert after.passed
-    left = {finding.what: finding.worst for finding in after.findings}
-    assert left["the farthest goes beyond"] < 2.0
-    assert left["the farthest strays"] < 10.0
+    remaining = {finding.what: finding.worst for finding in after.findings}
+    assert remaining["largest overshoot"] < 2.0
+    assert remaining["largest motion of other joints"] < 10.0
 
 
 @pytest.mark.slow
-def test_joints_of_no_group_are_named_one_by_one(folder: Path) -> None:
+def test_joints_without_group_are_proposed_one_by_one(folder: Path) -> None:
     robot = read_urdf(folder / "robot.urdf", warn=pytest.fail)
     config = RobotConfig(robot, "plain", folder / "robot.urdf", folder / "robot.urdf")
     (remedy,) = [finding.remedy for finding in check_motion(RobotNode(config)).findings if finding.remedy]

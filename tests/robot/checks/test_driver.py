@@ -46,13 +46,13 @@ class Clock:
             return driver
         read = driver.read
 
-        def read_and_note() -> Any:
+        def read_and_record() -> Any:
             self.now += getattr(driver, "pause", 0.0)
-            found = read()
+            expected = read()
             self._was_read.set()
-            return found
+            return expected
 
-        driver.read = read_and_note
+        driver.read = read_and_record
         return driver
 
 
@@ -64,7 +64,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-def test_the_example_passes_and_is_short(config: RobotConfig, clock: Clock) -> None:
+def test_example_driver_passes_in_under_60_lines(config: RobotConfig, clock: Clock) -> None:
     source = EXAMPLE.read_text(encoding="utf-8")
     room: dict[str, Any] = {}
     exec(compile(source, str(EXAMPLE), "exec"), room)
@@ -84,7 +84,7 @@ class Stiff(Hardware):
 
 @dataclass
 class Coupled(Hardware):
-    """Hardware whose lift moves along with the elbow, and far."""
+    """Hardware whose lift moves together with the elbow, and far."""
 
     def command(self, targets: Any) -> None:
         self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])
@@ -112,33 +112,33 @@ def make(kind: type[Hardware], **more: Any) -> Any:
     return lambda _config: kind(**more)
 
 
-def broken(_config: RobotConfig) -> Any:
+def failing_maker(_config: RobotConfig) -> Any:
     raise OSError("no such bus")
 
 
 @pytest.mark.parametrize(
-    ("maker", "found"),
+    ("maker", "expected"),
     [
         (make(Hardware), None),
         (make(Pair), None),
-        (broken, "it cannot be made: OSError: no such bus"),
-        (lambda _config: object(), "it has no method command"),
+        (failing_maker, "the driver cannot be made: OSError: no such bus"),
+        (lambda _config: object(), "the driver has no method command"),
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
-        (make(Stiff), "lift did not go 0.02 within 0.2 s"),
-        (make(Coupled), "lift moved along with elbow_left"),
-        (make(Slow), "and 100 are needed"),
+        (make(Stiff), "lift did not move by 0.02 within 0.2 s"),
+        (make(Coupled), "lift moved together with elbow_left"),
+        (make(Slow), "must work 100 times"),
     ],
 )
-def test_findings(config: RobotConfig, maker: Any, found: str | None, clock: Clock) -> None:
+def test_check_driver_reports_each_defect(config: RobotConfig, maker: Any, expected: str | None, clock: Clock) -> None:
     problems = check_driver(lambda config: clock.watched(maker(config)), config, within=0.2)
-    if found is None:
+    if expected is None:
         assert problems == []
     else:
-        assert any(found in problem for problem in problems), problems
+        assert any(expected in problem for problem in problems), problems
 
 
 @pytest.mark.parametrize(("upper", "begin"), [(0.015, 0.0), (0.015, 0.006), (0.015, 0.015), (0.03, 0.015), (0.0, 0.0)])
-def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, begin: float, clock: Clock) -> None:
+def test_check_driver_keeps_joints_within_limits(config: RobotConfig, upper: float, begin: float, clock: Clock) -> None:
     joints = tuple(
         replace(joint, limits=replace(joint.limits, lower=0.0, upper=upper)) if joint.name == "finger_left" else joint
         for joint in config.robot.joints
@@ -151,5 +151,5 @@ def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, beg
     assert all(0.0 <= position <= upper for (position,) in hardware.targets), hardware.targets
 
 
-def test_the_joints_of_the_tests_are_the_robots(config: RobotConfig) -> None:
+def test_hardware_joints_exist_in_robot(config: RobotConfig) -> None:
     assert set(NAMES) <= set(config.robot.joint_indices)

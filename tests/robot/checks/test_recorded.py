@@ -1,4 +1,4 @@
-"""A recorded motion that is none is refused in one line."""
+"""Invalid reference files are refused in one line."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from cellwright.util.errors import UsageError
         "1" * 5000,
     ],
 )
-def test_what_is_no_motion_is_refused(tmp_path: Path, content: str) -> None:
+def test_invalid_content_is_refused_with_path(tmp_path: Path, content: str) -> None:
     path = tmp_path / "reference_motion.json"
     path.write_text(content)
-    with pytest.raises(UsageError, match="this is no recorded motion") as raised:
+    with pytest.raises(UsageError, match="not a recorded motion") as raised:
         read_reference(path)
     assert str(raised.value).startswith(f"{path}: ")
     assert str(raised.value).isprintable()
 
 
-def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_endless_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reference, "MAX_FILE_SIZE", 1 << 20)
     (tmp_path / "endless.json").symlink_to("/dev/zero")
     with pytest.raises(UsageError, match="larger than 1 MiB"):

@@ -85,7 +85,7 @@ def config() -> RobotConfig:
     return two_arms()
 
 
-def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
+def test_targets_and_readings_are_mapped_by_joint_name(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware)
     assert live.joints == tuple(joint.name for joint in config.robot.driven)
@@ -93,7 +93,7 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
     positions, velocities, efforts = live.read()
     assert (positions[elbow], positions[lift]) == (-1.0, 0.2)
     assert (velocities[elbow], velocities[lift], efforts[elbow], efforts[lift]) == (0.1, 0.2, 3.0, 4.0)
-    assert positions[live.joints.index("shoulder_right")] == 0.5  # no driver has it: it keeps its initial position
+    assert positions[live.joints.index("shoulder_right")] == 0.5  # without a driver: it keeps its initial position
     targets = np.zeros(len(live.joints))
     targets[[elbow, lift]] = -0.5, 0.3
     live.command(targets)
@@ -109,28 +109,28 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
     ("hardware", "reason"),
     [
         (Hardware(joints=("elbow",)), "unknown joint 'elbow'; did you mean elbow_"),
-        (Hardware(joints=()), "no joints"),
-        (Hardware(joints=("lift", "lift")), "twice"),
+        (Hardware(joints=()), "must not be empty"),
+        (Hardware(joints=("lift", "lift")), "repeat a name"),
         (Hardware(on_read=fail), "OSError: the cable is out"),
-        (Hardware(positions=np.array([np.nan, 0.0])), "positions of elbow_left are no finite number"),
-        (Hardware(positions=np.zeros(3)), "used: positions of 3 joints were read, and it has 2"),
+        (Hardware(positions=np.array([np.nan, 0.0])), "positions of elbow_left must be finite"),
+        (Hardware(positions=np.zeros(3)), "used: positions must have 2 numbers, one a joint .got 3."),
         (Hardware(on_read=give_up), "SystemExit: no bus"),
         (Hardware(on_read=escape), "OwnError: gone"),
-        (Hardware(answer=[0.0, 0.0]), "three things, positions, velocities and efforts, and it gave a list of 2"),
-        (Hardware(answer=dict.fromkeys((*NAMES, "waist"), 0.0)), "it gave a dict of 3"),
-        (Hardware(answer=0.5), "it gave a float"),
-        (Hardware(answer=(0.0, 0.0, 0.0)), "each a number for each joint; positions: a float"),
-        (Hardware(answer=(np.zeros(2), {}, np.zeros(2))), "velocities: a dict of 0"),
+        (Hardware(answer=[0.0, 0.0]), "return positions, velocities and efforts .got a list of 2."),
+        (Hardware(answer=dict.fromkeys((*NAMES, "waist"), 0.0)), "got a dict of 3"),
+        (Hardware(answer=0.5), "got a float"),
+        (Hardware(answer=(0.0, 0.0, 0.0)), "each with one number a joint .got a float for positions."),
+        (Hardware(answer=(np.zeros(2), {}, np.zeros(2))), "got a dict of 0 for velocities"),
     ],
 )
-def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
+def test_unusable_driver_is_refused_and_closed(config: RobotConfig, hardware: Hardware, reason: str) -> None:
     with pytest.raises(DriverError, match=reason):
         LiveDriver(config, hardware)
     until(lambda: hardware.closed)  # where the thread is late, the constructor does not wait for it
     assert hardware.closed == 1
 
 
-def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None:
+def test_failed_node_closes_its_driver(config: RobotConfig) -> None:
     hardware = Hardware()
     with pytest.raises(UnknownNameError, match="tail"):
         RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
@@ -148,9 +148,7 @@ def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None
     ("failure", "reason"),
     [(fail, "OSError: the cable is out"), (give_up, "SystemExit: no bus"), (escape, "OwnError: gone")],
 )
-def test_a_failure_holds_the_robot_until_it_is_cleared(
-    config: RobotConfig, failure: Callable[[], None], reason: str
-) -> None:
+def test_failed_driver_holds_robot_until_cleared(config: RobotConfig, failure: Callable[[], None], reason: str) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware)
     number = live.joints.index("lift")
@@ -163,14 +161,14 @@ def test_a_failure_holds_the_robot_until_it_is_cleared(
     hardware.on_read = lambda: None
     before = live.count
     until(lambda: live.read() and live.count > before + 2)
-    assert hardware.targets == [[-1.0, 0.2]], "a target got through"
+    assert hardware.targets == [[-1.0, 0.2]], "a target reached the failed driver"
     live.clear()
     assert not live.fault
     assert live.read().positions[number] == 0.2
     live.close()
 
 
-def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> None:
+def test_failed_hold_is_sent_again(config: RobotConfig) -> None:
     @dataclass
     class Loose(Hardware):
         """A robot whose cable is out for its first three targets."""
@@ -194,7 +192,7 @@ def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> 
     live.close()
 
 
-def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
+def test_close_does_not_wait_for_stuck_driver(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware, timeout=0.05)
     stuck, free = threading.Event(), threading.Event()
@@ -206,14 +204,14 @@ def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
     hardware.on_read = stick
     until(stuck.is_set)  # a slow machine is silent that long anyway
     until(lambda: live.fault)
-    assert live.fault == "it has said nothing for 0.05 s"
+    assert live.fault == "no reading for 0.05 s"
     live.close()
-    assert not hardware.closed, "it waited for the driver"
+    assert not hardware.closed, "close waited for the driver"
     free.set()
     until(lambda: hardware.closed)
 
 
-def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
+def test_node_drives_hardware_and_mirrors_it_until_failure(config: RobotConfig) -> None:
     hardware, lines = Hardware(), list[str]()
     node = RobotNode(config, driver=hardware, report=lines.append)
     lift = node.simulation.model.joint("lift").qposadr[0]
@@ -225,21 +223,20 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
 
     hardware.on_read = fail
     step_until(node, lambda: lines)
-    assert lines == [
-        "the driver has failed, and the robot holds: OSError: the cable is out; /io_teleop/clear_emergency_stop ends it"
-    ]
+    fault = "the driver has failed, the robot holds: OSError: the cable is out"
+    assert lines == [f"{fault}; call /io_teleop/clear_emergency_stop to clear it"]
     node.commander.set_targets([number], [0.1])
     for _ in range(3):
         node.simulation.step()
     assert lines == lines[:1]
-    assert node.commander.limiter.desired[number] == 0.35, "it would jump when the driver is back"
+    assert node.commander.limiter.desired[number] == 0.35, "the target changed while the driver had failed"
     assert all(each == [-1.0, 0.35] for each in hardware.targets)
     node.close()
     until(lambda: hardware.closed)
     assert hardware.closed == 1
 
 
-def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: RobotConfig) -> None:
+def test_joints_moved_by_hand_before_first_target_stay(config: RobotConfig) -> None:
     hardware = Hardware()
     talk = Talk(config, driver=hardware)
     lift = talk.node.commander.numbers["lift"]
@@ -258,7 +255,7 @@ def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: Rob
     talk.node.close()
 
 
-def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) -> None:
+def test_cleared_failure_resumes_from_current_posture(config: RobotConfig) -> None:
     hardware = Hardware()
     talk = Talk(config, driver=hardware)
     hardware.on_read = fail

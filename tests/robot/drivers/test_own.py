@@ -29,23 +29,23 @@ def drivers(tmp_path: Path) -> Path:
     return file
 
 
-def test_a_class_in_a_file() -> None:
+def test_class_path_in_file_gives_driver() -> None:
     driver = find_driver(f"{EXAMPLE}:MyDriver")(two_arms())
     assert "lift" in driver.joints
 
 
-def test_what_is_none(drivers: Path) -> None:
-    for name, said in {
+def test_invalid_class_path_is_refused_with_hint(drivers: Path) -> None:
+    for name, reason in {
         "two_arms": "path.py:Class",
         f"{drivers.with_name('none.py')}:MyDriver": "there is no such file",
         f"{drivers}:Brocken": "did you mean Broken",
-        f"{drivers}:NoDriver": "a driver is a class with joints",
+        f"{drivers}:NoDriver": "not a driver; give a class with joints",
         "no_such_module_of_mine:Driver": "cannot be imported: ModuleNotFoundError",
     }.items():
-        with pytest.raises(DriverError, match=said):
+        with pytest.raises(DriverError, match=reason):
             find_driver(name)
 
 
-def test_one_that_cannot_be_made(drivers: Path) -> None:
+def test_failing_constructor_gives_driver_error(drivers: Path) -> None:
     with pytest.raises(DriverError, match=r"drivers.py:Broken: cannot be made: OSError: no two_arms at 192.168.0.7$"):
         find_driver(f"{drivers}:Broken")(two_arms())

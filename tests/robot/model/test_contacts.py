@@ -41,11 +41,11 @@ def touching(self_collision: bool, radius: float, posture: dict[str, float]) -> 
 FOLDED = {"b": 2.0, "c": 2.0 * np.pi / 3, "d": 2.0 * np.pi / 3}
 
 
-def test_links_pass_through_each_other_unless_asked_otherwise() -> None:
+def test_links_do_not_touch_by_default() -> None:
     assert touching(False, 0.05, FOLDED) == set()
 
 
-def test_links_that_are_not_joined_touch() -> None:
+def test_unjoined_links_touch_with_self_collision() -> None:
     # a triangle: the balls of d and a are at one place
     assert touching(True, 0.05, FOLDED) == {frozenset("ad")}
 
@@ -55,7 +55,7 @@ def test_joined_links_never_touch() -> None:
     assert touching(True, 0.05, {"b": np.pi, "c": np.pi, "d": np.pi}) == {frozenset("ac"), frozenset("bd")}
 
 
-def test_what_overlaps_in_the_first_posture_never_touches() -> None:
+def test_links_overlapping_in_initial_posture_never_touch() -> None:
     # balls of 0.31 m overlap the next but one in the initial posture, and never count
     assert touching(True, 0.31, FOLDED) == {frozenset("ad")}
 
@@ -69,7 +69,7 @@ def test_what_overlaps_in_the_first_posture_never_touches() -> None:
         ((joint("a", "b"), joint("a", "c"), joint("c", "d")), "bcd", {"ab", "ac", "cd"}),
     ],
 )
-def test_links_that_are_fixed_to_each_other_are_one(joints: tuple[Joint, ...], moved: str, pairs: set[str]) -> None:
+def test_links_joined_by_fixed_joints_count_as_one(joints: tuple[Joint, ...], moved: str, pairs: set[str]) -> None:
     robot = of_joints(*joints).robot
     found = joined_pairs(robot, frozenset(moved), frozenset("abcd"))
     assert {"".join(sorted(pair)) for pair in found} == pairs

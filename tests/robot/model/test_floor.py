@@ -10,7 +10,7 @@ from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
 
 
-def test_the_floor_is_at_the_lowest_point() -> None:
+def test_floor_is_at_lowest_visible_point() -> None:
     leg = ModelShape("cylinder", (0.1, 1.0, 0.0), Pose((0.0, 0.0, -0.3)))
     world = build_robot(one_link(leg, base_pose=Pose((0.0, 0.0, 2.0))), self_collision=True)
     data = mujoco.MjData(world.model)
@@ -19,7 +19,7 @@ def test_the_floor_is_at_the_lowest_point() -> None:
     assert data.ncon == 0
 
 
-def test_a_robot_without_shapes_has_its_floor_at_height_0() -> None:
+def test_floor_of_robot_without_shapes_is_at_height_0() -> None:
     world = build_robot(one_link())
     data = mujoco.MjData(world.model)
     mujoco.mj_forward(world.model, data)
@@ -27,7 +27,7 @@ def test_a_robot_without_shapes_has_its_floor_at_height_0() -> None:
     assert visible_corners(world.model, data).shape == (0, 3)
 
 
-def test_corners_are_those_of_what_is_seen() -> None:
+def test_visible_corners_leave_out_hidden_shapes() -> None:
     lying = Pose.from_rpy((0.0, 0.0, 1.0), (0.0, np.pi / 2, 0.0))
     box = ModelShape("box", (0.2, 0.4, 0.6), lying)
     hidden = ModelShape("sphere", (5.0, 0.0, 0.0), is_seen=False)

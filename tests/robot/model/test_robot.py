@@ -45,9 +45,7 @@ WORLDS = {
 @pytest.mark.slow
 @settings(max_examples=20)
 @given(numbers=st.lists(st.floats(-2.0, 2.0), min_size=14, max_size=14), fixed_link=st.sampled_from(sorted(WORLDS)))
-def test_whichever_link_is_fastened_the_others_stand_to_it_as_the_description_says(
-    numbers: list[float], fixed_link: str
-) -> None:
+def test_links_keep_relative_poses_with_any_fixed_link(numbers: list[float], fixed_link: str) -> None:
     world = WORLDS[fixed_link]
     robot = world.config.robot
     posture = dict(zip((joint.name for joint in robot.driven), numbers, strict=True))
@@ -61,7 +59,7 @@ def test_whichever_link_is_fastened_the_others_stand_to_it_as_the_description_sa
         assert abs(np.dot(found.quaternion, expected.quaternion)) == pytest.approx(1.0)
 
 
-def test_the_robot_is_put_up_at_home_without_gravity_on_a_base_that_can_be_moved() -> None:
+def test_robot_starts_at_home_without_gravity_on_movable_base() -> None:
     world = build_robot(two_arms(), timestep=Fraction(1, 1000))
     data = mujoco.MjData(world.model)
     world.put_in_first_pose(data)
@@ -77,7 +75,7 @@ def hinge(child: str, parent: str = "root", limits: Limits | None = None, name: 
     )
 
 
-def test_joints_that_cannot_be_at_0_are_put_up_at_their_nearest_limit() -> None:
+def test_joint_that_cannot_be_at_0_starts_at_nearest_limit() -> None:
     ranges = {"above": (0.2, 1.0), "below": (-1.0, -0.3), "around": (-1.0, 1.0), "one_sided": (0.1, math.inf)}
     joints = [
         Joint(name, REVOLUTE, f"link_{number}", f"link_{number + 1}", limits=Limits(*ends, 10.0, 1.0))
@@ -94,7 +92,7 @@ def test_joints_that_cannot_be_at_0_are_put_up_at_their_nearest_limit() -> None:
     }
 
 
-def test_links_without_mass_weigh_what_they_weighed_in_the_original() -> None:
+def test_link_without_mass_gets_default_mass() -> None:
     links = {"finger": Link("finger", Inertial(2.0, inertia=(0.2, 0.2, 0.2, 0, 0, 0)))}
     config = of_joints(hinge("arm"), hinge("finger", "arm"), links=links, grippers=(GripperConfig(("to finger",)),))
     model = build_robot(config).model
@@ -121,15 +119,13 @@ ROD = [0.2 / 12, 0.2 / 12, 0.08 / 12]  # of a box of 0.2 m by 0.2 m by 0.4 m and
         ((replace(SLAB, is_touched=False),), [1e-9] * 3),
     ],
 )
-def test_a_link_without_mass_resists_like_the_box_around_it(
-    shapes: tuple[ModelShape, ...], inertia: list[float]
-) -> None:
+def test_link_without_mass_gets_inertia_of_bounding_box(shapes: tuple[ModelShape, ...], inertia: list[float]) -> None:
     model = build_robot(of_joints(hinge("arm"), links={"arm": Link("arm", shapes=shapes)})).model
     assert sorted(model.body("arm").inertia) == pytest.approx(sorted(inertia), rel=1e-6)
     assert model.body("arm").mass[0] == DEFAULT_MASS
 
 
-def test_inertia_is_turned_with_its_axes() -> None:
+def test_inertia_is_rotated_with_its_axes() -> None:
     turned = Pose.from_rpy((0.1, 0.0, 0.0), (0.0, 0.0, math.pi / 2))
     links = {"arm": Link("arm", Inertial(1.0, turned, (0.1, 0.2, 0.25, 0.0, 0.0, 0.0)))}
     world = build_robot(of_joints(hinge("arm"), links=links))
@@ -139,7 +135,7 @@ def test_inertia_is_turned_with_its_axes() -> None:
     assert data.qacc[0] == pytest.approx(3.0 / 0.2)  # its second axis lies along x, about which it turns
 
 
-def test_links_of_no_mass_and_impossible_inertia_move_and_stay_finite() -> None:
+def test_links_with_impossible_inertia_stay_finite() -> None:
     links = {
         "nothing": Link("nothing", Inertial(0.0)),
         "thin": Link("thin", Inertial(1.0, inertia=(1e-12, 1e-12, 5.0, 0, 0, 0))),
@@ -151,7 +147,7 @@ def test_links_of_no_mass_and_impossible_inertia_move_and_stay_finite() -> None:
     assert np.isfinite(data.qpos).all()
 
 
-def test_joints_have_the_limits_of_the_description() -> None:
+def test_joints_have_limits_of_urdf() -> None:
     locked, free = Limits(0.5, 0.5), Limits(lower=0.0)
     config = of_joints(hinge("a"), hinge("b", limits=locked), hinge("c", limits=free))
     model = build_robot(config).model
@@ -160,7 +156,7 @@ def test_joints_have_the_limits_of_the_description() -> None:
     assert model.jnt_limited.tolist() == [1, 1, 0]
 
 
-def test_joints_of_many_ways_are_balls_or_stand_still() -> None:
+def test_spherical_joint_is_ball_and_other_multi_axis_joints_are_fixed() -> None:
     joints = [
         Joint(kind, kind, "root", f"after {kind}")
         for kind in (JointType.SPHERICAL, JointType.PLANAR, JointType.FLOATING, JointType.FIXED)
@@ -171,20 +167,20 @@ def test_joints_of_many_ways_are_balls_or_stand_still() -> None:
 
 
 @pytest.mark.parametrize("name", ["world", BASE_BODY, "cellwright link world"])
-def test_links_may_have_names_that_the_engine_uses(name: str) -> None:
+def test_link_with_reserved_name_is_built(name: str) -> None:
     config = of_joints(Joint("j", FIXED, name, "arm", Pose((0.0, 0.0, 1.0))), base_pose=PLACE)
     data = forward(build_robot(config), {})
     assert body_pose(data, name).position == pytest.approx(PLACE.position)
     assert body_of("arm") == "arm"
 
 
-def test_a_long_chain_can_be_built() -> None:
+def test_chain_of_400_links_is_built() -> None:
     joints = [hinge(f"link {k + 1}", f"link {k}") for k in range(400)]
     data = forward(build_robot(of_joints(*joints)), {})
     assert body_pose(data, "link 400").position[2] == pytest.approx(0.3 * 400)
 
 
-def test_what_the_engine_cannot_build_is_one_sentence() -> None:
+def test_engine_refusal_is_reported_in_one_line() -> None:
     with pytest.raises(
         DescriptionError, match=r"^robot.urdf: the engine cannot build this robot: .*repeated name"
     ) as raised:

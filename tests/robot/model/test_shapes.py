@@ -39,7 +39,7 @@ def built(*shapes: ModelShape, self_collision: bool = False) -> tuple[mujoco.MjM
         ("box", (1.0, 2.0, 1e-9), [0.5, 1.0, MIN_HALF_LENGTH]),
     ],
 )
-def test_simple_shapes(kind: str, size: Vector3, half: list[float]) -> None:
+def test_primitive_shape_becomes_geom_of_its_size(kind: str, size: Vector3, half: list[float]) -> None:
     model, (geom,) = built(ModelShape(kind, size, Pose((1.0, 2.0, 3.0))))  # type: ignore[arg-type]
     assert model.geom(geom).size == pytest.approx(half, abs=MIN_HALF_LENGTH)
     assert model.geom(geom).pos.tolist() == [1.0, 2.0, 3.0]
@@ -47,7 +47,7 @@ def test_simple_shapes(kind: str, size: Vector3, half: list[float]) -> None:
     assert model.body("stone").mass[0] == 1.0  # shapes have no mass
 
 
-def test_what_is_only_touched_is_left_out_where_nothing_touches() -> None:
+def test_collision_shapes_are_left_out_without_self_collision() -> None:
     touched = ModelShape("box", (1.0, 1.0, 1.0), is_seen=False)
     seen = ModelShape("box", (2.0, 1.0, 1.0), is_touched=False, colour=(1.0, 0.0, 0.0, 1.0))
     model, (geom,) = built(touched, seen)
@@ -72,7 +72,7 @@ def world_corners(model: mujoco.MjModel, geom: int) -> np.ndarray[tuple[int, ...
 
 
 @pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (0.001, 0.001, 0.002), (1.0, -1.0, 1.0)])
-def test_a_mesh_stands_where_its_file_says(tmp_path: Path, scale: Vector3) -> None:
+def test_mesh_vertices_keep_scaled_pose(tmp_path: Path, scale: Vector3) -> None:
     path = write_stl(tmp_path / "a.stl", OUTWARD)
     place = Pose.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
     model, (geom,) = built(ModelShape("mesh", scale, place, mesh=path))
@@ -82,7 +82,7 @@ def test_a_mesh_stands_where_its_file_says(tmp_path: Path, scale: Vector3) -> No
     assert np.array(sorted(map(tuple, found.round(6)))) == pytest.approx(np.array(sorted(expected)), abs=1e-5)
 
 
-def test_a_mirrored_mesh_is_not_turned_inside_out(tmp_path: Path) -> None:
+def test_mirrored_mesh_keeps_its_outside(tmp_path: Path) -> None:
     path = write_stl(tmp_path / "a.stl", OUTWARD)
     for scale in ((1.0, 1.0, 1.0), (1.0, -1.0, 1.0), (-1.0, -1.0, -1.0)):
         model, (geom,) = built(ModelShape("mesh", scale, mesh=path))
@@ -93,14 +93,14 @@ def test_a_mirrored_mesh_is_not_turned_inside_out(tmp_path: Path) -> None:
         assert enclosed == pytest.approx(1.0), scale
 
 
-def test_a_mesh_of_many_shapes_is_loaded_once(tmp_path: Path) -> None:
+def test_mesh_of_several_shapes_is_loaded_once(tmp_path: Path) -> None:
     path = write_stl(tmp_path / "a.stl", OUTWARD)
     shape = ModelShape("mesh", (1.0, 1.0, 1.0), mesh=path)
     other = ModelShape("mesh", (2.0, 1.0, 1.0), mesh=path)
     assert built(shape, shape, other)[0].nmesh == 2
 
 
-def test_a_flat_mesh_is_touched_as_a_box(tmp_path: Path) -> None:
+def test_flat_collision_mesh_becomes_box(tmp_path: Path) -> None:
     path = tmp_path / "flat.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4\n")
     shape = ModelShape("mesh", (1.0, 1.0, 1.0), mesh=path)
@@ -111,13 +111,13 @@ def test_a_flat_mesh_is_touched_as_a_box(tmp_path: Path) -> None:
     assert model.geom(geom).pos.tolist() == [0.5, 1.0, 0.0]
 
 
-def test_a_single_triangle_is_a_box(tmp_path: Path) -> None:
+def test_single_triangle_becomes_box(tmp_path: Path) -> None:
     path = write_stl(tmp_path / "flat.stl", OUTWARD[:1])
     model, (geom,) = built(ModelShape("mesh", (1.0, 1.0, 1.0), mesh=path))
     assert model.geom(geom).type[0] == mujoco.mjtGeom.mjGEOM_BOX
 
 
-def test_a_mesh_that_has_gone_is_one_sentence(tmp_path: Path) -> None:
+def test_missing_mesh_is_reported_in_one_line(tmp_path: Path) -> None:
     shape = ModelShape("mesh", (1.0, 1.0, 1.0), mesh=tmp_path / "gone.stl")
     with pytest.raises(
         DescriptionError, match=r"^stone.urdf: the engine cannot build .*gone.stl: there is no such file$"

@@ -13,7 +13,7 @@ SECOND = 1_000_000_000
 TOPIC = "/io_teleop/joint_cmd"
 
 
-class Watched:
+class GateFixture:
     """Gate with clocks that are set by hand [s]."""
 
     def __init__(self, **safety: float) -> None:
@@ -29,89 +29,89 @@ class Watched:
         self.gate.confirm(topic, node, round(stamp * SECOND))
 
 
-def test_it_admits_all_nodes_by_default() -> None:
-    watched = Watched()
-    watched.take("/a", stamp=1.0)
-    watched.take("/b", stamp=500.0)
-    watched.take("/a", stamp=0.5)
-    assert watched.gate.commanders == ("/a",)
-    assert not watched.gate.is_silent(TOPIC)
+def test_gate_admits_all_nodes_by_default() -> None:
+    fixture = GateFixture()
+    fixture.take("/a", stamp=1.0)
+    fixture.take("/b", stamp=500.0)
+    fixture.take("/a", stamp=0.5)
+    assert fixture.gate.commanders == ("/a",)
+    assert not fixture.gate.is_silent(TOPIC)
 
 
-def test_a_second_commander_has_to_wait_until_the_first_is_silent() -> None:
-    watched = Watched(one_commander=0.5)
-    watched.take("/a")
-    watched.time += 0.5
-    with pytest.raises(RejectedCommandError, match=r"/a commands here; another may when .* silent for 0.5 s"):
-        watched.take("/b")
-    watched.take("/a")
-    watched.take("/b", topic="/io_teleop/target_joint_from_vr")
-    watched.time += 0.51
-    watched.take("/b")
-    with pytest.raises(RejectedCommandError, match="/b commands here"):
-        watched.take("/a")
+def test_second_commander_is_refused_until_first_is_silent() -> None:
+    fixture = GateFixture(one_commander=0.5)
+    fixture.take("/a")
+    fixture.time += 0.5
+    with pytest.raises(RejectedCommandError, match=r"/a commands this topic; others may after 0.5 s"):
+        fixture.take("/b")
+    fixture.take("/a")
+    fixture.take("/b", topic="/io_teleop/target_joint_from_vr")
+    fixture.time += 0.51
+    fixture.take("/b")
+    with pytest.raises(RejectedCommandError, match="/b commands this topic"):
+        fixture.take("/a")
 
 
-def test_who_is_refused_does_not_keep_the_place() -> None:
-    watched = Watched(one_commander=0.5)
-    watched.take("/a")
+def test_refused_commands_do_not_extend_turn_of_commander() -> None:
+    fixture = GateFixture(one_commander=0.5)
+    fixture.take("/a")
     for _ in range(6):
-        watched.time += 0.1
-        if watched.time - 100.0 <= 0.5:
+        fixture.time += 0.1
+        if fixture.time - 100.0 <= 0.5:
             with pytest.raises(RejectedCommandError):
-                watched.take("/b")
-    watched.take("/b")
+                fixture.take("/b")
+    fixture.take("/b")
 
 
 @pytest.mark.parametrize(
     ("stamp", "reason"),
-    [(99.0, "it is 1 s old, and 0.2 s are allowed"), (101.0, "its stamp is 1 s ahead of the node's clock")],
+    [(99.0, "stamp must be at most 0.2 s old .got 1 s."), (101.0, "stamp is 1 s ahead of the node's clock")],
 )
-def test_stale_commands_and_those_of_the_future_are_refused(stamp: float, reason: str) -> None:
-    watched = Watched(max_age=0.2)
+def test_stale_and_future_stamps_are_refused(stamp: float, reason: str) -> None:
+    fixture = GateFixture(max_age=0.2)
     with pytest.raises(RejectedCommandError, match=reason):
-        watched.take("/a", stamp)
-    watched.take("/a", 99.9)
-    watched.take("/a", 0.0)  # without a stamp its age is not known
+        fixture.take("/a", stamp)
+    fixture.take("/a", 99.9)
+    fixture.take("/a", 0.0)  # without a stamp its age is not known
 
 
-def test_what_comes_out_of_order_is_refused() -> None:
-    watched = Watched(max_age=0.2)
-    watched.take("/a", 99.95)
-    watched.take("/a", 99.95)
-    with pytest.raises(RejectedCommandError, match=r"it is 0.05 s older than the one before it"):
-        watched.take("/a", 99.9)
-    watched.take("/b", 99.9)
+def test_stamp_older_than_previous_one_is_refused() -> None:
+    fixture = GateFixture(max_age=0.2)
+    fixture.take("/a", 99.95)
+    fixture.take("/a", 99.95)
+    with pytest.raises(RejectedCommandError, match=r"stamp is 0.05 s older than that of the previous command"):
+        fixture.take("/a", 99.9)
+    fixture.take("/b", 99.9)
 
 
-def test_a_restarted_node_may_begin_with_older_stamps() -> None:
-    watched = Watched(max_age=10.0)
-    watched.take("/a", 100.0)
-    watched.time += 1.5
-    watched.take("/a", 95.0)
+def test_restarted_node_may_use_older_stamps() -> None:
+    fixture = GateFixture(max_age=10.0)
+    fixture.take("/a", 100.0)
+    fixture.time += 1.5
+    fixture.take("/a", 95.0)
 
 
-def test_silence_is_known_only_where_something_was_heard() -> None:
-    watched = Watched(silence=0.5)
-    assert not watched.gate.is_silent(TOPIC)
-    watched.take("/a")
-    watched.time += 0.5
-    assert not watched.gate.is_silent(TOPIC)
-    watched.time += 0.01
-    assert watched.gate.is_silent(TOPIC)
+def test_topic_is_silent_only_after_a_first_command() -> None:
+    fixture = GateFixture(silence=0.5)
+    assert not fixture.gate.is_silent(TOPIC)
+    fixture.take("/a")
+    fixture.time += 0.5
+    assert not fixture.gate.is_silent(TOPIC)
+    fixture.time += 0.01
+    assert fixture.gate.is_silent(TOPIC)
 
 
-def test_commanders_are_those_of_a_moment_ago() -> None:
-    watched = Watched()
-    watched.take("/b")
-    watched.take("/a", topic="/io_teleop/target_gripper_status")
-    assert list(watched.gate.commanders) == ["/a", "/b"]
-    watched.time += 1.1
-    assert not watched.gate.commanders
+def test_commanders_are_forgotten_after_a_second() -> None:
+    fixture = GateFixture()
+    fixture.take("/b")
+    fixture.take("/a", topic="/io_teleop/target_gripper_status")
+    assert list(fixture.gate.commanders) == ["/a", "/b"]
+    fixture.time += 1.1
+    assert not fixture.gate.commanders
 
 
-def test_its_state_is_json() -> None:
-    first, second = Watched(one_commander=0.5), Watched(one_commander=0.5)
+def test_gate_restored_from_json_refuses_second_commander() -> None:
+    first, second = GateFixture(one_commander=0.5), GateFixture(one_commander=0.5)
     first.take("/a", 99.0)
     second.gate.set_state(json.loads(json.dumps(first.gate.get_state())))
     with pytest.raises(RejectedCommandError):

@@ -91,4 +91,4 @@ def worked(points: float = 2.0, **changes: Any) -> Result:
 CRASHED = worked(
     seed=2, outcome="crashed", reason="ValueError: <no> & \x07", log=("Traceback", "ValueError: <no> & \x07 \x1b[31m")
 )
-LOST = result(0.0, seed=3, outcome="wall_limit", reason="still at work after 5 s", simulated=3.0)
+LOST = result(0.0, seed=3, outcome="wall_limit", reason="still running after 5 s", simulated=3.0)

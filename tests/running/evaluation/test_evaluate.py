@@ -36,7 +36,7 @@ models_over_bins:
 
 
 @pytest.mark.slow
-def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
+def test_completed_run_has_points_and_timeline(judge: Judge, folder: Path) -> None:
     (result,) = judge("Deliver")
     assert (result.outcome, result.points, result.best, result.reason, result.log) == ("done", 6.0, 6.0, "", ())
     assert (result.trial, result.agent, result.seed, result.vary) == ("tiny", "programs.py:Deliver", 1, False)
@@ -55,7 +55,7 @@ def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
+def test_varied_run_differs_by_seed(folder: Path) -> None:
     (folder / "rods.yaml").write_text(RODS)
     trial = EvaluatedTrial("rods", (folder / "rods.yaml",), 0.0, 0.0, 500.0)
     hashes: dict[bool, set[str]] = {}
@@ -71,7 +71,7 @@ def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: Path) -> None:
+def test_results_are_equal_for_any_number_of_workers(judge: Judge, folder: Path) -> None:
     alone = judge("Deliver", seeds=2)
     (folder / "out" / "results.jsonl").unlink()
     together = judge("Deliver", seeds=2, workers=2)
@@ -84,7 +84,7 @@ def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: P
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
+def test_settled_job_is_not_run_again(judge: Judge) -> None:
     first = judge("Noted")
     assert len(first) == 1
     assert judge("Noted") == []
@@ -103,7 +103,9 @@ def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
         pytest.param("Kill", "died", "the process ended without a result: killed by SIGKILL", "", marks=POSIX),
     ],
 )
-def test_a_run_that_is_not_done_says_why(judge: Judge, program: str, outcome: str, reason: str, logged: str) -> None:
+def test_incomplete_run_has_outcome_and_reason(
+    judge: Judge, program: str, outcome: str, reason: str, logged: str
+) -> None:
     (result,) = judge(program)
     assert (result.outcome, result.reason, result.points, result.best) == (outcome, reason, 0.0, 6.0)
     assert result.is_lost == (outcome == "died")
@@ -112,9 +114,9 @@ def test_a_run_that_is_not_done_says_why(judge: Judge, program: str, outcome: st
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_program_that_hangs(judge: Judge) -> None:
+def test_hanging_program_hits_wall_limit(judge: Judge) -> None:
     (result,) = judge("Hang", wall=2.0)
-    assert (result.outcome, result.reason) == ("wall_limit", "still at work after 2 s")
+    assert (result.outcome, result.reason) == ("wall_limit", "still running after 2 s")
     assert result.is_lost
     assert any("programs.py" in line and "in run" in line for line in result.log)
 
@@ -122,9 +124,9 @@ def test_a_program_that_hangs(judge: Judge) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 @LINUX
-def test_a_program_that_eats_memory(judge: Judge) -> None:
+def test_program_over_memory_limit_is_ended(judge: Judge) -> None:
     (result,) = judge("Eat", memory=400 << 20)
-    assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 400 MiB of memory: MemoryError")
+    assert (result.outcome, result.reason) == ("memory_limit", "needed more than 400 MiB of memory: MemoryError")
 
 
 @QUICK_WORKERS
@@ -132,13 +134,13 @@ def test_a_program_that_eats_memory(judge: Judge) -> None:
 @LINUX
 def test_memory_of_child_processes_counts(judge: Judge) -> None:
     (result,) = judge("EatInChildren", memory=500 << 20)
-    assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 500 MiB of memory")
+    assert (result.outcome, result.reason) == ("memory_limit", "needed more than 500 MiB of memory")
     assert result.simulated == 0.0
 
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
+def test_program_over_log_limit_is_ended(judge: Judge) -> None:
     (result,) = judge("Chatter", log=1 << 20)
     assert (result.outcome, result.reason) == ("log_limit", "wrote more than 1 MiB to its log")
     assert result.log
@@ -146,7 +148,7 @@ def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
 
 @pytest.mark.slow
 @LINUX
-def test_leftover_processes_of_a_program_are_ended(judge: Judge) -> None:
+def test_leftover_processes_of_program_are_ended(judge: Judge) -> None:
     (result,) = judge("LeaveBehind")
     assert result.outcome == "done"
     left = [int(number) for number in Path("left.txt").read_text().split()]
@@ -157,14 +159,14 @@ def test_leftover_processes_of_a_program_are_ended(judge: Judge) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 @POSIX
-def test_a_fork_that_holds_on_to_everything_delays_nothing(judge: Judge) -> None:
+def test_forked_child_with_open_pipes_does_not_delay_end(judge: Judge) -> None:
     (result,) = judge("ForkAndDie")
     assert result.reason == "the process ended without a result: exit status 7"
 
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_lost_run_is_worked_again_under_other_limits(judge: Judge) -> None:
+def test_lost_run_is_repeated_under_other_limits(judge: Judge) -> None:
     assert [each.outcome for each in judge("Quit")] == ["died"]
     assert judge("Quit") == []
     assert [each.outcome for each in judge("Quit", wall=300.0)] == ["died"]
@@ -173,7 +175,7 @@ def test_a_lost_run_is_worked_again_under_other_limits(judge: Judge) -> None:
 
 
 @pytest.mark.slow
-def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) -> None:
+def test_interrupted_evaluation_keeps_results_and_leaves_no_process(folder: Path) -> None:
     results: list[Result] = []
     seen: list[Running] = []
 
@@ -185,7 +187,7 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
 
     jobs = tiny_jobs(folder, "Deliver") + tiny_jobs(folder, "Hang")
     with ResultsFile(folder / "out") as store:
-        evaluation = Evaluation(store, on_result=results.append, on_look=interrupt_later)
+        evaluation = Evaluation(store, on_result=results.append, on_progress=interrupt_later)
         with pytest.raises(KeyboardInterrupt):
             evaluation.run(jobs)
         assert [each.outcome for each in store.results.values()] == ["done"]
@@ -203,20 +205,20 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
         ("programs.py:Deliver", ""),
         ("programs.py:Delivers", "did you mean Deliver"),
         ("programs.py:CannotBeMade", "cannot be made: OSError: no map found"),
-        ("programs.py:DiesWhenMade", "the process in which it was made did not live (exit status 9)"),
+        ("programs.py:DiesWhenMade", "the process that creates it ended early (exit status 9)"),
         ("missing", "unknown agent 'missing'"),
     ],
 )
-def test_an_agent_is_checked_before_anything_starts(folder: Path, program: str, problem: str) -> None:
+def test_check_agent_returns_problem_of_agent(folder: Path, program: str, problem: str) -> None:
     with ResultsFile(folder / "out") as store:
-        said = Evaluation(store).check_agent(program)
-    assert problem in said
-    assert bool(said) == bool(problem)
+        reason_given = Evaluation(store).check_agent(program)
+    assert problem in reason_given
+    assert bool(reason_given) == bool(problem)
 
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
+def test_missing_trial_loses_only_its_own_run(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver")
     (folder / "tiny.yaml").unlink()
     with ResultsFile(folder / "out") as store:
@@ -228,7 +230,7 @@ def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
+def test_stopped_evaluation_reports_unfinished_jobs(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver", seeds=2)
     with ResultsFile(folder / "out") as store:
         evaluation = Evaluation(store, on_result=lambda _: evaluation.stop())
@@ -237,12 +239,12 @@ def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
         assert Evaluation(store).run(jobs)
 
 
-def test_at_least_one_process_is_needed(folder: Path) -> None:
-    with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="at least one"):
+def test_zero_workers_are_refused(folder: Path) -> None:
+    with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="workers must be at least 1"):
         Evaluation(store, limits=RunLimits(), workers=0)
 
 
-def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:
+def test_evaluation_without_jobs_has_no_results(folder: Path) -> None:
     with ResultsFile(folder / "out") as store:
         Evaluation(store).run(make_jobs([], "lesson", [1], vary=False))
         assert not store.results
@@ -250,7 +252,7 @@ def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_ends_evaluation_and_keeps_results(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     results: list[Result] = []
 
     def full(_number: int) -> None:
@@ -267,7 +269,7 @@ def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monke
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -> None:
+def test_unwritable_log_does_not_lose_run(judge: Judge, folder: Path) -> None:
     (job,) = tiny_jobs(folder, "Deliver")
     blocked = folder / "out" / "logs" / job.log_name
     blocked.with_suffix(".jsonl").mkdir(parents=True)
@@ -276,7 +278,7 @@ def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -
     assert "cannot be written" in blocked.read_text()
 
 
-def test_a_folder_of_logs_that_is_a_file_is_reported(folder: Path) -> None:
+def test_log_folder_that_is_a_file_is_reported(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "logs").write_text("")
     with ResultsFile(folder / "out") as store:

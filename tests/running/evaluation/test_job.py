@@ -25,7 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_job_for_each_trial_and_seed(folder: Path) -> None:
+def test_jobs_cover_each_trial_and_seed(folder: Path) -> None:
     (folder / "other.yaml").write_text("a: 1")
     trials = [EvaluatedTrial(name, (folder / f"{name}.yaml",), 3.0, 3.0, 500.0) for name in ("one", "other", "one")]
     jobs = make_jobs(trials, "lesson", [1, 2], vary=True)
@@ -35,7 +35,7 @@ def test_a_job_for_each_trial_and_seed(folder: Path) -> None:
     assert all(each.vary for each in jobs)
 
 
-def test_a_key_is_the_same_until_something_that_matters_changes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_key_changes_with_options_agent_seeds_and_versions(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = keys(folder)
     assert keys(folder) == first
     assert keys(folder, vary=True) != first
@@ -48,13 +48,13 @@ def test_a_key_is_the_same_until_something_that_matters_changes(folder: Path, mo
 @pytest.mark.slow
 @pytest.mark.parametrize("agent", ["robot.py:Robot", "robot:Robot"])
 @pytest.mark.parametrize("file", ["one.yaml", "robot.py", "beside.py"])
-def test_a_change_of_the_trial_or_the_program_is_another_job(folder: Path, file: str, agent: str) -> None:
+def test_key_changes_with_files_of_trial_and_agent(folder: Path, file: str, agent: str) -> None:
     first = keys(folder, agent)
     (folder / file).write_text("# changed")
     assert keys(folder, agent) != first
 
 
-def test_the_program_of_a_package_is_all_of_it(folder: Path) -> None:
+def test_digest_of_agent_in_package_covers_whole_package(folder: Path) -> None:
     (folder / "team" / "skills").mkdir(parents=True)
     (folder / "team" / "__init__.py").write_text("raise RuntimeError('read, not run')")
     (folder / "team" / "skills" / "pick.py").write_text("")
@@ -63,12 +63,12 @@ def test_the_program_of_a_package_is_all_of_it(folder: Path) -> None:
     assert agent_digest("team.robot:Robot") != first
 
 
-def test_bundled_and_installed_and_unknown_programs_have_a_digest(folder: Path) -> None:
+def test_bundled_installed_and_unknown_agents_have_digest(folder: Path) -> None:
     digests = {agent_digest(agent) for agent in ("lesson", "json:Decoder", "hashlib:x", "nobody", "no.such:Robot", "")}
     assert len(digests) == 6
 
 
-def test_a_model_of_ones_own_counts_with_its_files(folder: Path) -> None:
+def test_digest_of_user_model_covers_its_files(folder: Path) -> None:
     mesh = folder / "cup.stl"
     mesh.write_bytes(b"one")
     model = UserModel((ModelShape("mesh", (1.0, 1.0, 1.0), mesh=mesh),))
@@ -87,13 +87,13 @@ def test_a_model_of_ones_own_counts_with_its_files(folder: Path) -> None:
     assert len(keys) == 3
 
 
-def test_the_command_that_does_the_same_run(folder: Path) -> None:
+def test_command_of_job_repeats_run(folder: Path) -> None:
     trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
     (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)
     assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"
 
 
-def test_a_link_that_leads_nowhere_is_no_program(tmp_path: Path) -> None:
+def test_digest_ignores_broken_link_and_folder(tmp_path: Path) -> None:
     program = tmp_path / "mine.py"
     program.write_text("class Mine: ...")
     before = agent_digest(f"{program}:Mine")
@@ -102,7 +102,7 @@ def test_a_link_that_leads_nowhere_is_no_program(tmp_path: Path) -> None:
     assert agent_digest(f"{program}:Mine") == before
 
 
-def test_a_long_name_makes_a_file_that_can_be_written(tmp_path: Path) -> None:
+def test_log_name_of_long_trial_name_can_be_written(tmp_path: Path) -> None:
     file = tmp_path / "trial.yaml"
     file.write_text("")
     (job,) = make_jobs([EvaluatedTrial("配" * 80, (file,), 0.0, 0.0, 0.0)], "none", [1], vary=False)

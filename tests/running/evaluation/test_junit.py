@@ -8,7 +8,7 @@ from cellwright.running.evaluation.summary import Threshold, junit
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
 
-def test_a_case_for_each_run_and_a_failure_for_each_that_did_not_pass() -> None:
+def test_junit_has_case_per_run_and_failure_per_failed_run() -> None:
     root = ElementTree.fromstring(junit([result(), worked(seed=4), CRASHED, LOST], Threshold.read("75%")))
     assert (root.tag, root.get("tests"), root.get("failures"), root.get("time")) == ("testsuites", "4", "3", "8.000")
     cases = root.findall("testsuite/testcase")
@@ -22,15 +22,15 @@ def test_a_case_for_each_run_and_a_failure_for_each_that_did_not_pass() -> None:
     assert failures[0] is None
     reasons = [(each.get("type"), each.get("message")) for each in failures if each is not None]
     assert reasons == [
-        ("done", "2 of 12 points, but 75 % of the points were asked for"),
+        ("done", "2 of 12 points, below the required 75 % of the points"),
         ("crashed", "ValueError: <no> & \N{REPLACEMENT CHARACTER}"),
-        ("wall_limit", "still at work after 5 s"),
+        ("wall_limit", "still running after 5 s"),
     ]
     assert "2 of 2  gear_part: bin1|gear_part_1 lies in its place" in (cases[1].findtext("system-out") or "")
     assert "\N{REPLACEMENT CHARACTER}[31m" in (cases[2].findtext("system-err") or "")
 
 
-def test_without_results_and_without_a_threshold() -> None:
+def test_junit_without_results_or_threshold_has_no_failures() -> None:
     assert ElementTree.fromstring(junit([], None)).get("tests") == "0"
     root = ElementTree.fromstring(junit([worked(vary=True)], None))
     assert root.get("failures") == "0"

@@ -76,7 +76,9 @@ def here(capfdbinary: pytest.CaptureFixture[bytes]) -> Callable[[str], tuple[int
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
+def test_killed_evaluation_resumes_without_losing_results(
+    folder: Path, here: Callable[[str], tuple[int, bytes]]
+) -> None:
     (folder / "hold").touch()
     killed = start(folder, "Noted")
     wait_until(lambda: results(folder), "first result")
@@ -94,18 +96,18 @@ def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes
     status, out = here("Noted")
     assert status == 0, out
     verb = "has" if len(before) == 1 else "have"
-    assert f"{len(before)} of them {verb} a result from before".encode() in out
+    assert f"{len(before)} of them {verb} a result already".encode() in out
     after = results(folder)
     assert after[: len(before)] == before
     seeds = [json.loads(line)["seed"] for line in after]
     assert sorted(seeds) == [1, 2, 3, 4]
     _, out = here("Noted")
-    assert b"4 of them have a result from before" in out
+    assert b"4 of them have a result already" in out
     assert results(folder) == after
 
 
 @pytest.mark.slow
-def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
+def test_hanging_workers_end_with_killed_evaluation(folder: Path) -> None:
     killed = start(folder, "Hang")
     wait_until(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2, "two logs")
     wait_until(lambda: len(children(killed.pid)) == 2, "two workers")  # a log exists before its worker
@@ -118,7 +120,7 @@ def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
+def test_signal_ends_evaluation_and_keeps_results(number: int, folder: Path) -> None:
     (folder / "hold").touch()
     process = start(folder, "Noted")
     wait_until(lambda: results(folder), "first result")
@@ -136,11 +138,11 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_one_evaluation_at_a_time_has_a_folder(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
+def test_second_evaluation_in_folder_is_refused(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     first = start(folder, "Hang")
     wait_until((folder / "out" / "logs").exists, "folder of logs")
     status, out = here("Hang")
     assert status == 2
-    assert b"error: out: another evaluation is at work in this folder" in out
+    assert b"error: out: in use by another evaluation" in out
     os.kill(first.pid, signal.SIGINT)
     first.communicate(timeout=TIMEOUT)

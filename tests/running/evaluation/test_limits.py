@@ -12,7 +12,7 @@ from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, memory_of_s
 
 
 @pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="cannot be seen there")
-def test_the_memory_of_a_session_is_that_of_its_processes() -> None:
+def test_memory_of_session_includes_child_processes() -> None:
     program = "kept = b'x' * 50_000_000; print(flush=True); input()"
     command = [sys.executable, "-c", f"import subprocess, sys; subprocess.run([sys.executable, '-c', {program!r}])"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True) as process:
@@ -25,5 +25,5 @@ def test_the_memory_of_a_session_is_that_of_its_processes() -> None:
 
 
 @pytest.mark.skipif(MEMORY_IS_LIMITED, reason="can be seen here")
-def test_elsewhere_nothing_is_seen() -> None:
+def test_memory_of_sessions_is_empty_where_unsupported() -> None:
     assert not memory_of_sessions()

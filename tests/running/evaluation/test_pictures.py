@@ -23,21 +23,21 @@ def number(shape: ElementTree.Element, key: str) -> float:
 
 @pytest.mark.slow
 @given(values=st.lists(st.floats(min_value=0, max_value=30), min_size=1, max_size=40), best=st.sampled_from([0, 3, 30]))
-def test_every_value_is_in_the_histogram(values: list[float], best: float) -> None:
+def test_histogram_counts_every_value(values: list[float], best: float) -> None:
     bars = shapes(histogram(values, best), "rect", "bar")
     counts = [int((bar.findtext("title") or "").split()[0]) for bar in bars]
     assert sum(counts) == len(values)
     assert all((number(bar, "height") > 0.0) == (count > 0) for bar, count in zip(bars, counts, strict=True))
 
 
-def test_bars_stand_where_the_scores_are() -> None:
+def test_histogram_bars_stand_at_scores() -> None:
     bars = shapes(histogram([0.0, 12.0, 12.0], 12.0), "rect", "bar")
     assert len(bars) == 13
     assert [bar.findtext("title") for bar in (bars[0], bars[-1])] == ["1 x about 0 points", "2 x about 12 points"]
     assert number(bars[-1], "height") == pytest.approx(2 * number(bars[0], "height"))
 
 
-def test_what_happened_is_where_it_happened() -> None:
+def test_timeline_marks_stand_at_their_times() -> None:
     picture = timeline_picture(TIMELINE)
     (order,), (still_open,) = shapes(picture, "rect", "order"), shapes(picture, "rect", "open")
     (held,), (delivering,) = shapes(picture, "rect", "held"), shapes(picture, "rect", "delivering")
@@ -62,7 +62,7 @@ def test_what_happened_is_where_it_happened() -> None:
 
 
 @pytest.mark.parametrize("end", [0.0, 0.002, 1.0, 81.8, 500.0, 1e6])
-def test_any_length_has_some_ticks(end: float) -> None:
+def test_timeline_of_any_length_has_ticks(end: float) -> None:
     timeline: dict[str, Any] = {"end": end, "orders": [], "kits": [], "held": [], "agvs": {}}
     ticks = [each.text for each in shapes(timeline_picture(timeline), "text", "tick")]
     assert 1 <= len(ticks) <= 11

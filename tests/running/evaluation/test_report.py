@@ -48,7 +48,7 @@ RESULTS = [result(), worked(seed=4), CRASHED, LOST]
 @pytest.mark.parametrize(
     "results", [[], [result()], RESULTS, [result(0.0, reachable=0.0)]], ids=["none", "one", "all", "0"]
 )
-def test_it_is_whole_and_needs_nothing_else(results: list[Result]) -> None:
+def test_report_is_valid_html_without_external_files(results: list[Result]) -> None:
     text = report(results, Threshold.read("75%"))
     page = Page(text)
     assert page.open == []
@@ -58,27 +58,27 @@ def test_it_is_whole_and_needs_nothing_else(results: list[Result]) -> None:
     assert not re.search(r"@import|url\(", text)
 
 
-def test_the_worst_come_first_and_are_open() -> None:
+def test_report_shows_worst_runs_first_and_opened() -> None:
     page = Page(report(RESULTS, None))
     assert re.findall(r"tiny seed \d", page.text) == ["tiny seed 3", "tiny seed 2", "tiny seed 4", "tiny seed 1"]
     assert ["open" in attributes for tag, attributes in page.tags if tag == "details"] == [True, True, True, False]
 
 
-def test_what_it_says() -> None:
+def test_report_contains_scores_reasons_and_evidence() -> None:
     page = Page(report(RESULTS, Threshold.read("75%")))
     for text in (
         "my.py:Mine",
-        "1 trial, 4 seeds; every run was to reach 75 % of the points",
+        "1 trial, 4 seeds; required of every run: 75 % of the points",
         "1 of 4",
         "33.3%",
-        "2 of 12 points, but 75 % of the points were asked for",
-        "still at work after 5 s",
+        "2 of 12 points, below the required 75 % of the points",
+        "still running after 5 s",
         "ValueError: <no> & \x07 \x1b[31m",
         "bin1|gear_part_1",
-        "besides: bin2|disk_part_1 (wrong type)",
+        "extra: bin2|disk_part_1 (wrong type)",
         "kit order_0_kit_0: 2 of 6 points",
-        "there 1 of 2, pose 1 of 2, bonus 0 of 2 (an ordered part is not there)",
-        "kit order_0_kit_1: 0 of 4 points within reach, 6 on paper",
+        "present 1 of 2, pose 1 of 2, bonus 0 of 2 (an ordered part is not there)",
+        "kit order_0_kit_1: 0 of 4 points attainable, 6 at most",
         "its kit was never submitted",
         "none on the tray <when> submitted",
     ):
@@ -86,6 +86,6 @@ def test_what_it_says() -> None:
     assert "2 trials" in Page(report([result(), result(trial="other")], None)).text
 
 
-def test_a_run_without_a_report_has_no_timeline() -> None:
+def test_lost_run_has_no_timeline() -> None:
     assert '<svg class="timeline"' not in report([LOST], None)
     assert report([worked()], None).count('<svg class="timeline"') == 1

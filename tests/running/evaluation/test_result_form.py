@@ -45,7 +45,7 @@ def changed(way: str, value: object) -> dict[str, Any]:
     return document
 
 
-def test_a_whole_result_comes_back_and_makes_a_report() -> None:
+def test_result_from_json_gives_same_json_and_report() -> None:
     read = Result.from_json(changed("log", ["x"]))
     assert read.as_json() == WHOLE
     assert "order_0_kit_0" in report([read], None)
@@ -54,30 +54,30 @@ def test_a_whole_result_comes_back_and_makes_a_report() -> None:
 @pytest.mark.parametrize(
     ("way", "value", "what"),
     [
-        ("trial", 3, "trial should be a text"),
-        ("key", {}, "key should be a text"),
-        ("points", "8", "points should be a finite number"),
-        ("wall", float("nan"), "wall should be a finite number"),
-        ("best", 10**400, "best should be a finite number"),
-        ("seed", True, "seed should be a whole number"),
-        ("vary", 0, "vary should be true or false"),
-        ("log", "x", "log should be a list"),
-        ("log", [1], r"log\[0\] should be a text"),
-        ("limits", {"wall": "x"}, "limits.wall should be a finite number"),
-        ("limits", 3, "limits should be an object"),
-        ("score", [], "score should be an object"),
-        ("score.orders.0.kits.0.total", None, r"score.orders\[0\].kits\[0\].total should be a finite number"),
+        ("trial", 3, "trial must be a string"),
+        ("key", {}, "key must be a string"),
+        ("points", "8", "points must be a finite number"),
+        ("wall", float("nan"), "wall must be a finite number"),
+        ("best", 10**400, "best must be a finite number"),
+        ("seed", True, "seed must be a whole number"),
+        ("vary", 0, "vary must be true or false"),
+        ("log", "x", "log must be a list"),
+        ("log", [1], r"log\[0\] must be a string"),
+        ("limits", {"wall": "x"}, "limits.wall must be a finite number"),
+        ("limits", 3, "limits must be an object"),
+        ("score", [], "score must be an object"),
+        ("score.orders.0.kits.0.total", None, r"score.orders\[0\].kits\[0\].total must be a finite number"),
         ("score.orders.0.kits.0.parts.0.sentence", ..., r"parts\[0\].sentence is missing"),
         ("timeline.end", ..., "timeline.end is missing"),
-        ("timeline.held.0.end", "x", r"timeline.held\[0\].end should be a finite number"),
-        ("timeline.agvs.1", 3, "timeline.agvs.1 should be a list"),
+        ("timeline.held.0.end", "x", r"timeline.held\[0\].end must be a finite number"),
+        ("timeline.agvs.1", 3, "timeline.agvs.1 must be a list"),
     ],
 )
-def test_a_misfit_is_reported(way: str, value: object, what: str) -> None:
+def test_misfit_in_result_is_refused_with_place(way: str, value: object, what: str) -> None:
     with pytest.raises(ResultError, match=f"not a result of this version of Cellwright: .*{what}"):
         Result.from_json(changed(way, value))
 
 
-def test_a_lost_run_has_no_score_and_no_timeline() -> None:
+def test_lost_run_without_score_and_timeline_is_valid() -> None:
     bare = {**WHOLE, "log": [], "score": {}, "timeline": {}}
     assert "lesson" in report([Result.from_json(bare)], None)

@@ -26,14 +26,14 @@ def write(folder: Path) -> bytes:
         return store.path.read_bytes()
 
 
-def test_results_are_on_disk_at_once_and_come_back(tmp_path: Path) -> None:
+def test_appended_results_are_on_disk_and_read_back(tmp_path: Path) -> None:
     lines = write(tmp_path / "new" / "folder").splitlines()
     assert [json.loads(line)["outcome"] for line in lines] == ["done", "crashed", "wall_limit"]
     with ResultsFile(tmp_path / "new" / "folder") as store:
         assert list(store.results.values()) == [worked(), CRASHED, LOST]
 
 
-def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
+def test_later_result_of_same_key_counts(tmp_path: Path) -> None:
     write(tmp_path)
     with ResultsFile(tmp_path) as store:
         store.append(replace(LOST, points=1.0))
@@ -45,15 +45,15 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
-def test_a_file_that_is_not_regular_is_not_read(tmp_path: Path, device: str) -> None:
+def test_file_that_is_not_regular_is_refused(tmp_path: Path, device: str) -> None:
     (tmp_path / RESULTS_NAME).symlink_to(device)
-    with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
+    with pytest.raises(UsageError, match=r"results\.jsonl: not a regular file"):
         ResultsFile(tmp_path)
 
 
 @pytest.mark.slow
 @given(cut=st.integers(min_value=0, max_value=10_000))
-def test_wherever_it_was_cut_off_whole_lines_count_and_it_goes_on(
+def test_truncated_file_keeps_whole_lines_and_takes_new_ones(
     cut: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     folder = tmp_path_factory.mktemp("cut")
@@ -71,29 +71,29 @@ def test_wherever_it_was_cut_off_whole_lines_count_and_it_goes_on(
 
 
 @pytest.mark.parametrize("line", ["no json\n", "[]\n", "{}\n", '{"key": "a"}\n', "\n"])
-def test_another_file_is_refused_and_left_alone(line: str, tmp_path: Path) -> None:
+def test_file_with_other_content_is_refused_and_unchanged(line: str, tmp_path: Path) -> None:
     first = write(tmp_path)
     file = tmp_path / "results.jsonl"
     file.write_bytes(first + line.encode() + first)
-    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to begin anew"):
+    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to start over"):
         ResultsFile(tmp_path)
     assert file.read_bytes() == first + line.encode() + first
 
 
-def test_a_folder_is_for_one_at_a_time(tmp_path: Path) -> None:
-    with ResultsFile(tmp_path), pytest.raises(UsageError, match="another evaluation is at work"):
+def test_folder_in_use_is_refused(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path), pytest.raises(UsageError, match="in use by another evaluation"):
         ResultsFile(tmp_path)
     ResultsFile(tmp_path).close()
 
 
-def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_created_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="exists"):
         ResultsFile(tmp_path / "file")
 
 
 @pytest.mark.parametrize("line", ["[" * 100_000, '{"a": NaN}', "1" * 5000, '"\\ud800"', "\x00"])
-def test_lines_that_are_no_results_are_refused_in_one_line(tmp_path: Path, line: str) -> None:
+def test_invalid_lines_are_refused_in_one_line(tmp_path: Path, line: str) -> None:
     (tmp_path / RESULTS_NAME).write_text(f"{line}\n")
     with pytest.raises(UsageError, match=r"results\.jsonl:1: ") as raised:
         ResultsFile(tmp_path)
@@ -118,7 +118,7 @@ class FullDisk:
 
 
 @pytest.mark.parametrize("room", [0, 10])
-def test_a_full_disk_keeps_what_is_there_and_no_half(room: int, tmp_path: Path) -> None:
+def test_full_disk_keeps_earlier_results_without_partial_line(room: int, tmp_path: Path) -> None:
     with ResultsFile(tmp_path) as store:
         store.append(worked())
         before = store.path.read_bytes()
@@ -133,14 +133,14 @@ def test_a_full_disk_keeps_what_is_there_and_no_half(room: int, tmp_path: Path) 
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="what is open cannot be removed there")
-def test_a_file_that_was_removed_is_noticed(tmp_path: Path) -> None:
+def test_removed_file_is_reported_at_append(tmp_path: Path) -> None:
     with ResultsFile(tmp_path) as store:
         store.path.unlink()
         with pytest.raises(FileNotFoundError):
             store.append(worked())
 
 
-def test_a_return_within_a_line_cuts_nothing_off(tmp_path: Path) -> None:
+def test_carriage_return_in_line_does_not_split_it(tmp_path: Path) -> None:
     file = tmp_path / RESULTS_NAME
     file.write_bytes(b"a\rb\n")
     with pytest.raises(UsageError, match=":1:"):

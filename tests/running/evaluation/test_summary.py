@@ -25,17 +25,17 @@ from tests.running.evaluation.results import CRASHED, LOST, result, worked
     ("text", "points", "reached"),
     [("8", 8.0, True), ("8", 7.9, False), ("75%", 9.0, True), ("75 %", 8.9, False), ("-1", 0.0, True), ("0%", 0, True)],
 )
-def test_a_threshold(text: str, points: float, reached: bool) -> None:
+def test_threshold_is_reached_by_points_or_share(text: str, points: float, reached: bool) -> None:
     assert Threshold.read(text).is_reached(result(points)) == reached
 
 
 @pytest.mark.parametrize("text", ["", "%", "much", "nan", "inf%", "8 points"])
 def test_invalid_thresholds_are_refused(text: str) -> None:
-    with pytest.raises(UsageError, match="give points, such as 8, or a share"):
+    with pytest.raises(UsageError, match="or a share of the attainable points"):
         Threshold.read(text)
 
 
-def test_a_trial_without_points_to_earn_is_reached_in_full() -> None:
+def test_trial_without_attainable_points_has_full_share() -> None:
     assert result(0.0, reachable=0.0).share == 1.0
     assert Threshold.read("100%").is_reached(result(0.0, reachable=0.0))
 
@@ -44,13 +44,13 @@ def test_shortcoming_gives_the_reason() -> None:
     half = Threshold.read("50%")
     assert shortcoming(result(6.0), half) == ""
     assert shortcoming(result(0.0), None) == ""
-    assert shortcoming(result(5.0), half) == "5 of 12 points, but 50 % of the points were asked for"
-    assert shortcoming(result(5.0), Threshold.read("5.5")) == "5 of 12 points, but 5.5 points were asked for"
-    assert shortcoming(LOST, None) == "still at work after 5 s"
+    assert shortcoming(result(5.0), half) == "5 of 12 points, below the required 50 % of the points"
+    assert shortcoming(result(5.0), Threshold.read("5.5")) == "5 of 12 points, below the required 5.5 points"
+    assert shortcoming(LOST, None) == "still running after 5 s"
     assert shortcoming(result(12.0, outcome="time_limit", reason="time limit"), half) == "time limit"
 
 
-def test_a_summary_for_each_trial() -> None:
+def test_summarize_gives_figures_per_trial() -> None:
     first, second = summarize([result(12.0), result(6.0, seed=2), LOST, result(1.0, trial="other", reachable=2.0)])
     assert (first.trial, first.runs, first.mean, first.min, first.max, first.reachable) == (
         "tiny",
@@ -70,7 +70,7 @@ def test_a_summary_for_each_trial() -> None:
 
 @pytest.mark.slow
 @given(points=st.lists(st.floats(min_value=0.0, max_value=12.0), min_size=1, max_size=30))
-def test_bounds_of_a_summary(points: list[float]) -> None:
+def test_mean_of_summary_lies_between_min_and_max(points: list[float]) -> None:
     (summary,) = summarize([result(each, seed=seed) for seed, each in enumerate(points)])
     assert summary.min <= summary.mean + 1e-9
     assert summary.mean <= summary.max + 1e-9
@@ -78,25 +78,25 @@ def test_bounds_of_a_summary(points: list[float]) -> None:
     assert sum(summary.outcomes.values()) == len(points)
 
 
-def test_the_worst_come_first() -> None:
+def test_worst_first_orders_lost_before_low_scores() -> None:
     results = [result(12.0), CRASHED, result(3.0, seed=5), LOST]
     assert worst_first(results) == [LOST, CRASHED, results[2], results[0]]
 
 
-def test_the_document_is_json_and_has_everything() -> None:
+def test_summary_document_is_json_with_all_fields() -> None:
     document = json.loads(json.dumps(summary_document([worked(), LOST], Threshold.read("75%"), 1), allow_nan=False))
     assert (document["exit_status"], document["runs"], document["passed"]) == (1, 2, 0)
     assert document["min_score"] == "75 % of the points"
     assert document["trials"][0]["outcomes"] == {"done": 1, "wall_limit": 1}
     assert [each["shortcoming"] for each in document["results"]] == [
-        "2 of 12 points, but 75 % of the points were asked for",
-        "still at work after 5 s",
+        "2 of 12 points, below the required 75 % of the points",
+        "still running after 5 s",
     ]
     assert document["results"][0]["score"]["orders"][0]["kits"][0]["bonus"] == "parts short"
     assert document["versions"]["cellwright"]
 
 
-def test_a_result_survives_json() -> None:
+def test_result_survives_json() -> None:
     for each in (worked(), CRASHED, LOST):
         assert Result.from_json(json.loads(json.dumps(each.as_json()))) == each
     wrongs: list[object] = [None, [], {}, {**LOST.as_json(), "more": 1}]
@@ -105,6 +105,6 @@ def test_a_result_survives_json() -> None:
             Result.from_json(wrong)
 
 
-def test_results_in_words() -> None:
+def test_result_has_name_and_ending_in_words() -> None:
     assert (LOST.name, LOST.ending, LOST.is_lost, LOST.is_done) == ("tiny seed 3", "lost: wall limit", True, False)
     assert (CRASHED.ending, CRASHED.is_lost) == ("the agent crashed", False)

@@ -14,7 +14,7 @@ from tests.cells import KITTING
 from tests.running.run.test_run import Script, deliver_and_go_on, work
 
 
-def test_orders_kits_and_agvs() -> None:
+def test_timeline_has_orders_kits_and_agv_states() -> None:
     cell = Cell(KITTING)
     timeline = Timeline(cell)
     result = run_cell(cell, Script(deliver_and_go_on), RunOptions(on_progress=lambda _: timeline.look()))
@@ -34,7 +34,7 @@ def test_orders_kits_and_agvs() -> None:
 
 
 @pytest.mark.slow
-def test_looking_on_changes_nothing() -> None:
+def test_timeline_does_not_change_run() -> None:
     cell = Cell(KITTING)
     timeline = Timeline(cell)
     watched = run_cell(cell, Script(deliver_and_go_on), RunOptions(on_progress=lambda _: timeline.look()))
@@ -42,7 +42,7 @@ def test_looking_on_changes_nothing() -> None:
 
 
 @pytest.mark.slow
-def test_what_the_gripper_holds() -> None:
+def test_timeline_has_part_in_gripper() -> None:
     above, on = [2.5, 0.25, -1.0, 3.2, 3.0, -1.51, 0.0], [2.09, 0.25, -0.47, 3.2, 3.1, -1.51, 0.0]
 
     def pick(client: Client) -> None:

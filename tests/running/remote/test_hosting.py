@@ -89,7 +89,7 @@ def hosted(
 
 
 @pytest.mark.slow
-def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
+def test_remote_agent_gives_result_of_in_process_run(agents: str) -> None:
     agent = f"{agents}:Delivers"
     here = run_cell(Cell(KITTING), find_agent(agent)())
     lines: list[str] = []
@@ -101,7 +101,7 @@ def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
+def test_run_without_lockstep_keeps_speed(agents: str) -> None:
     result = hosted(f"{agents}:Delivers", rate=5.0)
     assert result.outcome is Outcome.DONE
     assert result.score.total > 0
@@ -111,7 +111,7 @@ def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
 @QUICK_AGENTS
 @pytest.mark.slow
 @pytest.mark.parametrize("lockstep", [True, False])
-def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
+def test_run_stops_at_until(agents: str, lockstep: bool) -> None:
     result = hosted(f"{agents}:Waits", lockstep=lockstep, until=0.5)
     assert result.outcome is Outcome.UNTIL
     assert result.simulated == pytest.approx(0.5)
@@ -127,7 +127,7 @@ def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
         ("Dies", "the agent's process ended with status 7\n"),
     ],
 )
-def test_an_agent_that_fails_is_reported(agents: str, name: str, error: str) -> None:
+def test_failing_agent_is_reported_as_crash(agents: str, name: str, error: str) -> None:
     result = hosted(f"{agents}:{name}", lockstep=True)
     assert result.outcome is Outcome.CRASHED
     assert result.error.endswith(error)
@@ -136,14 +136,14 @@ def test_an_agent_that_fails_is_reported(agents: str, name: str, error: str) -> 
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
+def test_agent_that_cannot_be_made_is_refused(agents: str) -> None:
     with pytest.raises(AgentError, match="cannot be made"):
         hosted(f"{agents}:CannotBeMade", lockstep=True)
 
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
+def test_run_is_interrupted_while_agent_waits(agents: str) -> None:
     with Session(Cell(KITTING), serve=ServerOptions(port=0), rate=1.0) as session:
         result = session.run(RemoteAgent(f"{agents}:Waits", on_message=lambda _: session.stop.request()))
     assert result.outcome is Outcome.INTERRUPTED
@@ -151,18 +151,18 @@ def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
-    said: list[str] = []
-    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, on_message=said.append)
+def test_agent_that_ignores_end_is_killed(agents: str) -> None:
+    lines: list[str] = []
+    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, on_message=lines.append)
     child.end(TIMEOUT)
-    with pytest.raises(AgentError, match="nobody answers"):
-        child.worked(was_there=False)
+    with pytest.raises(AgentError, match="no server answers"):
+        child.agent_exit(has_connected=False)
     result = hosted(f"{agents}:Clings", until=0.2, rate=1.0)
     assert result.outcome is Outcome.UNTIL
 
 
 @pytest.mark.slow
-def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_killed_parent_leaves_no_agent_process(agents: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither the agent, which ignores signals, nor its child processes, nor its files."""
     files = tmp_path / "files"
     files.mkdir()
@@ -242,7 +242,7 @@ def hostile(agents: str) -> str:
 @pytest.mark.parametrize(
     "deed", ["forged", "cut", "of_another_kind", "nested", "a_pipe", "a_folder", "a_link", "missing"]
 )
-def test_a_run_with_a_forged_report_has_its_score(hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str) -> None:
+def test_run_with_forged_report_keeps_score(hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str) -> None:
     monkeypatch.setenv("DEED", deed)
     result = hosted(f"{hostile}:Lies", lockstep=True)
     assert result.score.total > 0.0
@@ -253,10 +253,12 @@ def test_a_run_with_a_forged_report_has_its_score(hostile: str, monkeypatch: pyt
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only there a process can take on orphans")
 @pytest.mark.parametrize("name", ["Threads", "Forks"])
-def test_the_run_ends_when_its_agent_has_whatever_that_leaves_behind(hostile: str, name: str) -> None:
-    said: list[str] = []
-    result = hosted(f"{hostile}:{name}", lockstep=True, on_message=said.append)
+def test_run_ends_with_agent_despite_leftover_processes(hostile: str, name: str) -> None:
+    lines: list[str] = []
+    result = hosted(f"{hostile}:{name}", lockstep=True, on_message=lines.append)
     assert (result.outcome, result.error) == (Outcome.DONE, "")
     assert result.score.total > 0.0
-    left = "the agent left a process running, now ended: " if name == "Forks" else "left running, and ended with the"
-    assert any(left in line for line in said)
+    left = (
+        "the agent left a process running, now ended: " if name == "Forks" else "threads left running, ended with the"
+    )
+    assert any(left in line for line in lines)

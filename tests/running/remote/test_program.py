@@ -14,9 +14,7 @@ def over(*_arguments: object, **_more: object) -> None:
     raise RunEndedError("the run is over")
 
 
-def test_a_run_that_is_over_before_its_agent_has_come_is_no_crash(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_run_over_before_agent_connects_is_no_crash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(program, "SocketTransport", over)
     report = tmp_path / "report.json"
     program.main(["socket", "127.0.0.1", "1", "/agent", "lesson", str(report), "30"])

@@ -38,7 +38,7 @@ class IntoThePost:
 
 
 @pytest.mark.slow
-def test_an_arm_held_up_by_a_post_is_reported(tmp_path: Path) -> None:
+def test_arm_held_up_by_post_is_reported(tmp_path: Path) -> None:
     log = RunLog(tmp_path / "run.jsonl")
     cell = Cell(ARM_ONLY)
     result = run_cell(cell, IntoThePost(), RunOptions(log=log, ends_when_done=False))
@@ -56,7 +56,7 @@ def test_an_arm_held_up_by_a_post_is_reported(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_path: Path) -> None:
+def test_recorded_panel_has_collisions_and_outcome(tmp_path: Path) -> None:
     result = run_cell(
         Cell(ARM_ONLY), IntoThePost(), RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False)
     )
@@ -70,7 +70,7 @@ def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_p
     assert panels[-1]["result"]["state_hash"] == result.state_hash
 
 
-def test_a_panel_shows_the_newest_collisions_and_counts_all() -> None:
+def test_panel_shows_newest_collisions_and_counts_all() -> None:
     watch = CollisionWatch(Cell(ARM_ONLY))
     assert watch.panel() == {"count": 0, "latest": []}
     watch.collisions = [Collision("forearm_link", "bin7", float(at), at + 0.5, 0.01234) for at in range(30)]
@@ -93,5 +93,5 @@ class Nowhere:
         client.sleep(1.0)
 
 
-def test_an_arm_that_touches_nothing_has_no_collision() -> None:
+def test_arm_without_contact_has_no_collision() -> None:
     assert run_cell(Cell(ARM_ONLY), Nowhere()).collisions == []

@@ -54,7 +54,7 @@ def at_once(error: BaseException) -> Callable[[Client], object]:
 @pytest.mark.parametrize(
     "error", [OwnError, GeneratorExit, asyncio.CancelledError, MemoryError, RecursionError, StopIteration]
 )
-def test_any_error_is_a_crash_and_the_score_stands(
+def test_any_error_of_agent_is_crash_and_score_stands(
     error: type[BaseException], how: Callable[[BaseException], Callable[[Client], object]]
 ) -> None:
     result = work(how(error("mine")))
@@ -63,28 +63,28 @@ def test_any_error_is_a_crash_and_the_score_stands(
     assert "working.py" not in result.error
 
 
-def test_its_error_text_can_be_printed_and_stored() -> None:
-    said = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
-    assert len(said) < 30_000
-    assert all(sign.isprintable() or sign == "\n" for sign in said)
-    said.encode()
-    assert "\\ud800 \\x1b[2J\n\\x00 <b>longlong" in said
+def test_error_text_of_agent_is_printable_and_bounded() -> None:
+    text = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
+    assert len(text) < 30_000
+    assert all(sign.isprintable() or sign == "\n" for sign in text)
+    text.encode()
+    assert "\\ud800 \\x1b[2J\n\\x00 <b>longlong" in text
 
 
 @pytest.mark.parametrize("error", [UnsaidError(), SystemExit(UnsaidError())])
-def test_an_error_that_cannot_say_itself(error: BaseException) -> None:
+def test_error_without_text_is_crash(error: BaseException) -> None:
     result = work(at_once(error))
     assert (result.outcome, "UnsaidError" in result.error) == (Outcome.CRASHED, True)
 
 
-def test_endless_recursion() -> None:
+def test_endless_recursion_is_crash() -> None:
     def script(client: Client) -> object:
         return script(client)
 
     assert work(script).outcome is Outcome.CRASHED
 
 
-def test_an_error_in_a_callback_that_it_catches_is_its_own_affair() -> None:
+def test_error_in_callback_caught_by_agent_does_not_end_run() -> None:
     def script(client: Client) -> None:
         def fail(_message: object) -> None:
             raise OwnError
@@ -98,7 +98,7 @@ def test_an_error_in_a_callback_that_it_catches_is_its_own_affair() -> None:
     assert work(script).outcome is Outcome.DONE
 
 
-def test_its_changes_of_the_process_are_restored(tmp_path: Path) -> None:
+def test_process_state_changed_by_agent_is_restored(tmp_path: Path) -> None:
     folder, numbers = Path.cwd(), np.geterr()
 
     def script(client: Client) -> None:
@@ -111,7 +111,7 @@ def test_its_changes_of_the_process_are_restored(tmp_path: Path) -> None:
     assert (Path.cwd(), np.geterr()) == (folder, numbers)
 
 
-def test_its_other_threads_cannot_touch_the_client() -> None:
+def test_client_refuses_calls_from_other_threads() -> None:
     errors: list[BaseException] = []
 
     def script(client: Client) -> None:
@@ -135,10 +135,12 @@ def test_its_other_threads_cannot_touch_the_client() -> None:
 
     assert work(script).state_hash == work(deliver).state_hash
     assert len(errors) == 5
-    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in errors)
+    assert all(
+        isinstance(error, UsageError) and "works in the thread that created it" in str(error) for error in errors
+    )
 
 
-def test_a_client_kept_past_the_end_moves_nothing() -> None:
+def test_client_used_after_end_changes_nothing() -> None:
     kept: list[Client] = []
     cell = Cell(KITTING)
 

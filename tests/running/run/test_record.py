@@ -27,7 +27,7 @@ class Delivers:
         client.control_agv(1, "order_0_kit_0")
 
 
-def test_a_run_is_recorded_with_its_score(tmp_path: Path) -> None:
+def test_recording_of_run_has_score(tmp_path: Path) -> None:
     options = RecordOptions([tmp_path / "a.mcap", tmp_path / "a.bag"], {"agent": "delivers"})
     cell = Cell(KITTING, seed=3)
     result = run_cell(cell, Delivers(), RunOptions(record=options))
@@ -56,7 +56,7 @@ def test_a_run_is_recorded_with_its_score(tmp_path: Path) -> None:
         assert recording.start is None
 
 
-def test_a_recording_holds_the_start_and_the_sources_of_its_run(tmp_path: Path) -> None:
+def test_recording_has_start_and_sources_of_run(tmp_path: Path) -> None:
     with sources_collected() as sources:
         trial = load_trial("lesson")
     cell, start = Cell(trial), tmp_path / "start.npz"
@@ -72,7 +72,7 @@ def test_a_recording_holds_the_start_and_the_sources_of_its_run(tmp_path: Path) 
         assert recording.start is not None
 
 
-def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
+def test_recording_of_aborted_run_is_closed(tmp_path: Path) -> None:
     cell = Cell(KITTING)
 
     class BreakOffError(BaseException):

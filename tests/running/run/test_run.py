@@ -44,7 +44,7 @@ def deliver_and_go_on(client: Client) -> None:
         client.sleep(0.1)
 
 
-def test_a_kit_that_was_sent_off_is_waited_for() -> None:
+def test_run_waits_for_kit_on_its_way() -> None:
     result = work(deliver)
     assert (result.outcome, result.competition_state, result.score.total) == (Outcome.DONE, "done", 6.0)
     assert result.simulated == pytest.approx(1.1 + 0.75 + 0.004, abs=0.005)
@@ -54,13 +54,13 @@ def test_a_kit_that_was_sent_off_is_waited_for() -> None:
     assert result.real_time_factor == pytest.approx(result.simulated / result.wall)
 
 
-def test_an_endless_agent_is_ended_a_while_after_the_competition() -> None:
+def test_endless_agent_is_ended_after_grace_time() -> None:
     result = work(deliver_and_go_on)
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
     assert result.simulated == pytest.approx(1.85 + GRACE, abs=0.1)
 
 
-def test_an_agent_that_catches_every_exception_is_ended_too() -> None:
+def test_agent_that_catches_every_exception_is_ended() -> None:
     caught: list[Exception] = []
 
     def stubborn(client: Client) -> None:
@@ -75,7 +75,7 @@ def test_an_agent_that_catches_every_exception_is_ended_too() -> None:
     assert caught == []
 
 
-def test_an_agent_may_clean_up_when_the_run_is_over() -> None:
+def test_agent_can_clean_up_when_run_is_over() -> None:
     reasons: list[str] = []
 
     def tidy(client: Client) -> None:
@@ -89,7 +89,7 @@ def test_an_agent_may_clean_up_when_the_run_is_over() -> None:
     assert reasons == ["the competition is done"]
 
 
-def test_the_time_limit() -> None:
+def test_run_over_time_limit_has_outcome_time_limit() -> None:
     def wait(client: Client) -> None:
         client.start_competition()
         client.sleep(100.0)
@@ -99,12 +99,12 @@ def test_the_time_limit() -> None:
     assert result.simulated == pytest.approx(1.0 + GRACE, abs=0.01)
 
 
-def test_an_agent_that_gives_up() -> None:
+def test_agent_that_returns_early_gives_up() -> None:
     result = work(lambda client: client.start_competition())
     assert (result.outcome, result.competition_state) == (Outcome.GAVE_UP, "go")
 
 
-def test_an_agent_that_crashes_is_reported_and_the_score_stands() -> None:
+def test_crashing_agent_is_reported_and_score_stands() -> None:
     def crash(client: Client) -> None:
         deliver(client)
         client.sleep(1.0)
@@ -117,7 +117,7 @@ def test_an_agent_that_crashes_is_reported_and_the_score_stands() -> None:
     assert result.error.endswith("LookupError: the part has gone\n")
 
 
-def test_an_agent_that_crashes_in_a_callback() -> None:
+def test_crash_in_callback_of_agent_is_reported() -> None:
     def crash(client: Client) -> None:
         client.subscribe("/ariac/joint_states", lambda message: message.no_such_field)
         client.sleep(1.0)
@@ -137,7 +137,7 @@ def test_an_agent_that_crashes_in_a_callback() -> None:
         ("no parts left", Outcome.CRASHED, "the agent exited with 'no parts left'\n"),
     ],
 )
-def test_an_agent_that_exits_ends_the_run_and_nothing_else(status: object, outcome: Outcome, error: str) -> None:
+def test_exit_of_agent_ends_only_run(status: object, outcome: Outcome, error: str) -> None:
     def leave(client: Client) -> None:
         deliver(client)
         sys.exit(status)  # type: ignore[arg-type]
@@ -146,7 +146,7 @@ def test_an_agent_that_exits_ends_the_run_and_nothing_else(status: object, outco
     assert (result.outcome, result.error) == (outcome, error)
 
 
-def test_an_interrupted_run_has_a_result() -> None:
+def test_interrupted_run_has_result() -> None:
     def interrupt(client: Client) -> None:
         client.sleep(0.5)
         raise KeyboardInterrupt
@@ -155,20 +155,20 @@ def test_an_interrupted_run_has_a_result() -> None:
     assert (result.outcome, result.simulated) == (Outcome.INTERRUPTED, 0.5)
 
 
-def test_until() -> None:
+def test_run_stops_at_until() -> None:
     result = work(deliver_and_go_on, until=1.5)
     assert (result.outcome, result.simulated, result.competition_state) == (Outcome.UNTIL, 1.5, "go")
     assert work(deliver_and_go_on, until=10.0).outcome is Outcome.DONE
 
 
-def test_without_an_agent_a_run_needs_an_end() -> None:
-    with pytest.raises(UsageError, match="without an agent a run has no end"):
+def test_run_without_agent_or_end_is_refused() -> None:
+    with pytest.raises(UsageError, match="a run without an agent needs an end"):
         run_cell(Cell(BARE), None)
     result = run_cell(Cell(BARE), None, RunOptions(until=0.25))
     assert (result.outcome, result.steps, result.competition_state) == (Outcome.UNTIL, 125, "init")
 
 
-def test_a_trial_without_orders_is_done_as_soon_as_it_is_started() -> None:
+def test_trial_without_orders_is_done_at_once() -> None:
     def wait(client: Client) -> None:
         client.start_competition()
         client.wait_until(lambda: client.competition_state == "done")
@@ -178,7 +178,7 @@ def test_a_trial_without_orders_is_done_as_soon_as_it_is_started() -> None:
     assert result.simulated == pytest.approx(0.1)
 
 
-def test_listeners_are_counted() -> None:
+def test_listened_topics_have_message_counts() -> None:
     result = work(
         deliver, listen=["/ariac/orders", "/clock", "/ariac/arm/command"], cell=Cell(replace(KITTING, has_arm=True))
     )
@@ -189,7 +189,7 @@ def test_listeners_are_counted() -> None:
         work(deliver, listen=["/ariac/order"])
 
 
-def test_listening_and_looking_leave_the_run_as_it_is() -> None:
+def test_listeners_and_actions_do_not_change_run() -> None:
     plain = work(deliver)
     looked: list[float] = []
     watched = work(
@@ -207,7 +207,7 @@ def test_listening_and_looking_leave_the_run_as_it_is() -> None:
     assert len(looked) == 2 + 18
 
 
-def test_a_cell_can_be_run_again() -> None:
+def test_cell_can_be_run_again_with_same_result() -> None:
     cell = Cell(KITTING)
     looked: list[float] = []
     first = work(
@@ -226,14 +226,14 @@ def test_a_cell_can_be_run_again() -> None:
     assert len(cell.competition.on_effect) == len(Cell(KITTING).competition.on_effect)
 
 
-def test_paced_by_the_wall_clock() -> None:
+def test_paced_run_has_same_state_and_valid_speed() -> None:
     result = work(deliver, until=0.05, speed=1.0)
     assert result.state_hash == work(deliver, until=0.05).state_hash
-    with pytest.raises(UsageError, match="a speed must be above 0"):
+    with pytest.raises(UsageError, match="speed must be a finite number above 0"):
         work(deliver, speed=0.0)
 
 
-def test_refusals_are_reported_to_the_last() -> None:
+def test_refusals_are_reported_up_to_last() -> None:
     lines: list[str] = []
 
     def clumsy(client: Client) -> None:
@@ -247,7 +247,7 @@ def test_refusals_are_reported_to_the_last() -> None:
     assert lines[1] == "refused /ariac/arm/command from /agent: 4 more since the last report"
 
 
-def test_a_run_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
+def test_run_continues_from_checkpoint(tmp_path: Path) -> None:
     file = tmp_path / "1.5.npz"
 
     def watch(client: Client) -> None:
@@ -260,7 +260,7 @@ def test_a_run_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
     assert rest.steps == whole.steps - 750
 
 
-def test_checkpoints_of_one_run_are_not_those_of_the_next(tmp_path: Path) -> None:
+def test_checkpoints_of_run_do_not_apply_to_next_run(tmp_path: Path) -> None:
     cell, file = Cell(KITTING), tmp_path / "file.npz"
     saved = work(deliver, cell, checkpoints=[(Fraction(1), file)])
     file.unlink()
@@ -269,7 +269,7 @@ def test_checkpoints_of_one_run_are_not_those_of_the_next(tmp_path: Path) -> Non
     assert plain.state_hash == work(deliver).state_hash != saved.state_hash
 
 
-def test_a_run_that_begins_when_all_is_done_ends(tmp_path: Path) -> None:
+def test_run_from_checkpoint_of_done_competition_ends(tmp_path: Path) -> None:
     file = tmp_path / "late.npz"
     work(deliver_and_go_on, checkpoints=[(Fraction(3), file)])
     looked: list[float] = []
@@ -284,6 +284,6 @@ def test_a_run_that_begins_when_all_is_done_ends(tmp_path: Path) -> None:
     assert looked == [3.0]  # a time in the past is now
 
 
-def test_versions_are_listed() -> None:
+def test_versions_name_all_dependencies() -> None:
     assert {"cellwright", "mujoco", "numpy", "python", "platform"} == versions().keys()
     assert all(versions().values())

@@ -34,14 +34,14 @@ class Ends:
         client.end_competition()
 
 
-def test_run_cell_and_session_come_to_the_same() -> None:
+def test_run_cell_and_session_give_same_state() -> None:
     with Session(cellwright.Cell(KITTING)) as session:
         result = session.run(Ends())
     assert result.state_hash == run_cell(cellwright.Cell(KITTING), Ends()).state_hash
     assert result is session.result
 
 
-def test_each_run_has_files_of_its_own(tmp_path: Path) -> None:
+def test_second_run_writes_own_files(tmp_path: Path) -> None:
     with Session(KITTING, record=tmp_path / "a.mcap", log=tmp_path / "a.jsonl") as session:
         first, second = session.run(Ends), session.run(Ends)
     assert first.state_hash == second.state_hash
@@ -49,13 +49,13 @@ def test_each_run_has_files_of_its_own(tmp_path: Path) -> None:
     assert [line["kind"] for line in read_json_lines(tmp_path / "a_2.jsonl")][-1] == "result"
 
 
-def test_without_program_clients_or_end_there_is_no_run() -> None:
-    with Session(BARE) as session, pytest.raises(UsageError, match="say until when"):
+def test_run_without_program_clients_or_end_is_refused() -> None:
+    with Session(BARE) as session, pytest.raises(UsageError, match="until: a run without an agent needs an end"):
         session.run()
     assert Session(BARE).run(until=0.25).steps == 125
 
 
-def test_an_agent_is_stopped_from_elsewhere() -> None:
+def test_stop_request_ends_agent() -> None:
     class Waits:
         def run(self, client: Client) -> None:
             client.subscribe("/clock", lambda _: session.stop.request("enough"))
@@ -67,7 +67,7 @@ def test_an_agent_is_stopped_from_elsewhere() -> None:
         assert session.run(Waits()).outcome is Outcome.UNTIL
 
 
-def test_a_client_lets_time_pass_and_observers_follow() -> None:
+def test_client_advances_time_and_observers_follow() -> None:
     seen: list[str] = []
 
     @contextmanager
@@ -85,7 +85,7 @@ def test_a_client_lets_time_pass_and_observers_follow() -> None:
     assert seen == ["begun", "0.5 s"]
 
 
-def test_a_slow_observer_is_not_made_good_by_a_rush() -> None:
+def test_slow_observer_does_not_speed_up_run() -> None:
     @contextmanager
     def dawdle(_: Session) -> Iterator[None]:
         threading.Event().wait(0.4)
@@ -96,7 +96,7 @@ def test_a_slow_observer_is_not_made_good_by_a_rush() -> None:
     assert result.real_time_factor < 2.1  # a slow machine falls behind, none runs ahead
 
 
-def test_a_served_session_can_be_worked_by_a_client() -> None:
+def test_client_over_socket_works_served_session() -> None:
     with Session(cellwright.Cell(KITTING), serve=HERE, lockstep=True) as session:
 
         def work() -> None:
@@ -113,11 +113,11 @@ def test_a_served_session_can_be_worked_by_a_client() -> None:
     assert (result.simulated, result.pace) == (0.2, None)
 
 
-def test_a_robot_and_a_recording_of_it(tmp_path: Path) -> None:
+def test_robot_is_recorded_and_recording_is_played(tmp_path: Path) -> None:
     with Session("tandem", record=tmp_path / "robot.mcap") as session:
         client = session.client("/operator")
         assert not isinstance(client, Client)
-        with pytest.raises(UsageError, match="an agent works a cell"):
+        with pytest.raises(UsageError, match="program: an agent needs a cell"):
             session.run(Ends())
         client.sleep(0.3)
     with Session(tmp_path / "robot.mcap") as played:
@@ -127,7 +127,7 @@ def test_a_robot_and_a_recording_of_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("option", ["record", "video"])
-def test_a_recording_is_neither_recorded_nor_filmed(option: str, tmp_path: Path) -> None:
+def test_recording_cannot_be_recorded_or_filmed(option: str, tmp_path: Path) -> None:
     with Session("tandem", record=tmp_path / "robot.mcap", until=0.1) as session:
         session.run()
     file = tmp_path / f"again.{'mcap' if option == 'record' else 'mp4'}"
@@ -136,17 +136,20 @@ def test_a_recording_is_neither_recorded_nor_filmed(option: str, tmp_path: Path)
     assert not file.exists()
 
 
-def test_an_unknown_name_is_refused() -> None:
+def test_unknown_target_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="lesson"):
         Session("leson").run(until=0.1)
 
 
-def test_a_log_is_of_a_cell(tmp_path: Path) -> None:
-    with Session("tandem", log=tmp_path / "a.jsonl") as session, pytest.raises(UsageError, match="a log is of a run"):
+def test_log_of_robot_is_refused(tmp_path: Path) -> None:
+    with (
+        Session("tandem", log=tmp_path / "a.jsonl") as session,
+        pytest.raises(UsageError, match="log: only a cell has a log"),
+    ):
         session.run(until=0.1)
 
 
-def test_programs_of_version_0_1_have_their_client() -> None:
+def test_session_of_version_0_1_gives_client_with_warning() -> None:
     cell = cellwright.Cell(BARE)
     with pytest.warns(DeprecationWarning, match="NodeClient"):
         client = cellwright.Session.in_process(cell)
@@ -157,7 +160,7 @@ def test_programs_of_version_0_1_have_their_client() -> None:
     client.sleep(0.1)
 
 
-def test_few_calls_lie_between_the_command_line_and_an_agent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_few_stack_frames_lie_between_command_line_and_agent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "counts.py").write_text(
         "import sys, traceback\n"
         "class Counts:\n"
@@ -173,7 +176,7 @@ def test_few_calls_lie_between_the_command_line_and_an_agent(tmp_path: Path, mon
     assert 4 <= len(ours) <= FRAMES, ours
 
 
-def test_options_of_a_run_hold(tmp_path: Path) -> None:
+def test_run_options_apply_to_session(tmp_path: Path) -> None:
     file = tmp_path / "a.npz"
     options = RunOptions(until=0.2, listen=["/clock"], checkpoints=[])
     result = Session(cellwright.Cell(BARE), options=options).run()

@@ -15,7 +15,7 @@ TABLE: list[dict[str, Any]] = json.loads(
 TURNED = ("rh_LFJ5", "lh_LFJ5")  # PyBullet gives their axes in another frame
 
 
-def test_every_joint_has_the_index_of_the_table() -> None:
+def test_joint_has_index_of_table() -> None:
     robot = figures()
     assert [joint.name for joint in robot.joints] == [row["joint"] for row in TABLE]
     assert robot.joint_indices == {row["joint"]: row["index"] for row in TABLE}
@@ -23,7 +23,7 @@ def test_every_joint_has_the_index_of_the_table() -> None:
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row["joint"])
-def test_figures_are_those_of_the_table(row: dict[str, Any]) -> None:
+def test_joint_figures_equal_table(row: dict[str, Any]) -> None:
     robot = figures()
     joint = robot.joints[row["index"]]
     assert joint.type == row["type"]
@@ -39,7 +39,7 @@ def test_figures_are_those_of_the_table(row: dict[str, Any]) -> None:
     assert (1.0 if inertial is None else inertial.mass) == pytest.approx(row["mass"], rel=1e-3)
 
 
-def test_mass_of_the_robot() -> None:
+def test_mass_of_robot_equals_source() -> None:
     """78.74 kg, without the eight links for which the source has no mass."""
     masses = [link.inertial.mass for link in figures().links.values() if link.inertial is not None]
     assert sum(masses) == pytest.approx(78.74, abs=0.01)

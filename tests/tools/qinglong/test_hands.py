@@ -10,7 +10,7 @@ FINGERS = ("ff", "mf", "rf", "lf", "th")
 
 
 @pytest.mark.parametrize("side", ["rh", "lh"])
-def test_every_segment_is_drawn_and_reaches_the_next_joint(side: str) -> None:
+def test_finger_segment_is_drawn_up_to_next_joint(side: str) -> None:
     robot = figures()
     drawn = hand(robot, side)
     for finger in FINGERS:
@@ -22,7 +22,7 @@ def test_every_segment_is_drawn_and_reaches_the_next_joint(side: str) -> None:
 
 
 @pytest.mark.parametrize("side", ["rh", "lh"])
-def test_a_hand_stretched_out_has_its_thumb_up_and_its_palm_to_the_front(side: str) -> None:
+def test_stretched_hand_has_thumb_up_and_palm_to_front(side: str) -> None:
     robot = figures()
     poses = link_poses(robot, {})
     palm = poses[f"{side}_palm"]

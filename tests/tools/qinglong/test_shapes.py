@@ -15,7 +15,7 @@ ANGLE = st.floats(-3.0, 3.0)
 
 
 @given(start=POINT, end=POINT)
-def test_a_rod_goes_from_point_to_point(start: Vector3, end: Vector3) -> None:
+def test_rod_goes_from_point_to_point(start: Vector3, end: Vector3) -> None:
     assume(math.dist(start, end) > 1e-3)
     made = rod(start, end, 0.1, DARK)
     half = made.size[1] / 2
@@ -25,7 +25,7 @@ def test_a_rod_goes_from_point_to_point(start: Vector3, end: Vector3) -> None:
 
 
 @given(centre=POINT, rpy=st.tuples(ANGLE, ANGLE, ANGLE), corner=POINT)
-def test_a_mirror_image_has_every_point_on_the_other_side(centre: Vector3, rpy: Vector3, corner: Vector3) -> None:
+def test_mirrored_shape_has_every_point_on_other_side(centre: Vector3, rpy: Vector3, corner: Vector3) -> None:
     """A corner (x, y, z) of a box is the mirror image of its corner (x, -y, z)."""
     made = block(centre, (1.0, 1.0, 1.0), SHELL, rpy)
     x, y, z = made.pose.transform(corner)
@@ -34,19 +34,19 @@ def test_a_mirror_image_has_every_point_on_the_other_side(centre: Vector3, rpy: 
 
 
 @given(centre=POINT, at=POINT, rpy=st.tuples(ANGLE, ANGLE, ANGLE))
-def test_a_shape_stays_where_it_is_when_its_frame_changes(centre: Vector3, at: Vector3, rpy: Vector3) -> None:
+def test_shape_stays_in_place_when_its_frame_changes(centre: Vector3, at: Vector3, rpy: Vector3) -> None:
     frame = Pose.from_rpy(at, rpy)
     seen = ball(centre, 0.1, SHELL).seen_from(frame)
     assert (frame @ seen.pose).position == pytest.approx(centre, abs=1e-9)
 
 
-def test_a_capsule_has_balls_at_its_ends() -> None:
+def test_capsule_has_balls_at_its_ends() -> None:
     made = capsule((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.2, SHELL)
     assert [shape.kind for shape in made] == ["cylinder", "sphere", "sphere"]
     assert [shape.pose.position[2] for shape in made] == [0.5, 0.0, 1.0]
 
 
-def test_a_cushion_has_the_requested_size_and_is_round_everywhere() -> None:
+def test_cushion_has_requested_size_and_round_edges() -> None:
     centre, size, radius = (1.0, 2.0, 3.0), (0.4, 0.6, 0.8), 0.1
     made = cushion(centre, size, radius, SHELL)
     for axis in range(3):

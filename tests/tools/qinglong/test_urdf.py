@@ -12,12 +12,12 @@ from tools.qinglong.drawing import COLOURS, Shape
 from tools.qinglong.urdf import drawing, figures, solids, urdf_text
 
 
-def test_the_committed_file_equals_the_generated_one() -> None:
+def test_committed_urdf_equals_generated_one() -> None:
     """If this fails, run `python -m tools.qinglong`."""
     assert PATH.read_text("utf-8") == urdf_text()
 
 
-def test_joints_stand_in_the_order_of_their_indices() -> None:
+def test_joints_stand_in_order_of_indices() -> None:
     root = ElementTree.fromstring(PATH.read_text("utf-8"))
     assert [element.get("name") for element in root.findall("joint")] == [joint.name for joint in figures().joints]
 
@@ -29,7 +29,7 @@ def test_shapes_are_on_links_and_in_known_colours() -> None:
     assert set(solids(robot)) <= set(drawing(robot))
 
 
-def test_left_and_right_are_each_other_s_mirror_image() -> None:
+def test_left_and_right_are_mirror_images() -> None:
     robot = figures()
     poses, drawn = link_poses(robot, {}), drawing(robot)
     for right in [name for name in drawn if "_r_" in name]:
@@ -39,7 +39,7 @@ def test_left_and_right_are_each_other_s_mirror_image() -> None:
             assert (poses[left] @ other.pose).position == pytest.approx((x, -y, z), abs=1e-9)
 
 
-def test_it_is_as_tall_as_the_robot_and_stands_on_both_soles() -> None:
+def test_drawn_robot_has_height_of_robot_and_stands_on_both_soles() -> None:
     robot = figures()
     poses, drawn = link_poses(robot, {}), drawing(robot)
     lowest = {foot: _ends(poses[foot], drawn[foot])[0] for foot in ("Link_ankle_r_roll", "Link_ankle_l_roll")}

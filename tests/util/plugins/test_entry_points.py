@@ -74,7 +74,7 @@ def others(site: Path) -> Path:
 
 
 @pytest.mark.usefixtures("site")
-def test_names() -> None:
+def test_plugin_names_are_found_without_import() -> None:
     assert plugins.names("agents") == ["watchman"]
     assert plugins.names("devices") == ["signal_lamp"]
     assert plugins.package("trials", "counting") == "workshop"
@@ -83,7 +83,7 @@ def test_names() -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("site")
-def test_all_of_the_example_at_work() -> None:
+def test_example_plugins_run_together() -> None:
     cell = Cell(load_trial([find_trial("counting")]).trial)
     colours: list[str] = []
     cell.bus.subscribe("/workshop/lamp", lambda message: colours.append(message.data))
@@ -94,7 +94,7 @@ def test_all_of_the_example_at_work() -> None:
 
 
 @pytest.mark.usefixtures("site")
-def test_a_checkpoint_has_the_device_in_it() -> None:
+def test_state_hash_covers_plugin_device() -> None:
     cell = Cell(load_trial([find_trial("counting")]).trial)
     before = cell.state_hash()
     lamp = cell.simulation.devices["lamp"]
@@ -106,7 +106,7 @@ def test_a_checkpoint_has_the_device_in_it() -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("site")
-def test_listening_to_the_sensor_changes_nothing() -> None:
+def test_plugin_sensor_subscriber_does_not_change_state() -> None:
     def run(*, heard: bool) -> str:
         cell = Cell(load_trial([find_trial("counting")]).trial)
         if heard:
@@ -119,7 +119,7 @@ def test_listening_to_the_sensor_changes_nothing() -> None:
 
 
 @pytest.mark.usefixtures("others")
-def test_the_broken_do_not_harm_the_rest() -> None:
+def test_broken_plugins_do_not_affect_others() -> None:
     assert find_trial("counting").name == "counting.yaml"
     assert isinstance(find_agent("watchman")(), Agent)
     assert find_trial("lesson").name == "lesson.yaml"
@@ -138,14 +138,14 @@ def test_the_broken_do_not_harm_the_rest() -> None:
         ("seven", "trial 'seven' of the package odd must be the path of a file (got int)"),
     ],
 )
-def test_trials_refused(name: str, message: str) -> None:
+def test_unusable_plugin_trial_is_refused_with_reason(name: str, message: str) -> None:
     with pytest.raises(PluginError) as raised:
         find_trial(name)
     assert str(raised.value) == message
 
 
 @pytest.mark.usefixtures("others")
-def test_agents_refused() -> None:
+def test_unusable_plugin_agent_is_refused_with_reason() -> None:
     with pytest.raises(PluginError, match="agent 'broken' of the package broken cannot be imported"):
         find_agent("broken")
     with pytest.raises(AgentError, match=r"agent seven: an agent is a class with a method run\(client\)"):
@@ -166,7 +166,7 @@ def test_agents_refused() -> None:
     ],
 )
 @pytest.mark.parametrize("group", ["sensor", "device"])
-def test_sensors_and_devices_refused(group: str, kind: str, message: str) -> None:
+def test_unusable_plugin_sensor_or_device_is_refused_with_reason(group: str, kind: str, message: str) -> None:
     section = f"sensors: {{a: {{type: {kind}, pose: {{}}}}}}"
     if group == "device":
         section = f"cellwright: {{devices: {{a: {{type: {kind}}}}}}}"
@@ -178,7 +178,7 @@ def test_sensors_and_devices_refused(group: str, kind: str, message: str) -> Non
 
 
 @pytest.mark.usefixtures("site")
-def test_unknown_types_are_refused_with_the_known_ones() -> None:
+def test_unknown_plugin_type_is_refused_with_suggestion() -> None:
     (warning,) = load_trial(text="sensors: {a: {type: part_countr, pose: {}}}").warnings
     assert "did you mean part_counter" in warning.message
     with pytest.raises(DescriptionError, match=r"unknown device type 'signal_lmp'; did you mean signal_lamp"):
@@ -187,20 +187,20 @@ def test_unknown_types_are_refused_with_the_known_ones() -> None:
         find_trial("countin")
 
 
-def test_without_packages_there_are_none() -> None:
+def test_device_type_without_plugins_is_refused() -> None:
     with pytest.raises(DescriptionError, match=r"unknown device type 'signal_lamp' \(known: none\)"):
         load_trial(text="cellwright: {devices: {a: {type: signal_lamp}}}")
 
 
-def test_one_name_from_two_packages(site: Path) -> None:
+def test_name_in_two_packages_is_refused(site: Path) -> None:
     describe(site, "second", {"cellwright.agents": {"watchman": "odd:NUMBER"}})
-    with pytest.raises(PluginError, match="agent 'watchman' comes with more than one package: second, workshop"):
+    with pytest.raises(PluginError, match="agent 'watchman' is in more than one package: second, workshop; uninstall"):
         find_agent("watchman")
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("others")
-def test_the_list_of_trials(capsys: pytest.CaptureFixture[str]) -> None:
+def test_trials_command_warns_about_unusable_plugins(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["trials"]) == 0
     out, err = capsys.readouterr()
     assert "of the package workshop" in out
@@ -275,7 +275,7 @@ def late(site: Path) -> Path:
         ),
     ],
 )
-def test_a_failure_at_run_time_ends_the_run_and_names_its_package(text: str, message: str) -> None:
+def test_plugin_failure_at_run_time_names_its_package(text: str, message: str) -> None:
     class Waiting:
         def run(self, client: Client) -> None:
             client.sleep(10.0)

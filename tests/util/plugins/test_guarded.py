@@ -16,7 +16,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
 
 
-class Thing:
+class FailingObject:
     """Object that raises a given error."""
 
     def __init__(self, error: BaseException | None = None) -> None:
@@ -28,10 +28,10 @@ class Thing:
         return number + 1
 
 
-def test_what_works_works_as_before() -> None:
-    thing = Thing()
-    assert guard_plugin(thing, "devices", "pump", ["work"]) is thing
-    assert thing.work(1) == 2
+def test_guarded_method_returns_its_result() -> None:
+    plugin = FailingObject()
+    assert guard_plugin(plugin, "devices", "pump", ["work"]) is plugin
+    assert plugin.work(1) == 2
     assert call_plugin("devices", "pump", len, "abc") == 3
 
 
@@ -40,18 +40,18 @@ class OwnError(BaseException):
 
 
 @pytest.mark.parametrize("error", [ValueError("dry"), SystemExit("dry"), OwnError("dry")])
-def test_a_failure_is_reported_by_name(error: BaseException) -> None:
-    thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
+def test_guarded_failure_names_plugin(error: BaseException) -> None:
+    plugin = guard_plugin(FailingObject(error), "devices", "pump", ["work"])
     with pytest.raises(
         PluginFailedError,
         match=f"^device 'pump' of the package waterworks failed in work: {type(error).__name__}: dry$",
     ):
-        thing.work(1)
+        plugin.work(1)
 
 
 @pytest.mark.parametrize("error", [SimulationError("unstable"), RunEndedError("over"), KeyboardInterrupt()])
-def test_what_is_not_its_own_comes_out_as_it_is(error: BaseException) -> None:
-    thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
+def test_guarded_method_passes_foreign_errors_on(error: BaseException) -> None:
+    plugin = guard_plugin(FailingObject(error), "devices", "pump", ["work"])
     with pytest.raises(type(error)) as caught:
-        thing.work(1)
+        plugin.work(1)
     assert caught.value is error

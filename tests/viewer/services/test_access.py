@@ -31,7 +31,7 @@ def ask(client: Talker, service: str, **request: Any) -> Frame:
 
 def shows(hall: Hall, key: Any) -> Talker:
     """Client that shows a value in place of a key."""
-    client = hall.guest("")
+    client = hall.connect("")
     hello = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
     client.say(Frame(FrameKind.HELLO, payload=json.dumps(hello).encode()))
     client.wait_for(FrameKind.WELCOME)
@@ -39,11 +39,11 @@ def shows(hall: Hall, key: Any) -> Talker:
 
 
 @pytest.mark.parametrize("service", VIEWER_SERVICES)
-def test_a_competition_answers_its_own_page_only(service: str) -> None:
+def test_competition_answers_own_page_only(service: str) -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         offered(hall, cell)
-        other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
+        other, page = hall.connect("/page_2"), shows(hall, hall.server.key)
         refused = ask(other, service)
         assert (refused.kind, refused.name) == (FrameKind.REFUSED, "RejectedCommandError")
         assert refused.text() == scene.ITS_OWN_PAGE
@@ -51,20 +51,20 @@ def test_a_competition_answers_its_own_page_only(service: str) -> None:
 
 
 @pytest.mark.parametrize("node", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
-def test_development_mode_and_a_robot_answer_any_client(node: Any) -> None:
+def test_development_mode_and_robot_answer_any_client(node: Any) -> None:
     cell = node()
     with served(cell) as hall:
         offered(hall, cell)
         assert hall.server.key == ""
-        for client in (hall.guest(), shows(hall, "an old key")):
+        for client in (hall.connect(), shows(hall, "an old key")):
             assert {ask(client, service).kind for service in VIEWER_SERVICES} == {FrameKind.ANSWER, FrameKind.DATA}
 
 
-def test_who_has_no_key_lets_no_time_stand() -> None:
+def test_client_without_key_cannot_pause_competition() -> None:
     cell, tempo = Cell(KITTING), RateControl(1.0)
     with served(cell) as hall:
         offered(hall, cell, tempo)
-        assert ask(hall.guest(), CONTROL, action="pause").kind is FrameKind.REFUSED
+        assert ask(hall.connect(), CONTROL, action="pause").kind is FrameKind.REFUSED
         assert not tempo.is_paused
 
 
@@ -76,14 +76,14 @@ NO_KEYS = st.recursive(
 
 @pytest.mark.slow
 @given(NO_KEYS)
-def test_an_invalid_key_is_ignored_and_the_client_is_welcome(shown: Any) -> None:
+def test_invalid_key_is_ignored_and_client_admitted(shown: Any) -> None:
     cell = _CELL
     with served(cell) as hall:
         offered(hall, cell)
         assert ask(shows(hall, shown), FRAME).kind is FrameKind.REFUSED
 
 
-def test_a_key_is_good_for_one_server() -> None:
+def test_key_of_another_server_is_refused() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall, served(cell) as later:
         for each in (hall, later):

@@ -29,7 +29,7 @@ def deliver(cell: Cell) -> None:
     run(cell, 1.0)
 
 
-def test_before_the_start_nothing_is_ordered() -> None:
+def test_panel_before_start_has_no_orders() -> None:
     values = panel(Cell(KITTING))
     assert (values["kind"], values["name"], values["state"], values["orders"]) == ("cell", "kitting", "init", [])
     assert values["about"]["agent"] == "me"
@@ -38,7 +38,7 @@ def test_before_the_start_nothing_is_ordered() -> None:
     assert values["gripper"] is None
 
 
-def test_a_tray_is_held_against_the_order_before_it_is_sent_off() -> None:
+def test_panel_previews_points_of_tray_before_submission() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
@@ -53,7 +53,7 @@ def test_a_tray_is_held_against_the_order_before_it_is_sent_off() -> None:
     assert values["score"]["total"] == 0.0, "a preview is not a submission"
 
 
-def test_looking_is_no_submission() -> None:
+def test_panel_requests_leave_state_hash_unchanged() -> None:
     cell, other = Cell(KITTING), Cell(KITTING)
     for each in (cell, other):
         start(each)
@@ -65,7 +65,7 @@ def test_looking_is_no_submission() -> None:
 
 
 @pytest.mark.parametrize("competition", [True, False])
-def test_a_long_standing_viewer_sees_the_same_as_a_new_one(*, competition: bool) -> None:
+def test_panel_with_cached_values_equals_new_panel(*, competition: bool) -> None:
     """Values cached between two requests are not stale."""
     cell = Cell(FAULTY, competition=competition)
     watching = CellPanel(cell, {"agent": "me"})
@@ -87,7 +87,7 @@ def test_a_long_standing_viewer_sees_the_same_as_a_new_one(*, competition: bool)
     assert any(previews)
 
 
-def test_a_kit_that_was_judged_has_its_points_and_a_reason_for_each() -> None:
+def test_judged_kit_has_points_with_reasons() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
@@ -102,7 +102,7 @@ def test_a_kit_that_was_judged_has_its_points_and_a_reason_for_each() -> None:
     assert values["trays"][0]["as_kits"] == []
 
 
-def test_what_changes_all_the_time_is_apart() -> None:
+def test_panel_values_that_always_change_are_under_clock_only() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.5)
@@ -113,7 +113,7 @@ def test_what_changes_all_the_time_is_apart() -> None:
     assert before == after
 
 
-def test_a_competition_does_not_say_which_parts_are_faulty_before_the_referee_has() -> None:
+def test_panel_in_competition_hides_faulty_parts_until_judged() -> None:
     cell = Cell(FAULTY)
     start(cell)
     run(cell, 1.1)
@@ -127,7 +127,7 @@ def test_a_competition_does_not_say_which_parts_are_faulty_before_the_referee_ha
     assert [part["cause"] for part in values["score"]["orders"][0]["kits"][0]["parts"]] == ["placed", "faulty"]
 
 
-def test_in_development_mode_it_says_so_at_once() -> None:
+def test_panel_in_development_mode_names_faulty_parts() -> None:
     cell = Cell(FAULTY, competition=False)
     start(cell)
     run(cell, 1.1)
@@ -137,7 +137,7 @@ def test_in_development_mode_it_says_so_at_once() -> None:
 
 
 @pytest.mark.parametrize("competition", [True, False])
-def test_orders_to_come_are_for_development_mode_alone(competition: bool) -> None:
+def test_panel_shows_orders_to_come_in_development_mode_only(competition: bool) -> None:
     trial = replace(KITTING, orders=(order(), order(1, start_time=100.0)))
     cell = Cell(trial, competition=competition)
     start(cell)
@@ -148,7 +148,7 @@ def test_orders_to_come_are_for_development_mode_alone(competition: bool) -> Non
     assert ("order_1" in json.dumps(values)) is not competition
 
 
-def test_an_order_that_is_interrupted_waits_and_its_kit_can_still_be_sent() -> None:
+def test_interrupted_order_keeps_its_kit_preview() -> None:
     cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=0.5))))
     start(cell)
     run(cell, 1.1)
@@ -157,7 +157,7 @@ def test_an_order_that_is_interrupted_waits_and_its_kit_can_still_be_sent() -> N
     assert [each["kit_type"] for each in values["trays"][0]["as_kits"]] == ["order_0_kit_0", "order_1_kit_0"]
 
 
-def test_a_game_that_was_ended_leaves_its_order_open() -> None:
+def test_ended_game_leaves_order_open() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 0.1)
@@ -165,18 +165,18 @@ def test_a_game_that_was_ended_leaves_its_order_open() -> None:
     assert panel(cell)["orders"][0]["status"] == "open"
 
 
-def test_belt_agvs_and_gripper_are_in_the_panel() -> None:
+def test_panel_has_belt_agvs_and_gripper() -> None:
     cell = Cell(WHOLE)
     start(cell)
     values = panel(cell)
     assert values["belt"] == {"power": 100.0, "population": True}
     assert [agv["state"] for agv in values["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
     assert values["gripper"] == {"enabled": False, "attached": False, "part": None}
-    assert values["refused"]["belt"].startswith("not in a competition")
+    assert values["refused"]["belt"].startswith("not available in competition mode")
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
 
 
-def test_the_intention_of_the_agent_is_in_the_panel_with_its_time() -> None:
+def test_panel_has_intention_of_agent_with_its_time() -> None:
     cell = Cell(KITTING)
     assert panel(cell)["intention"] is None
     run(cell, 0.5)

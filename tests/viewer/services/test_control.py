@@ -22,90 +22,90 @@ def control(rate_control: RateControl | None = None, **more: Any) -> Control:
     return Control(rate_control or RateControl(1.0), **more)
 
 
-def test_time_is_paused_stepped_and_let_go_again() -> None:
-    desk = control()
-    assert desk.control({"action": "pause"})["paused"]
-    state = desk.control({"action": "step", "ticks": 7})
+def test_control_pauses_steps_and_resumes() -> None:
+    controller = control()
+    assert controller.control({"action": "pause"})["paused"]
+    state = controller.control({"action": "step", "ticks": 7})
     assert (state["paused"], state["ticks_left"]) == (True, 7)
-    assert desk.control({"action": "step"})["ticks_left"] == 8
-    assert not desk.control({"action": "resume"})["paused"]
+    assert controller.control({"action": "step"})["ticks_left"] == 8
+    assert not controller.control({"action": "resume"})["paused"]
 
 
 @pytest.mark.parametrize(
     ("factor", "speed"), [(0.1, 0.1), (5, 5.0), ("max", None), (MIN_SPEED, 0.01), (MAX_SPEED, 1000.0)]
 )
-def test_a_speed_is_taken(factor: Any, speed: float | None) -> None:
-    desk = control()
-    assert desk.control({"action": "speed", "factor": factor})["speed"] == factor
-    assert desk.rate_control.speed == speed
+def test_control_accepts_valid_speed(factor: Any, speed: float | None) -> None:
+    controller = control()
+    assert controller.control({"action": "speed", "factor": factor})["speed"] == factor
+    assert controller.rate_control.speed == speed
 
 
 @pytest.mark.parametrize("factor", [0, -1, 1e9, float("nan"), float("inf"), True, None, "fast", [1], {}])
-def test_a_speed_that_is_none_is_refused(factor: Any) -> None:
-    desk = control()
+def test_control_refuses_invalid_speed(factor: Any) -> None:
+    controller = control()
     with pytest.raises(RejectedCommandError, match="factor"):
-        desk.control({"action": "speed", "factor": factor})
-    assert desk.rate_control.speed == 1.0
+        controller.control({"action": "speed", "factor": factor})
+    assert controller.rate_control.speed == 1.0
 
 
 @pytest.mark.parametrize("ticks", [0, -3, 1.5, MAX_TICKS + 1, True, "all", None])
-def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
-    desk = control()
+def test_control_refuses_invalid_ticks(ticks: Any) -> None:
+    controller = control()
     with pytest.raises(RejectedCommandError, match="ticks"):
-        desk.control({"action": "step", "ticks": ticks})
-    assert not desk.rate_control.is_paused
+        controller.control({"action": "step", "ticks": ticks})
+    assert not controller.rate_control.is_paused
 
 
-def test_after_the_run_all_actions_but_reset_are_refused() -> None:
-    desk = control(reset=Reset(lambda: None))
-    assert desk.state()["over"] == ""
-    desk.over = "the run is over"
+def test_control_after_run_refuses_all_but_reset() -> None:
+    controller = control(reset=Reset(lambda: None))
+    assert controller.state()["over"] == ""
+    controller.over = "the run is over"
     for action in ("pause", "resume", "step", "speed"):
         with pytest.raises(RejectedCommandError, match="the run is over"):
-            desk.control({"action": action})
-    assert desk.control({"action": "state"})["over"] == "the run is over"
-    assert desk.control({"action": "reset"})["resets"] == 1
+            controller.control({"action": action})
+    assert controller.control({"action": "state"})["over"] == "the run is over"
+    assert controller.control({"action": "reset"})["resets"] == 1
 
 
 @given(st.dictionaries(st.sampled_from(["action", "ticks", "factor", "x"]), st.none() | st.text() | st.integers()))
-def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -> None:
-    desk = control()
+def test_unknown_action_is_refused_without_effect(message: dict[str, Any]) -> None:
+    controller = control()
     if message.get("action") not in ("pause", "resume", "step", "speed", "reset", "state"):
         with pytest.raises(UnknownNameError, match="action"):
-            desk.control(message)
-        assert not desk.rate_control.is_paused
+            controller.control(message)
+        assert not controller.rate_control.is_paused
 
 
-def test_a_refused_reset_has_a_reason() -> None:
-    desk = control()
-    assert "reset" in desk.state()["refused"]
-    with pytest.raises(RejectedCommandError, match="cannot begin anew"):
-        desk.control({"action": "reset"})
-    assert desk.state()["resets"] == 0
+def test_refused_reset_has_reason() -> None:
+    controller = control()
+    assert "reset" in controller.state()["refused"]
+    with pytest.raises(RejectedCommandError, match="restart is not available"):
+        controller.control({"action": "reset"})
+    assert controller.state()["resets"] == 0
 
 
-def test_a_reset_is_counted() -> None:
+def test_reset_is_counted() -> None:
     done: list[bool] = []
-    desk = control(reset=Reset(lambda: done.append(True)))
-    before = desk.rate_control.changes
-    assert desk.control({"action": "reset"})["resets"] == 1
+    controller = control(reset=Reset(lambda: done.append(True)))
+    before = controller.rate_control.changes
+    assert controller.control({"action": "reset"})["resets"] == 1
     assert done == [True]
-    assert desk.rate_control.changes > before
+    assert controller.rate_control.changes > before
 
 
 @pytest.mark.parametrize("action", ["pause", "resume", "step", "speed"])
-def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
-    desk = control(refused={action: "a real robot keeps real time"})
+def test_control_of_real_robot_refuses_time_actions(action: str) -> None:
+    controller = control(refused={action: "a real robot keeps real time"})
     with pytest.raises(RejectedCommandError, match="real robot"):
-        desk.control({"action": action, "factor": 2})
-    assert desk.state()["refused"][action] == "a real robot keeps real time"
+        controller.control({"action": action, "factor": 2})
+    assert controller.state()["refused"][action] == "a real robot keeps real time"
 
 
-def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> None:
+def test_control_over_server_refuses_with_reason_and_panel_has_state() -> None:
     talk, rate_control = Talk(), RateControl(1.0)
     with served(talk.node) as hall:
         offer_panel(hall.server, lambda request: {"kind": "robot", "asked": request}, Control(rate_control))
-        client = hall.guest()
+        client = hall.connect()
 
         def ask(service: str, **request: Any) -> Frame:
             return client.ask(Frame(FrameKind.CALL, 3, service, payload=json.dumps(request).encode()))

@@ -17,12 +17,12 @@ from tests.robot.robots import two_arms
 
 
 def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneCapture]:
-    taker = SceneCapture(served.simulation.model)
-    return json.loads(json.dumps(served.scene_metadata(taker.index))), taker
+    capture = SceneCapture(served.simulation.model)
+    return json.loads(json.dumps(served.scene_metadata(capture.index))), capture
 
 
-def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
-    metadata, taker = about(Cell(WHOLE))
+def test_cell_metadata_has_sensors_and_gripper() -> None:
+    metadata, capture = about(Cell(WHOLE))
     assert metadata["kind"] == "cell"
     sensors = {each["name"]: each for each in metadata["sensors"]}  # type: ignore[attr-defined]
     assert {name: each["form"] for name, each in sensors.items()} == {
@@ -34,19 +34,19 @@ def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
     }
     assert sensors["break_beam_1"]["position"] == pytest.approx(SENSORS[0].pose.position)
     [[body, place]] = metadata["tools"]  # type: ignore[misc]
-    assert taker.scene.bodies[body] == "vacuum_gripper_link"  # type: ignore[has-type]
+    assert capture.scene.bodies[body] == "vacuum_gripper_link"  # type: ignore[has-type]
     assert len(place) == 3  # type: ignore[has-type]
 
 
-def test_a_robot_tells_of_its_tips_and_a_bare_cell_of_nothing() -> None:
-    metadata, taker = about(RobotNode(two_arms()))
+def test_robot_metadata_has_tips_and_bare_cell_metadata_is_empty() -> None:
+    metadata, capture = about(RobotNode(two_arms()))
     assert metadata["kind"] == "robot"
-    assert [taker.scene.bodies[body] for body, _ in metadata["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
+    assert [capture.scene.bodies[body] for body, _ in metadata["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
     bare, _ = about(Cell(BARE))
     assert bare == {"kind": "cell", "sensors": [], "tools": []}
 
 
-def test_what_sensors_find_is_what_they_would_tell() -> None:
+def test_sensor_overlay_equals_sensor_readings() -> None:
     cell = Cell(WHOLE)
     for _ in range(50):
         cell.step()
@@ -62,7 +62,7 @@ def test_what_sensors_find_is_what_they_would_tell() -> None:
     assert RobotNode(two_arms()).sensor_overlay() == {}
 
 
-def test_contacts_carry_what_lies_there() -> None:
+def test_contact_forces_carry_weight_of_parts() -> None:
     cell = Cell(KITTING)
     for _ in range(10):
         cell.step()
@@ -73,7 +73,7 @@ def test_contacts_carry_what_lies_there() -> None:
     assert all(math.isfinite(value) for value in rows.reshape(-1).tolist())
 
 
-def test_answers_hold_requested_overlays_only_and_requests_leave_no_trace() -> None:
+def test_frame_has_requested_overlays_only_and_state_stays_unchanged() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     services = SceneServices(ServedScene(watched))
     assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"})[0].keys()
@@ -84,7 +84,7 @@ def test_answers_hold_requested_overlays_only_and_requests_leave_no_trace() -> N
     assert watched.state_hash() == alone.state_hash()
 
 
-def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
+def test_camera_overlay_has_pose_without_drawing() -> None:
     camera = "{type: rgb_camera, frame: vacuum_gripper_link, pose: {xyz: [0.08, 0, 0]}, fov: 1.0, near: 0.2, far: 9}"
     cell = Cell(load_trial(text=f"arm: {{type: ur10}}\ncellwright: {{sensors: {{wrist: {camera}}}}}").trial)
     metadata, _ = about(cell)

@@ -15,14 +15,14 @@ def groups_of(name: str) -> tuple[list[str], tuple[JointGroup, ...]]:
 
 
 @pytest.mark.parametrize("name", ["qinglong", "tandem"])
-def test_each_joint_is_in_one_group_in_the_order_of_the_robot(name: str) -> None:
+def test_joint_groups_hold_each_joint_once_in_robot_order(name: str) -> None:
     free, groups = groups_of(name)
     assert sorted(joint for group in groups for joint in group.joints) == sorted(free)
     for group in groups:
         assert list(group.joints) == sorted(group.joints, key=free.index)
 
 
-def test_the_groups_of_a_humanoid() -> None:
+def test_joint_groups_of_humanoid_have_its_limbs() -> None:
     _, groups = groups_of("qinglong")
     found = {group.name: group for group in groups}
     assert list(found) == ["right arm", "left arm", "head", "waist", "right hand", "left hand", "legs"]
@@ -31,7 +31,7 @@ def test_the_groups_of_a_humanoid() -> None:
     assert {"J_knee_l_pitch", "J_knee_r_pitch"} < set(found["legs"].joints)
 
 
-def test_what_no_group_names_is_left_over() -> None:
+def test_joints_without_group_are_other_joints() -> None:
     config = two_arms()
     node = RobotNode(config)
     groups = {group.name: group.joints for group in joint_groups(config, node.commander.numbers)}
@@ -40,6 +40,6 @@ def test_what_no_group_names_is_left_over() -> None:
     assert joint_groups(config, {}) == ()
 
 
-def test_names_of_sides() -> None:
+def test_side_name_depends_on_count() -> None:
     assert [side_name(place, 3) for place in range(3)] == ["right", "left", "3"]
     assert side_name(0, 1) == "", "what is alone has no side"

@@ -43,7 +43,7 @@ def pose(numbers: list[float]) -> Pose:
     return Pose((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
 
 
-def test_the_robot_is_sent_once(node: RobotNode) -> None:
+def test_panel_sends_robot_constants_once(node: RobotNode) -> None:
     first = panel_of(node)
     robot = first["robot"]
     assert [joint["name"] for joint in robot["joints"]] == list(node.driver.joints)
@@ -62,12 +62,12 @@ def test_the_robot_is_sent_once(node: RobotNode) -> None:
     assert "robot" in panel_of(node, robot=[1])
 
 
-def test_a_base_that_is_fastened_cannot_be_moved() -> None:
+def test_fixed_base_has_no_base_mode() -> None:
     fixed = replace(two_arms(), fixed_link="torso")
     assert panel_of(RobotNode(fixed))["robot"]["base_mode"] is None
 
 
-def test_it_tells_where_joints_and_tips_are(node: RobotNode) -> None:
+def test_panel_has_positions_of_joints_and_tips(node: RobotNode) -> None:
     node.base.place(Pose.from_rpy((1.0, 2.0, 0.5), (0.0, 0.0, 0.7)))
     elbow = node.commander.numbers["elbow_right"]
     node.bus.publish("/io_teleop/joint_cmd", joint_state(["elbow_right"], [-0.5], time=0), node="/me")
@@ -85,7 +85,7 @@ def test_it_tells_where_joints_and_tips_are(node: RobotNode) -> None:
     assert (found["commander"], found["taken"], found["message"]) == ("/me", 1, "follows /me")
 
 
-def test_it_tells_what_tips_are_brought_to(node: RobotNode) -> None:
+def test_panel_has_targets_of_tips(node: RobotNode) -> None:
     right, left = node.ee_poses.poses()
     higher = Pose((0.0, 0.0, 0.05)) @ right
     node.bus.publish(
@@ -96,7 +96,7 @@ def test_it_tells_what_tips_are_brought_to(node: RobotNode) -> None:
     assert pose(found["aims"][0]).position[2] == pytest.approx(pose(found["tips"][1]).position[2] + 0.05, abs=1e-3)
 
 
-def test_it_tells_why_commands_are_not_taken(node: RobotNode) -> None:
+def test_panel_has_reason_for_ignored_commands(node: RobotNode) -> None:
     assert panel_of(node)["enabled"]
     node.bus.publish("/io_teleop/emergency_stop", Bool(True), node="/guard")
     run(node, 0.05)
@@ -106,7 +106,7 @@ def test_it_tells_why_commands_are_not_taken(node: RobotNode) -> None:
     assert "clear_emergency_stop" in found["message"]
 
 
-def test_it_tells_what_was_refused(node: RobotNode) -> None:
+def test_panel_counts_refusals_with_reason(node: RobotNode) -> None:
     before = panel_of(node)["refused"]
     for number in range(12):
         with suppress(RejectedCommandError):
@@ -117,7 +117,7 @@ def test_it_tells_what_was_refused(node: RobotNode) -> None:
     assert 0 < len(found["refusals"]) <= 8, "names come from outside, and are limited"
 
 
-def test_an_unknown_joint_position_is_null(node: RobotNode, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_joint_position_is_null(node: RobotNode, monkeypatch: pytest.MonkeyPatch) -> None:
     readings = node.driver.read()
     unknown = readings.positions.copy()
     unknown[0] = math.nan
@@ -127,7 +127,7 @@ def test_an_unknown_joint_position_is_null(node: RobotNode, monkeypatch: pytest.
     assert None not in found["positions"][1:]
 
 
-def test_asking_changes_nothing(node: RobotNode) -> None:
+def test_panel_request_leaves_node_unchanged(node: RobotNode) -> None:
     run(node, 0.1)
     before = node.simulation.state_hash()
     panel_of(node)

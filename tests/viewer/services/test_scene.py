@@ -20,11 +20,11 @@ from tests.cells import KITTING, WHOLE
 from tests.middleware.server.talk import served
 
 
-def test_a_client_receives_the_scene_and_its_frames() -> None:
+def test_client_receives_scene_and_frames() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         scene_service.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
-        client = hall.guest()
+        client = hall.connect()
         answer, data = client.ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}")).data()
         assert answer["digest"] == hashlib.sha256(data).hexdigest()
         scene = decode_scene(bytes(data))
@@ -40,7 +40,7 @@ def test_a_client_receives_the_scene_and_its_frames() -> None:
     np.testing.assert_allclose(frame.poses[tray, :3], body.xpos, atol=1e-6)
 
 
-def test_parts_that_are_not_in_play_are_not_shown() -> None:
+def test_parts_out_of_play_are_hidden() -> None:
     cell = Cell(WHOLE)
     services = SceneServices(ServedScene(cell))
     scene = decode_scene(services.scene({})[1])
@@ -51,7 +51,7 @@ def test_parts_that_are_not_in_play_are_not_shown() -> None:
     assert hidden == out & set(scene.bodies)
 
 
-def test_another_run_has_another_number() -> None:
+def test_frame_after_reset_has_next_run_number() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
     before = services.frame({})[0]["run"]
@@ -60,7 +60,7 @@ def test_another_run_has_another_number() -> None:
 
 
 @pytest.mark.parametrize("every", [1, 7])
-def test_looking_leaves_no_trace(every: int) -> None:
+def test_scene_requests_leave_state_hash_unchanged(every: int) -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     services = SceneServices(ServedScene(watched))
     for tick in range(200):
@@ -71,7 +71,7 @@ def test_looking_leaves_no_trace(every: int) -> None:
     assert watched.state_hash() == alone.state_hash()
 
 
-class Looker:
+class FrameClient:
     """Client that polls as a page does: with the number of its newest frame."""
 
     def __init__(self, services: SceneServices) -> None:
@@ -95,23 +95,23 @@ class Looker:
 
 def test_frame_since_recent_sequence_holds_changes_only() -> None:
     cell = Cell(WHOLE)
-    looker = Looker(SceneServices(ServedScene(cell)))
-    looker.look()
-    whole = len(looker.data)
-    assert is_whole_frame(looker.data)
+    frame_client = FrameClient(SceneServices(ServedScene(cell)))
+    frame_client.look()
+    whole = len(frame_client.data)
+    assert is_whole_frame(frame_client.data)
     for _ in range(50):
         cell.step()
-        looker.look()
-        assert not is_whole_frame(looker.data)
-        assert len(looker.data) < whole
-        assert looker.has(cell)
+        frame_client.look()
+        assert not is_whole_frame(frame_client.data)
+        assert len(frame_client.data) < whole
+        assert frame_client.has(cell)
 
 
 def test_frame_of_same_state_keeps_its_sequence_number(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(KITTING)
     source = ServedScene(cell)
     services = SceneServices(source)
-    one, other = Looker(services), Looker(services)
+    one, other = FrameClient(services), FrameClient(services)
     assert one.look() == other.look()
     cell.step()
     number = one.look()
@@ -133,7 +133,7 @@ def test_frame_since_unknown_sequence_is_whole(since: object) -> None:
 def test_frame_since_forgotten_sequence_is_whole_and_next_one_is_not() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
-    often, seldom = Looker(services), Looker(services)
+    often, seldom = FrameClient(services), FrameClient(services)
     seldom.look()
     for _ in range(HISTORY_LENGTH):
         cell.step()
@@ -148,13 +148,13 @@ def test_frame_since_forgotten_sequence_is_whole_and_next_one_is_not() -> None:
 
 def test_frames_go_on_after_reset() -> None:
     cell = Cell(WHOLE)
-    looker = Looker(SceneServices(ServedScene(cell)))
+    frame_client = FrameClient(SceneServices(ServedScene(cell)))
     for _ in range(20):
         cell.step()
-        looker.look()
+        frame_client.look()
     cell.reset()
-    looker.look()
-    assert looker.has(cell)
+    frame_client.look()
+    assert frame_client.has(cell)
 
 
 def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
@@ -163,7 +163,7 @@ def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
     scene.__dict__["scene"] = bytes(MAX_FRAME_BYTES)
     with served(cell) as hall:
         SceneServices(scene).offer(hall.server)
-        answer = hall.guest().ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}"))
+        answer = hall.connect().ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}"))
         assert (answer.kind, answer.name) == (FrameKind.REFUSED, "UsageError")
-        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long: 16777216 at most", answer.text())
-        assert hall.guest("/other").ask(Frame(FrameKind.CALL, 5, FRAME, payload=b"{}")).kind is FrameKind.DATA
+        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long \(at most 16777216\)", answer.text())
+        assert hall.connect("/other").ask(Frame(FrameKind.CALL, 5, FRAME, payload=b"{}")).kind is FrameKind.DATA

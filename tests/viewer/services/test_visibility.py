@@ -25,7 +25,7 @@ def evidence_of(cell: Cell) -> dict[str, Any]:
     return found
 
 
-def begun(*, competition: bool = True) -> Cell:
+def started_cell(*, competition: bool = True) -> Cell:
     """Cell a moment after the first order was announced."""
     cell = Cell(SECRETIVE, competition=competition)
     start(cell)
@@ -33,14 +33,14 @@ def begun(*, competition: bool = True) -> Cell:
     return cell
 
 
-def test_before_its_start_a_competition_has_no_orders() -> None:
+def test_competition_before_start_has_no_orders() -> None:
     cell = Cell(SECRETIVE)
     assert hides_ground_truth(cell)
     assert (evidence_of(cell)["orders"], evidence_of(cell)["best"]) == ([], 0.0)
 
 
-def test_while_it_lasts_it_has_those_that_came_up_and_no_faults() -> None:
-    cell = begun()
+def test_running_competition_shows_announced_orders_and_no_faults() -> None:
+    cell = started_cell()
     assert [each.order_id for each in known_orders(cell)] == ["order_0"]
     assert without_faults(cell).faulty_parts == frozenset()
     assert "order_1" not in json.dumps(evidence_of(cell))
@@ -50,8 +50,8 @@ def test_while_it_lasts_it_has_those_that_came_up_and_no_faults() -> None:
 
 
 @pytest.mark.parametrize("is_over", [True, False])
-def test_when_it_is_over_and_in_development_mode_nothing_is_secret(is_over: bool) -> None:
-    cell = begun(competition=is_over)
+def test_ended_competition_and_development_mode_hide_nothing(is_over: bool) -> None:
+    cell = started_cell(competition=is_over)
     if is_over:
         assert call(cell, "end_competition").success
         cell.step()

@@ -24,7 +24,7 @@ SECRET = "a1b2c3"
 
 
 @contextmanager
-def door(token: str = "") -> Iterator[AccessGuard]:
+def open_guard(token: str = "") -> Iterator[AccessGuard]:
     found = AccessGuard("127.0.0.1", 0, token=token)
     try:
         yield found
@@ -35,7 +35,7 @@ def door(token: str = "") -> Iterator[AccessGuard]:
 @contextmanager
 def page(token: str = "") -> Iterator[AccessGuard]:
     """Access guard with viser behind it."""
-    with door(token) as found:
+    with open_guard(token) as found:
         with found.guards_viser():
             server = ViserServer(found.host, found.port, verbose=False)
         yield found
@@ -47,62 +47,62 @@ def refusal(found: AccessGuard, path: str = "/", **headers: str) -> str:
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:{}", "localhost:{}", "LOCALHOST", "[::1]:9"])
-def test_this_machine_is_let_in(host: str) -> None:
-    with door() as found:
+def test_guard_admits_names_of_this_machine(host: str) -> None:
+    with open_guard() as found:
         assert found.refusal("/", Headers({"Host": host.format(found.port)})) == ""
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:80", "", "[", "localhost@evil.example"])
-def test_a_foreign_name_of_this_machine_is_refused(host: str) -> None:
-    with door() as found:
+def test_guard_refuses_foreign_host_name(host: str) -> None:
+    with open_guard() as found:
         assert found.refusal("/", Headers({"Host": host})) != ""
 
 
-def test_a_foreign_page_is_refused() -> None:
-    with door() as found:
+def test_guard_refuses_foreign_origin() -> None:
+    with open_guard() as found:
         own = f"http://127.0.0.1:{found.port}"
         assert refusal(found, Origin=own) == ""
         for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", "", "http://["):
-            assert "has no business here" in refusal(found, Origin=origin)
+            assert "are not allowed" in refusal(found, Origin=origin)
 
 
-def test_a_token_is_asked_for() -> None:
-    with door(SECRET) as found:
+def test_guard_with_token_refuses_requests_without_it() -> None:
+    with open_guard(SECRET) as found:
         assert found.url == f"http://127.0.0.1:{found.port}/?token={SECRET}"
         assert refusal(found, f"/?token={SECRET}") == ""
         assert refusal(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
         for path in ("/", "/?token=", "/?token=a1b2c4", f"/?Token={SECRET}", f"/{SECRET}"):
-            assert "needs the token" in refusal(found, path)
+            assert "wrong token" in refusal(found, path)
         for cookie in (f"other={SECRET}", "cellwright_page=", "=;;=", "cellwright_page_1=a1b2c"):
-            assert "needs the token" in refusal(found, Cookie=cookie)
+            assert "wrong token" in refusal(found, Cookie=cookie)
 
 
-def test_two_hosts_are_none() -> None:
-    with door() as found:
+def test_guard_refuses_two_host_headers() -> None:
+    with open_guard() as found:
         headers = Headers([("Host", "localhost"), ("Host", "evil.example")])
-        assert found.refusal("/", headers) == "a request names one host"
-        assert found.refusal("/", Headers()) == "a request names one host"
+        assert found.refusal("/", headers) == "request must have one Host header and at most one Origin header"
+        assert found.refusal("/", Headers()) == "request must have one Host header and at most one Origin header"
 
 
-def test_the_network_needs_a_token() -> None:
-    with pytest.raises(UsageError, match="open to the network: a page there needs a token"):
+def test_guard_on_network_without_token_is_refused() -> None:
+    with pytest.raises(UsageError, match="open to the network requires a token"):
         AccessGuard("0.0.0.0", 0)
 
 
-def test_a_port_in_use_is_left_alone() -> None:
-    with door() as first:
+def test_guard_on_port_in_use_takes_next_port() -> None:
+    with open_guard() as first:
         second = AccessGuard("127.0.0.1", first.port)
         second.socket.close()
         assert first.port < second.port <= first.port + 20
 
 
 @pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70_000), ("no such host.invalid", 0), ("192.0.2.1", 0)])
-def test_no_place_to_listen(host: str, port: int) -> None:
+def test_guard_on_invalid_address_is_refused(host: str, port: int) -> None:
     with pytest.raises(UsageError):
         AccessGuard(host, port, token=SECRET)
 
 
-def test_viser_stands_behind_the_door() -> None:
+def test_viser_gets_admitted_requests_only() -> None:
     protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
     with page(SECRET) as found:
         for path, status in (("/", 403), (f"/?token={SECRET}", 200)):
@@ -124,7 +124,7 @@ def test_viser_stands_behind_the_door() -> None:
             assert browser.recv(timeout=TIMEOUT)
 
 
-def test_messages_of_a_browser_end_no_other() -> None:
+def test_invalid_messages_of_browser_end_no_other_browser() -> None:
     protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
     with page() as found:
         address = f"ws://127.0.0.1:{found.port}"
@@ -166,13 +166,13 @@ def _is_cut_off(connection: Connection) -> bool:
     return False
 
 
-def test_a_viser_that_cannot_be_guarded_is_none() -> None:
-    with door() as found, pytest.raises(UsageError, match="cannot be guarded"), found.guards_viser():
+def test_unsupported_viser_is_refused_by_guard() -> None:
+    with open_guard() as found, pytest.raises(UsageError, match="is not supported"), found.guards_viser():
         pass
     assert websockets.asyncio.server.serve.__name__ == "serve"
 
 
-def test_half_requests_block_no_others() -> None:
+def test_half_requests_do_not_block_others() -> None:
     with page() as found, ExitStack() as opened:
         half = [opened.enter_context(socket.create_connection((found.host, found.port), TIMEOUT)) for _ in range(80)]
         for connection in half:

@@ -41,13 +41,13 @@ def opened() -> Iterator[tuple[Any, CellPanels]]:
         yield found, panels
 
 
-def test_it_has_its_tabs_once(opened: tuple[Any, CellPanels]) -> None:
+def test_cell_panels_create_tabs_once(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
     panels.on_scene(None)  # type: ignore[arg-type]
     assert found.tabs == [ORDERS, SCORE, CELL]
 
 
-def test_the_belt_an_agv_and_a_tray_are_commanded(opened: tuple[Any, CellPanels]) -> None:
+def test_cell_controls_call_services_of_belt_agv_and_tray(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
     found.link.called.clear()
     clicked(panels._belt, 30.0)
@@ -65,7 +65,7 @@ def test_the_belt_an_agv_and_a_tray_are_commanded(opened: tuple[Any, CellPanels]
     assert found.link.called[1][1].kit_type == "order_0_kit_0"
 
 
-def test_a_slider_that_follows_the_belt_commands_nothing(opened: tuple[Any, CellPanels]) -> None:
+def test_belt_slider_that_follows_belt_sends_nothing(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
     found.link.called.clear()
     panels._slid_at = -100.0
@@ -74,7 +74,7 @@ def test_a_slider_that_follows_the_belt_commands_nothing(opened: tuple[Any, Cell
     assert found.link.called == []
 
 
-def test_a_failed_call_is_shown(opened: tuple[Any, CellPanels]) -> None:
+def test_failed_call_is_notified(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
     found.notices.clear()
     found.link.succeeds = False
@@ -82,10 +82,10 @@ def test_a_failed_call_is_shown(opened: tuple[Any, CellPanels]) -> None:
     found.link.refuses = "the server is away"
     clicked(panels._send, "AGV 1")
     found.link.refuses, found.link.succeeds = "", True
-    assert [text for _, text in found.notices] == ["not now", "the server is away"]
+    assert [text for _, text in found.notices] == ["no reason given", "the server is away"]
 
 
-def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
+def test_cell_controls_in_competition_are_hidden_with_reason() -> None:
     with page(cell_panel(competition=True)) as found:
         panels = CellPanels()
         panels.page = found
@@ -95,10 +95,10 @@ def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
         assert "development mode" in panels._why_not.content
         recorded = {"kind": "recording", "of": cell_panel()}
         panels.panel(recorded)
-        assert "this is a recording" in panels._why_not.content
+        assert "recordings are read-only" in panels._why_not.content
 
 
-def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
+def test_cell_controls_after_run_or_disconnect_are_hidden_with_reason() -> None:
     with page(cell_panel()) as found:
         panels = CellPanels()
         panels.on_disconnect("never connected")
@@ -118,14 +118,12 @@ def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
 @settings(
     deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )
-def test_a_panel_of_another_version_does_not_end_the_page(
-    opened: tuple[Any, CellPanels], strange: dict[str, Any]
-) -> None:
+def test_panel_of_another_version_does_not_end_page(opened: tuple[Any, CellPanels], strange: dict[str, Any]) -> None:
     _, panels = opened
     panels.panel({"kind": "recording", "of": shared_panel() | strange})
 
 
-def test_what_is_no_cell_is_left_to_others() -> None:
+def test_cell_of_other_panel_is_none() -> None:
     assert cell_of({"kind": "robot"}) is None
     assert cell_of({"kind": "recording", "of": {}}) is None
     assert cell_of({"kind": "recording", "of": ["cell"]}) is None

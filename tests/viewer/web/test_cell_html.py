@@ -79,18 +79,18 @@ def judged() -> Cell:
     return cell
 
 
-def test_before_the_start() -> None:
+def test_html_before_start_has_no_orders() -> None:
     panel = panel_of(Cell(WHOLE))
     texts = {piece.__name__: words(piece(panel)) for piece in PIECES}
     assert "whole" in texts["head_html"]
     assert "agent me · seed 0 · servo original" in texts["head_html"]
-    assert "has not begun" in texts["game_html"]
+    assert "has not started" in texts["game_html"]
     assert "no order" in texts["orders_html"]
     assert "empty" in texts["trays_html"]
     assert "suction off, holds nothing" in texts["floor_html"]
 
 
-def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
+def test_parts_on_tray_are_ticked_before_submission() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
@@ -102,7 +102,7 @@ def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
     assert "0 of 6 points" in words(cell_panels.head_html(panel))
 
 
-def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
+def test_judged_kit_has_reason_for_each_point() -> None:
     panel = panel_of(judged())
     texts = words(cell_panels.evidence_html(panel))
     assert "order_0_kit_0 6 of 6" in texts
@@ -112,7 +112,7 @@ def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
     assert "complete" in words(cell_panels.orders_html(panel))
 
 
-def test_extra_and_faulty_parts_are_shown() -> None:
+def test_faulty_parts_are_marked() -> None:
     cell = Cell(replace(KITTING, faulty_parts=frozenset({"gear_part_2"})), competition=False)
     start(cell)
     run(cell, 1.1)
@@ -121,21 +121,21 @@ def test_extra_and_faulty_parts_are_shown() -> None:
     assert "gear_part (faulty)" in words(cell_panels.orders_html(panel))
 
 
-def test_an_order_to_come_says_when() -> None:
+def test_order_to_come_has_start_time() -> None:
     cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=100.0))), competition=False)
     start(cell)
     assert "at 100 s to come" in words(cell_panels.orders_html(panel_of(cell)))
 
 
 @pytest.mark.parametrize(("limit", "expected"), [(-1.0, "game 1 s,"), (10.0, "game 1 of 10 s,")])
-def test_the_time_of_the_game(limit: float, expected: str) -> None:
+def test_game_html_has_elapsed_time_and_limit(limit: float, expected: str) -> None:
     cell = Cell(replace(KITTING, time_limit=limit))
     start(cell)
     run(cell, 1.1)
     assert expected in words(cell_panels.game_html(panel_of(cell)))
 
 
-def test_how_the_run_ended() -> None:
+def test_result_html_has_outcome_score_and_error() -> None:
     panel = panel_of(judged())
     assert cell_panels.result_html(panel) == ""
     panel["result"] = {"outcome": "time_limit", "error": "", "simulated": 12.0, "wall": 3.0, "state_hash": 64 * "a"}
@@ -146,7 +146,7 @@ def test_how_the_run_ended() -> None:
     assert "Traceback <module>" in words(cell_panels.head_html(panel))
 
 
-def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> None:
+def test_html_after_run_shows_final_state() -> None:
     cell = Cell(KITTING)
     start(cell)
     publish(cell, "/cellwright/intention", String("fetching a gear"))
@@ -172,33 +172,33 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert "AGV 1 preparing to deliver at the end ▪" in after["trays_html"]
     assert "AGV 2 ready to deliver at the end empty" in after["trays_html"]
     assert "as order_0_kit_0 at the end 6 of 6" in after["trays_html"]
-    assert after["floor_html"].strip().startswith("as it stood at the end")
+    assert after["floor_html"].strip().startswith("state at the end of the run")
     assert ("active" in after["orders_html"], "open" in after["orders_html"]) == (False, True)
     shows.restart()
     assert texts() == before
 
 
-def test_collisions_are_shown_the_newest_first() -> None:
+def test_collisions_are_listed_newest_first() -> None:
     panel = panel_of(Cell(KITTING))
     assert "Collisions" not in words(cell_panels.floor_html(panel)), "there is no collision watch"
     post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
     bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
     panel["collisions"] = {"count": 0, "latest": []}
-    assert "Collisions of the arm 0" in words(cell_panels.floor_html(panel))
+    assert "Arm collisions 0" in words(cell_panels.floor_html(panel))
     assert "✸" not in words(cell_panels.head_html(panel))
     panel["collisions"] = {"count": 5, "latest": [bin7, post]}
     assert words(cell_panels.floor_html(panel)).endswith(
-        "Collisions of the arm 5 ✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm "
-        "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 before"
+        "Arm collisions 5 ✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal "
+        "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 earlier"
     )
-    assert "✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm (5 collisions)" in words(
+    assert "✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal (5 collisions)" in words(
         cell_panels.head_html(panel)
     )
 
 
 @given(st.text(min_size=1, max_size=60))
 @settings(deadline=None)
-def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
+def test_foreign_text_is_shown_escaped(text: str) -> None:
     panel = panel_of(_JUDGED)
     panel["name"] = panel["about"]["agent"] = text
     panel["intention"] = {"text": text, "node": "/me", "time": 0.0}
@@ -217,7 +217,7 @@ def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
         words(piece(panel))
 
 
-def test_markup_in_an_intention_stays_text() -> None:
+def test_markup_in_intention_is_escaped() -> None:
     cell = Cell(KITTING)
     publish(cell, "/cellwright/intention", String("<script>alert(1)</script> {1+1}"))
     assert "<script>alert(1)</script> {1+1}" in words(cell_panels.head_html(panel_of(cell)))

@@ -14,7 +14,7 @@ def environment() -> Environment:
 
 
 @pytest.mark.parametrize(("value", "shadows"), [(None, True), ("", True), ("0", True), ("1", False)])
-def test_shadows_unless_it_is_to_be_plain_and_at_a_click(
+def test_environment_has_shadows_unless_plain_and_at_click(
     value: str | None, shadows: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(PLAIN, raising=False)

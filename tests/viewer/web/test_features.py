@@ -50,30 +50,30 @@ def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Scene
     return SceneFrame(time, poses, shown)
 
 
-def begun(feature: Feature, **about: Any) -> FakePage:
+def page_with(feature: Feature, **about: Any) -> FakePage:
     page = FakePage(ALIKE, **about)
     feature.page = page  # type: ignore[assignment]
     feature.on_scene(ALIKE)
     return page
 
 
-def test_bodies_that_look_alike_are_one_node() -> None:
-    page = begun(Bodies())
+def test_bodies_of_same_shapes_are_one_node() -> None:
+    page = page_with(Bodies())
     assert set(page.nodes) == {
         "/scene/bodies",
         "/scene/bodies/world",
         "/scene/bodies/arm.hand",
-        "/scene/bodies/bin1|gear_1 and others alike",
+        "/scene/bodies/bin1|gear_1 and copies",
         "/scene/bodies/touched looks",
     }
 
 
-def test_bodies_go_where_they_are_and_hide() -> None:
+def test_bodies_move_to_poses_and_hide() -> None:
     bodies = Bodies()
-    page = begun(bodies)
+    page = page_with(bodies)
     before = frame(b1=0.5, b3=0.7, hidden=(4,))
     bodies.show(TimelineFrame.of(before))
-    hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and others alike"]
+    hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and copies"]
     assert hand.position.tolist() == [0.5, 0.0, 0.0]
     assert gears.batched_positions[1, 0] == pytest.approx(0.7)
     assert gears.batched_scales.tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]
@@ -85,9 +85,9 @@ def test_bodies_go_where_they_are_and_hide() -> None:
     assert gears.batched_scales[2].tolist() == [1, 1, 1]
 
 
-def test_what_is_touched_takes_the_place_of_looks() -> None:
+def test_collision_shapes_replace_looks() -> None:
     bodies = Bodies()
-    page = begun(bodies)
+    page = page_with(bodies)
     bodies.show(TimelineFrame.of(frame(b1=0.5)))
     page.boxes["Collision shapes"].value = True
     page.boxes["Collision shapes"].clicked(None)
@@ -100,9 +100,9 @@ def test_what_is_touched_takes_the_place_of_looks() -> None:
     assert (page.nodes["/scene/touched"].visible, page.nodes["/scene/bodies"].visible) == (False, True)
 
 
-def test_shadows_are_thrown_by_what_is_large_and_follow_it() -> None:
+def test_large_bodies_cast_shadows_that_follow_them() -> None:
     shadows = Shadows()
-    page = begun(shadows)
+    page = page_with(shadows)
     assert set(page.nodes) == {"/scene/shadows", "/scene/shadows/0", "/scene/shadows/1", "/scene/shadows/6"}
     aside = np.array(page.nodes["/scene/shadows"].position)
     assert np.linalg.norm(aside) == pytest.approx(0.03)
@@ -130,9 +130,9 @@ SENSORS = [
 ]
 
 
-def test_beams_are_asked_for_and_drawn_while_they_are_shown() -> None:
+def test_beams_are_requested_and_drawn_while_switched_on() -> None:
     beams = Beams()
-    page = begun(beams, sensors=SENSORS)
+    page = page_with(beams, sensors=SENSORS)
     assert beams.wants() == {}
     page.boxes["Sensors"].value = True
     assert beams.wants() == {"sensors": True}
@@ -157,9 +157,9 @@ def test_beams_are_asked_for_and_drawn_while_they_are_shown() -> None:
     assert page.nodes == {}
 
 
-def test_contacts_are_arrows_as_long_as_they_are_strong() -> None:
+def test_contact_arrows_are_as_long_as_forces() -> None:
     contacts = Contacts()
-    page = begun(contacts)
+    page = page_with(contacts)
     assert contacts.wants() == {}
     page.boxes["Contacts and forces"].value = True
     assert contacts.wants() == {"contacts": True}
@@ -172,10 +172,10 @@ def test_contacts_are_arrows_as_long_as_they_are_strong() -> None:
     assert page.nodes == {}
 
 
-def test_the_path_of_a_tool_is_as_long_as_its_last_seconds() -> None:
+def test_tool_path_spans_last_seconds() -> None:
     paths = ToolPaths()
-    page = begun(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
-    page.boxes["Path of the tool"].value = True
+    page = page_with(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
+    page.boxes["Tool path"].value = True
     for second in range(40):
         paths.show(TimelineFrame.of(frame(second * 10**9, b1=0.1 * second), frame() if second else None))
     points = page.nodes["/scene/path of tool 1"].points
@@ -190,7 +190,7 @@ def show(features: Sequence[Feature], moment: TimelineFrame) -> None:
         feature.show(moment)
 
 
-def test_names_and_frames_of_what_is_there() -> None:
+def test_names_and_frames_of_shown_bodies_are_drawn() -> None:
     page = FakePage(ALIKE)
     overlays = (Names(), Axes())
     for overlay in overlays:
@@ -211,7 +211,7 @@ def test_names_and_frames_of_what_is_there() -> None:
     assert page.nodes == {}
 
 
-def test_a_cell_has_its_own_views_and_a_robot_is_whole_in_all_of_them() -> None:
+def test_views_of_cell_are_fixed_and_views_of_robot_show_it_whole() -> None:
     assert views_of(ALIKE, frame(), {"kind": "cell"}) is VIEWS
     found = views_of(ALIKE, frame(b1=1.0), {"kind": "robot", "tools": [[1, [0.2, 0.0, 0.0]]]})
     assert list(found) == ["front", "left", "right", "back", "hands"]
@@ -224,9 +224,9 @@ def test_a_cell_has_its_own_views_and_a_robot_is_whole_in_all_of_them() -> None:
     assert found["hands"].target == pytest.approx((1.2, 0.0, 0.0), abs=1e-6)
 
 
-def test_a_click_moves_the_eye_of_who_clicked() -> None:
+def test_view_click_moves_camera_of_clicking_browser_only() -> None:
     views = Views()
-    page = begun(views, kind="cell")
+    page = page_with(views, kind="cell")
     views.show(TimelineFrame.of(frame()))
     assert page.server.initial_camera.position == VIEWS["overview"].eye
     buttons = page.boxes["Look at"]

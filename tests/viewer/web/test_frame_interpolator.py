@@ -17,7 +17,7 @@ def at(x: float, time: int = 0, shown: bool = True) -> SceneFrame:
     return SceneFrame(time, poses, np.array([True, shown]))
 
 
-def test_motion_is_even() -> None:
+def test_interpolator_gives_even_motion() -> None:
     moments, seen = FrameInterpolator(), list[float]()
     for number in range(30):
         wall = number * PERIOD + (0.004 if number % 2 else 0.0)  # their intervals vary a little
@@ -30,7 +30,7 @@ def test_motion_is_even() -> None:
     assert steps == pytest.approx([0.005] * len(steps), abs=0.0015)
 
 
-def test_the_first_is_shown_at_once_and_what_does_not_change_once() -> None:
+def test_interpolator_shows_first_frame_at_once_and_unchanged_frame_once() -> None:
     moments = FrameInterpolator()
     assert moments.at(0.0) is None
     still = at(0.3)
@@ -43,7 +43,7 @@ def test_the_first_is_shown_at_once_and_what_does_not_change_once() -> None:
 
 
 @pytest.mark.parametrize(("run", "time"), [(2, 10), (1, 4)])
-def test_another_run_and_a_jump_back_are_cuts(run: int, time: int) -> None:
+def test_interpolator_cuts_at_other_run_and_jump_back(run: int, time: int) -> None:
     moments = FrameInterpolator()
     for number, x in enumerate((0.0, 0.1)):
         moments.take(at(x, 5 + number), run=1, wall=number * PERIOD)
@@ -55,7 +55,7 @@ def test_another_run_and_a_jump_back_are_cuts(run: int, time: int) -> None:
     assert moment.frame.poses[1, 0] == 2.0
 
 
-def test_frames_that_come_rarely_are_shown_as_they_come() -> None:
+def test_interpolator_shows_rare_frames_as_they_come() -> None:
     moments = FrameInterpolator()
     moments.take(at(0.0, 0), run=1, wall=0.0)
     moments.at(0.0)
@@ -66,14 +66,14 @@ def test_frames_that_come_rarely_are_shown_as_they_come() -> None:
     assert moment.frame.poses[1, 0] == 1.0
 
 
-def test_what_is_put_elsewhere_does_not_glide_there() -> None:
+def test_interpolation_does_not_move_body_that_jumps() -> None:
     assert interpolate_frames(at(0.0), at(3.0), 0.5).poses[1, 0] == 0.0
     assert interpolate_frames(at(0.0), at(0.2), 0.5).poses[1, 0] == pytest.approx(0.1)
     hidden = interpolate_frames(at(0.0), at(0.2, shown=False), 0.5)
     assert (hidden.poses[1, 0], bool(hidden.shown[1])) == (0.0, True)
 
 
-def test_a_turn_takes_the_short_way() -> None:
+def test_interpolation_of_turn_takes_short_way() -> None:
     before, after = at(0.0), at(0.0)
     after.poses[1, 3:] = (-0.995, 0.0, 0.0, -0.0998)  # the same turn as (0.995, 0, 0, 0.0998)
     w, _, _, z = interpolate_frames(before, after, 0.5).poses[1, 3:].tolist()
@@ -82,5 +82,5 @@ def test_a_turn_takes_the_short_way() -> None:
 
 @pytest.mark.slow
 @given(pair=st.integers(1, 6).flatmap(lambda n: st.tuples(frames(n), frames(n))), share=st.floats(0, 1))
-def test_whatever_comes_is_finite(pair: tuple[SceneFrame, SceneFrame], share: float) -> None:
+def test_interpolation_of_any_frames_is_finite(pair: tuple[SceneFrame, SceneFrame], share: float) -> None:
     assert np.isfinite(interpolate_frames(*pair, share).poses).all()

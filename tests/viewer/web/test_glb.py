@@ -36,7 +36,7 @@ def values(document: dict[str, Any], data: bytes, number: int) -> Any:
     return found.reshape(-1, 3) if accessor["type"] == "VEC3" else found
 
 
-def test_what_is_of_one_material_is_drawn_at_once() -> None:
+def test_glb_has_one_primitive_per_material() -> None:
     white, glass = Material(), Material(opacity=0.4)
     red, half = (1.0, 0.0, 0.0, 1.0), (0.5, 0.5, 0.5, 0.4)
     document, data = opened(glb([(box(0), red, white), (box(1), half, glass), (box(2), (0, 0, 1, 1), white)]))
@@ -56,7 +56,7 @@ def test_what_is_of_one_material_is_drawn_at_once() -> None:
     np.testing.assert_allclose(grey, 0.2140, atol=1e-4)  # half as bright to the eye is a fifth of the light
 
 
-def test_what_only_throws_a_shadow_is_masked_out() -> None:
+def test_glb_of_shadow_caster_is_masked_out() -> None:
     document, _ = opened(glb([(box(0), (0, 0, 0, 1), Material(opacity=0.0))]))
     material = document["materials"][0]
     assert material["alphaMode"] == "MASK"

@@ -18,7 +18,7 @@ from tests.viewer.web.fake_viewer import CAMERA
 ELEMENTS: dict[str, Any] = {
     "box": SimpleNamespace(value=True, visible=True, disabled=False),
     "slider": SimpleNamespace(value=0.5, visible=True, disabled=False),
-    "group": SimpleNamespace(value="Pause", visible=True, options=("Pause", "Go on")),
+    "group": SimpleNamespace(value="Pause", visible=True, options=("Pause", "Resume")),
     "hidden": SimpleNamespace(value=True, visible=False, disabled=False),
     "disabled": SimpleNamespace(value=True, visible=True, disabled=True),
 }
@@ -59,14 +59,14 @@ def is_taken(message: Any, found: Incoming | None = None) -> bool:
         update("box", False),
         update("slider", 0.25),
         update("slider", 3),
-        update("group", "Go on"),
+        update("group", "Resume"),
         {"type": "GuiButtonHoldMessage", "uuid": "box", "frequency": 10},
         {"type": "TransformControlsDragStartMessage", **HANDLE},
         DRAG,
         {"type": "TransformControlsDragEndMessage", **HANDLE},
     ],
 )
-def test_what_the_client_sends_is_taken(message: dict[str, Any]) -> None:
+def test_messages_of_browser_client_are_accepted(message: dict[str, Any]) -> None:
     assert is_taken(message)
 
 
@@ -110,26 +110,26 @@ def test_what_the_client_sends_is_taken(message: dict[str, Any]) -> None:
         msgspec.msgpack.encode(CAMERA) + b"\xc0",
     ],
 )
-def test_all_else_is_dropped_and_counted(message: Any) -> None:
+def test_other_messages_are_dropped_and_counted(message: Any) -> None:
     assert not is_taken(message)
 
 
 @given(st.binary(max_size=60))
-def test_bytes_are_dropped(data: bytes) -> None:
+def test_random_bytes_are_dropped(data: bytes) -> None:
     assert not is_taken(data)
 
 
-def test_before_there_is_a_panel_nothing_on_it_can_be_used() -> None:
+def test_element_messages_before_panel_are_dropped() -> None:
     assert not is_taken(update("box", True), Incoming())
     assert is_taken(CAMERA, Incoming())
 
 
-def test_a_viser_whose_elements_cannot_be_found_is_none() -> None:
-    with pytest.raises(UsageError, match="cannot be guarded with this version of viser"):
+def test_unsupported_viser_is_refused_by_filter() -> None:
+    with pytest.raises(UsageError, match="is not supported"):
         Incoming().follow(SimpleNamespace())
 
 
-def test_who_floods_the_page_waits_and_looking_around_does_not() -> None:
+def test_flooding_clicks_wait_and_camera_messages_do_not() -> None:
     clock = Clock()
     found = incoming(clock)
     click, camera = msgspec.msgpack.encode(update("box", True)), msgspec.msgpack.encode(CAMERA)

@@ -70,7 +70,7 @@ def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() -> None:
+def test_pages_leave_state_unchanged_and_late_browser_sees_present() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     with shown(watched) as (hall, page):
         first = FakeViewer(page.url)
@@ -91,17 +91,17 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_with_the_key_is_answered_and_others_are_not() -> None:
+def test_page_with_key_is_answered_and_others_are_refused() -> None:
     hall = Hall(Cell(KITTING), guarded=VIEWER_SERVICES)
     own = WebPage(hall.server.address, port=0, key=hall.server.key)
     other = WebPage(hall.server.address, port=0)
     try:
-        invited, stranger = FakeViewer(own.url), FakeViewer(other.url)
-        hall.until(lambda: invited.sees(TRAY))
-        hall.until(lambda: any("not for you" in text for text in stranger.texts))
-        assert not stranger.sees(TRAY)
-        invited.close()
-        stranger.close()
+        own_viewer, other_viewer = FakeViewer(own.url), FakeViewer(other.url)
+        hall.until(lambda: own_viewer.sees(TRAY))
+        hall.until(lambda: any("not for you" in text for text in other_viewer.texts))
+        assert not other_viewer.sees(TRAY)
+        own_viewer.close()
+        other_viewer.close()
     finally:
         own.close()
         other.close()
@@ -110,7 +110,7 @@ def test_a_page_with_the_key_is_answered_and_others_are_not() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_asks_little_until_there_is_a_browser() -> None:
+def test_page_without_browser_requests_few_panels() -> None:
     """Its panel requests are counted here; the tests of `StatePoller` cover the pauses between two polls."""
     panels: list[dict[str, Any]] = []
 
@@ -123,30 +123,30 @@ def test_a_page_asks_little_until_there_is_a_browser() -> None:
         hall.until(lambda: len(hall.requests) >= 3)
         assert len(panels) <= 2  # those of its features for another scene
         before = len(hall.requests)
-        someone = FakeViewer(page.url)
+        viewer = FakeViewer(page.url)
         hall.until(lambda: len(hall.requests) > before + 10)
         hall.until(lambda: len(panels) > 4)
-        someone.close()
+        viewer.close()
 
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> None:
+def test_page_reconnects_and_shows_restarted_server() -> None:
     hall = Hall(Cell(KITTING))
     port = hall.server.address[1]
     page = WebPage(hall.server.address, port=0)
     try:
-        someone = FakeViewer(page.url)
-        hall.until(lambda: someone.sees(TRAY))
+        viewer = FakeViewer(page.url)
+        hall.until(lambda: viewer.sees(TRAY))
         hall.server.close("the run is over")
         wait_until(
-            lambda: any("Not connected" in text and "the run is over" in text for text in someone.texts),
+            lambda: any("Not connected" in text and "the run is over" in text for text in viewer.texts),
             "notice that the cell is gone",
-            seen=lambda: someone.texts,
+            seen=lambda: viewer.texts,
         )
         hall = Hall(RobotNode(two_arms()), port)
-        hall.until(lambda: someone.sees("bodies/world") and not someone.sees(TRAY))
-        someone.close()
+        hall.until(lambda: viewer.sees("bodies/world") and not viewer.sees(TRAY))
+        viewer.close()
     finally:
         page.close()
         hall.server.close("the test is over")
@@ -154,26 +154,26 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_that_ends_leaves_word_of_why() -> None:
+def test_ended_page_leaves_reason_in_browser() -> None:
     """The text that stays in a browser's window says that it is not current."""
     hall = Hall(Cell(KITTING))
     page = WebPage(hall.server.address, port=0)
-    someone = FakeViewer(page.url)
-    hall.until(lambda: someone.sees(TRAY))
+    viewer = FakeViewer(page.url)
+    hall.until(lambda: viewer.sees(TRAY))
     hall.server.close("the node has stopped")
 
     def wait_for(words: str) -> None:
-        wait_until(lambda: any(words in text for text in someone.texts), words, seen=lambda: someone.texts)
+        wait_until(lambda: any(words in text for text in viewer.texts), words, seen=lambda: viewer.texts)
 
     wait_for("**Not connected:** the node has stopped.")
     page.close()
     wait_for("**This page has ended:** the node has stopped.")
-    someone.close()
+    viewer.close()
 
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
+def test_killed_page_does_not_affect_second_page() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         other = WebPage(hall.server.address, port=0)
         ones, others = FakeViewer(page.url), FakeViewer(other.url)
@@ -188,7 +188,7 @@ def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
+def test_invalid_messages_of_browser_change_nothing_for_others() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         good = FakeViewer(page.url)
         hall.until(lambda: good.sees(TRAY))
@@ -218,13 +218,13 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_that_cannot_be_shown() -> None:
-    with pytest.raises(UsageError, match=r"no page can be shown: .*needs a token"):
+def test_page_on_network_without_token_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"page cannot start: .*requires a token"):
         WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
 
 
 @pytest.mark.slow
-def test_on_gone_is_called_when_a_page_dies_and_not_when_it_is_closed() -> None:
+def test_on_gone_is_called_for_killed_page_and_not_for_closed_one() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     os.kill(page._process.pid, signal.SIGTERM)
@@ -242,7 +242,7 @@ def test_on_gone_is_called_when_a_page_dies_and_not_when_it_is_closed() -> None:
 
 
 @pytest.mark.slow
-def test_a_page_whose_parent_is_gone_ends_silently() -> None:
+def test_page_of_ended_parent_ends_silently() -> None:
     command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
     options = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
     reader, writer = os.pipe()

@@ -65,7 +65,7 @@ class Broken(Sound):
 
 
 @pytest.mark.parametrize("at", ["on_scene", "wants", "show", "on_frame", "panel", "on_disconnect"])
-def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_failing_feature_is_removed_and_others_stay(at: str, caplog: pytest.LogCaptureFixture) -> None:
     broken, sound = Broken(at), Sound()
     page = Page(MagicMock(), ("127.0.0.1", 1), (broken, sound))
     page._poller.is_watched = True
@@ -81,4 +81,4 @@ def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog
     assert sound.calls[: len(sound.calls) // 2] == sound.calls[len(sound.calls) // 2 :]
     assert page.features == (sound,)
     assert overlays == {"Sound": True}
-    assert [record.getMessage() for record in caplog.records] == ["Broken is left out of the page"]
+    assert [record.getMessage() for record in caplog.records] == ["Broken failed and was removed from the page"]

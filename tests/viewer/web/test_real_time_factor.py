@@ -7,7 +7,7 @@ import pytest
 from cellwright.viewer.web.time_controls import SeenPace
 
 
-def test_it_needs_two_looks() -> None:
+def test_factor_before_second_reading_is_none() -> None:
     pace = SeenPace()
     assert pace.factor is None
     pace.take(0.0, 5.0)
@@ -16,14 +16,14 @@ def test_it_needs_two_looks() -> None:
     assert pace.factor == pytest.approx(2.0)
 
 
-def test_it_forgets_what_was_long_ago() -> None:
+def test_factor_ignores_old_readings() -> None:
     pace = SeenPace()
     for number in range(40):
         pace.take(number * 0.25, min(number, 20) * 0.25)
     assert pace.factor == pytest.approx(0.0)
 
 
-def test_a_reset_is_no_negative_real_time_factor() -> None:
+def test_factor_after_reset_is_not_negative() -> None:
     pace = SeenPace()
     for wall, time in ((0.0, 10.0), (1.0, 11.0), (1.25, 0.0), (1.5, 0.25)):
         pace.take(wall, time)

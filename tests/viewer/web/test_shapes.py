@@ -19,7 +19,7 @@ def corners(found: Triangles) -> int:
     return len(np.unique(np.round(rim[:, :2], 9), axis=0))
 
 
-def test_what_is_larger_is_rounder_within_bounds() -> None:
+def test_larger_cylinder_has_more_corners_within_bounds() -> None:
     counts = [corners(cylinder(radius)) for radius in (1e-4, 0.005, 0.01, 0.05, 10.0)]
     assert counts == sorted(counts)
     assert (counts[0], counts[-1]) == (12, 48)

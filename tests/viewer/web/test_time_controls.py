@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.viewer.web.time_controls import REALLY, RESET, SPEEDS, TimeControls, clock, seconds_of
+from cellwright.viewer.web.time_controls import CONFIRM_RESTART, RESTART, SPEEDS, TimeControls, clock, seconds_of
 from tests.viewer.web.pages import clicked, page
 
 
@@ -26,7 +26,7 @@ def opened() -> Iterator[tuple[Any, TimeControls]]:
         yield found, controls
 
 
-def test_what_may_not_be_done_is_not_offered(opened: tuple[Any, TimeControls]) -> None:
+def test_refused_actions_are_hidden(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
 
     def offered() -> list[bool]:
@@ -38,20 +38,20 @@ def test_what_may_not_be_done_is_not_offered(opened: tuple[Any, TimeControls]) -
     assert offered() == [True, True]
 
 
-def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tuple[Any, TimeControls]) -> None:
+def test_time_controls_after_run_are_hidden(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     refused = dict.fromkeys(("pause", "resume", "step", "speed"), "the run is over")
     shown = panel(**refused)
     shown["control"]["over"] = "the run is over"
     controls.panel(shown)
     assert [controls._steps.visible, controls._speeds.visible, controls._reset.visible] == [False, False, True]
-    assert "the run is over: all is shown as it stood at the end" in controls._clock.content
+    assert "the run is over: the page shows the final state" in controls._clock.content
     assert "running" not in controls._clock.content
     controls.panel(panel())
     assert "running" in controls._clock.content
 
 
-def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeControls]) -> None:
+def test_time_controls_after_disconnect_are_hidden_until_reconnect(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel(panel())
     controls.on_disconnect("the node has stopped")
@@ -68,19 +68,19 @@ def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeCon
     ("word", "expected"),
     [
         ("Pause", {"action": "pause"}),
-        ("Go on", {"action": "resume"}),
-        ("Tick", {"action": "step", "ticks": 1}),
+        ("Resume", {"action": "resume"}),
+        ("Step", {"action": "step", "ticks": 1}),
         ("1 s", {"action": "step", "ticks": 500}),
     ],
 )
-def test_a_click_is_asked_for(word: str, expected: dict[str, Any], opened: tuple[Any, TimeControls]) -> None:
+def test_click_sends_its_action(word: str, expected: dict[str, Any], opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.requests.clear()
     clicked(controls._steps, word)
     assert found.link.requests == [expected]
 
 
-def test_each_speed_is_asked_for(opened: tuple[Any, TimeControls]) -> None:
+def test_speed_button_sends_its_factor(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.requests.clear()
     for word in SPEEDS:
@@ -88,28 +88,28 @@ def test_each_speed_is_asked_for(opened: tuple[Any, TimeControls]) -> None:
     assert [each["factor"] for each in found.link.requests] == [0.1, 0.5, 1.0, 2.0, 10.0, "max"]
 
 
-def test_the_second_click_resets(opened: tuple[Any, TimeControls]) -> None:
+def test_second_click_on_restart_resets(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.requests.clear()
     clicked(controls._reset, True)
     controls.panel(panel())
-    assert (found.link.requests, controls._reset.label) == ([], REALLY)
+    assert (found.link.requests, controls._reset.label) == ([], CONFIRM_RESTART)
     clicked(controls._reset, True)
     controls.panel(panel())
-    assert (found.link.requests, controls._reset.label) == ([{"action": "reset"}], RESET)
+    assert (found.link.requests, controls._reset.label) == ([{"action": "reset"}], RESTART)
     clicked(controls._reset, True)
     controls._first_click -= 10.0
     clicked(controls._reset, True)
     assert len(found.link.requests) == 1
 
 
-def test_a_refused_reset_shows_its_reason(opened: tuple[Any, TimeControls]) -> None:
+def test_refused_reset_disables_button_with_reason(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
-    controls.panel(panel(reset="not in a competition"))
-    assert (controls._reset.disabled, controls._reset.hint) == (True, "not in a competition")
+    controls.panel(panel(reset="not available in competition mode"))
+    assert (controls._reset.disabled, controls._reset.hint) == (True, "not available in competition mode")
 
 
-def test_a_refusal_is_shown(opened: tuple[Any, TimeControls]) -> None:
+def test_refused_action_is_notified(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.refuses = "not here"
     clicked(controls._steps, "Pause")
@@ -117,7 +117,7 @@ def test_a_refusal_is_shown(opened: tuple[Any, TimeControls]) -> None:
     assert found.notices[-1] == ("pause: refused", "not here")
 
 
-def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
+def test_recording_has_timeline_that_follows_and_seeks() -> None:
     with page() as found:
         controls = TimeControls()
         controls.page = found
@@ -133,7 +133,7 @@ def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
         assert controls._slider.value == 12.5, "it stays under the browser's pointer"
 
 
-def test_the_slider_is_that_of_what_is_served_there_now() -> None:
+def test_timeline_follows_change_of_served_recording() -> None:
     with page() as found:
         controls = TimeControls()
         controls.page = found
@@ -152,7 +152,7 @@ def test_the_slider_is_that_of_what_is_served_there_now() -> None:
         assert not controls._slider.visible, "a cell has none"
 
 
-def test_time_of_each_kind_of_panel() -> None:
+def test_seconds_of_reads_time_of_each_panel_kind() -> None:
     assert seconds_of({"kind": "cell", "clock": {"time": 2.5}}) == 2.5
     assert seconds_of({"kind": "robot", "time": 2_500_000_000}) == 2.5
     assert seconds_of({"kind": "recording", "time": 2.5}) == 2.5
@@ -163,20 +163,20 @@ def test_time_of_each_kind_of_panel() -> None:
     [
         ({}, "running"),
         ({"paused": True}, "paused"),
-        ({"paused": True, "ticks_left": 3}, "a step"),
+        ({"paused": True, "ticks_left": 3}, "stepping"),
         ({"lockstep": True}, "lockstep"),
-        ({"speed": "max"}, "as fast as it goes"),
-        ({"speed": 0.1}, "asked 0.1 ×"),
+        ({"speed": "max"}, "as fast as possible"),
+        ({"speed": 0.1}, "target 0.1 ×"),
     ],
 )
-def test_the_clock_says_how_time_passes(state: dict[str, Any], expected: str) -> None:
+def test_clock_shows_state_and_speed(state: dict[str, Any], expected: str) -> None:
     html = clock(12.3456, panel()["control"] | state, 0.987)
     assert expected in html
     assert "12.35" in html
     assert ("1.0 × real time" in html) == (not state.get("paused"))
 
 
-def test_a_panel_of_another_version_is_ignored(opened: tuple[Any, TimeControls]) -> None:
+def test_panel_of_another_version_is_ignored(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel({"kind": "cell", "clock": {}, "control": panel()["control"]})
     controls.panel({"kind": "robot", "time": "now", "control": panel()["control"]})

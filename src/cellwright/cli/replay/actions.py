@@ -113,11 +113,8 @@ def _notes(contents: dict[str, Any]) -> list[tuple[str, str]]:
         ("time", f"{contents['begin']:.3f} to {contents['end']:.3f} s: {contents['duration']:.1f} s"),
         ("ended", _ended(contents)),
         ("score", _score(result)),
-        ("commands", f"{contents['commands']} came from outside"),
-        (
-            "verify",
-            f"{contents['state_hashes']} state hashes to compare with" if contents["state_hashes"] else "no state hash",
-        ),
+        ("commands", f"{contents['commands']} from outside"),
+        ("verify", f"{contents['state_hashes']} state hashes" if contents["state_hashes"] else "no state hash"),
         *((name, _fact(header[name])) for name in ("agent", "seed", "servo") if name in header),
         ("versions", ", ".join(f"{name} {each}" for name, each in known.items())),
         ("size", f"{contents['bytes'] / 1e6:.1f} MB"),
@@ -127,8 +124,8 @@ def _notes(contents: dict[str, Any]) -> list[tuple[str, str]]:
 def _ended(contents: dict[str, Any]) -> str:
     outcome = (contents["result"] or {}).get("outcome")
     if contents["complete"]:
-        return f"as it should: {outcome}" if outcome else "as it should"
-    return "cut short: it holds all that was written until then"
+        return f"complete: {outcome}" if outcome else "complete"
+    return "cut short; holds everything written until then"
 
 
 def _score(result: dict[str, Any]) -> str:
@@ -148,7 +145,7 @@ _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_I
 def verify_recording(recording: RecordingFile, console: Console, *, as_json: bool) -> int:
     """Run it again, and print the verdict; return the exit status."""
     recording.check_bytes()
-    with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as show:
+    with rebuild(recording) as rebuilt, progress_bar(console, "verifying", seconds(recording.end_time)) as show:
 
         def progress(time: int) -> None:
             if show is not None:
@@ -197,13 +194,13 @@ def _lines(verdict: VerificationResult) -> list[tuple[str, str]]:
         case Answer.EQUAL:
             lines.append(("equal", f"up to {verdict.equal_until}"))
         case Answer.UNKNOWN:
-            lines.append(("unknown", "it was cut before its first state hash: there is nothing to compare"))
+            lines.append(("unknown", "cut short before the first state hash; nothing to compare"))
         case Answer.DIFFERENT:
             until = "" if verdict.equal_until is None else f"; equal up to {verdict.equal_until}"
             first = verdict.first_difference or verdict.reached
             lines.append(("different", f"at {first}{until}"))
             if verdict.bodies:
-                lines.append(("elsewhere", ", ".join(verdict.bodies)))
+                lines.append(("bodies", ", ".join(verdict.bodies)))
             if verdict.fault:
                 lines.append(("error", verdict.fault))
     length = seconds(verdict.reached.time - verdict.begun.time)
@@ -273,7 +270,7 @@ def film_recording(
         newest = next(coming, None)
     frame = sight.frame()
     if frame is None or begin > end:
-        raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
+        raise UsageError(f"{recording.path}: no frame between these times; choose others with --start and --until")
     camera = options.camera or _camera(recording, scene, frame, options)
     lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
     video = Video(options, scene, lamp=lamp, warn=warn)
@@ -299,8 +296,8 @@ def _scene(recording: RecordingFile) -> Scene:
         if data is not None:
             return decode_scene(data)
     except MessageError as error:
-        raise UsageError(f"{recording.path}: what is to be seen in it cannot be read: {error}") from None
-    raise UsageError(f"{recording.path}: holds nothing that is to be seen")
+        raise UsageError(f"{recording.path}: scene cannot be read: {error}") from None
+    raise UsageError(f"{recording.path}: has no scene to draw")
 
 
 def _camera(recording: RecordingFile, scene: Scene, frame: SceneFrame, options: VideoOptions) -> Camera:

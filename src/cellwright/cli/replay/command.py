@@ -10,7 +10,19 @@ import typer
 from rich.console import Console
 
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import OUTPUT, Host, OpenPage, Port, Recorded, View, ViewHost, ViewPort, page_options
+from cellwright.cli.arguments import (
+    OUTPUT,
+    SPEED_HELP,
+    AsJson,
+    Host,
+    OpenPage,
+    Port,
+    Recorded,
+    View,
+    ViewHost,
+    ViewPort,
+    page_options,
+)
 from cellwright.cli.main import DONE, flag, option
 from cellwright.cli.output import progress_bar
 from cellwright.engine.clock import nanoseconds, seconds
@@ -20,87 +32,75 @@ from cellwright.viewer.web.start import LOOPBACK
 if TYPE_CHECKING:
     from cellwright.recording.format.reader import RecordingFile
 
-_PLAY, _VERIFY = "Play it", "Run it again"
+_PLAY, _VERIFY = "Playback", "Verification"
 
 
 def replay(
     file: Recorded,
-    serve: Annotated[bool, flag("--serve", "Play it to programs on a socket.", _PLAY)] = False,
+    serve: Annotated[bool, flag("--serve", "Play to clients on a socket.", _PLAY)] = False,
     ros1: Annotated[
-        bool,
-        flag(
-            "--ros1",
-            "Play it to programs of ROS 1, in simulation time, at the master that ROS_MASTER_URI names.",
-            _PLAY,
-        ),
+        bool, flag("--ros1", "Play to ROS 1 programs in simulation time, at the master in ROS_MASTER_URI.", _PLAY)
     ] = False,
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: OpenPage = False,
-    speed: Annotated[
-        str, option("FACTOR", "Simulated seconds a second: `1` is real time, `max` as fast as it goes.", _PLAY)
-    ] = "1",
+    speed: Annotated[str, option("FACTOR", SPEED_HELP, _PLAY)] = "1",
     start: Annotated[
-        float | None, option("T", "Play from this simulation time [s] on; a file that is made begins there too.", _PLAY)
+        float | None, option("T", "Begin at this simulation time [s]; written files begin there too.", _PLAY)
     ] = None,
     until: Annotated[
-        float | None, option("T", "Play up to this simulation time [s]; a file that is made ends there too.", _PLAY)
+        float | None, option("T", "End at this simulation time [s]; written files end there too.", _PLAY)
     ] = None,
-    loop: Annotated[bool, flag("--loop", "Begin again at the end.", _PLAY)] = False,
-    hold: Annotated[bool, flag("--hold", "Let time stand at the end, until Ctrl-C.", _PLAY)] = False,
+    loop: Annotated[bool, flag("--loop", "Restart at the end.", _PLAY)] = False,
+    hold: Annotated[bool, flag("--hold", "Hold time at the end, until Ctrl-C.", _PLAY)] = False,
     verify: Annotated[
-        bool,
-        flag("--verify", "Build the cell or robot again, do to it what was done, and compare state hashes.", _VERIFY),
+        bool, flag("--verify", "Build the cell or robot again, repeat its inputs, and compare state hashes.", _VERIFY)
     ] = False,
     host: Host = LOOPBACK,
     port: Port = None,
-    bag: Annotated[Path | None, option("OUT.bag", "Write its topics as a bag, for the tools of ROS 1.", OUTPUT)] = None,
+    bag: Annotated[Path | None, option("OUT.bag", "Write the topics as a bag for ROS 1 tools.", OUTPUT)] = None,
     mcap: Annotated[
         Path | None,
-        option(
-            "OUT.mcap",
-            "Write it for Foxglove and its like: its topics, and what is to be seen as markers in frames.",
-            OUTPUT,
-        ),
+        option("OUT.mcap", "Write topics, and the scene as markers in frames, for Foxglove and similar tools.", OUTPUT),
     ] = None,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
     video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
     video_fine: arguments.VideoFine = False,
-    as_json: Annotated[bool, flag("--json", "Print the summary as JSON, and nothing else on stdout.", OUTPUT)] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Look into a recording, play it to programs, or run it again.
+    """List the content of a recording, play it to programs, or verify that it repeats.
 
-    A file that was cut short, as by a killed process, is taken as far as it goes.
+    A file that was cut short, for example by a killed process, is used as far as it goes.
 
-        # what is in it
+        # list its content
         cellwright replay run.mcap
 
-        # on a page in your browser, with a slider through its time
+        # play it on a page in your browser, with a time slider
         cellwright replay run.mcap --view
 
-        # onto ROS 1, twice as fast, from the 20th second on
+        # play it to ROS 1, twice as fast, from 20 s on
         cellwright replay run.mcap --ros1 --speed 2 --start 20
 
-        # for programs on a socket, again and again
+        # play it to clients on a socket, in a loop
         cellwright replay run.mcap --serve --loop
 
-        # for rosbag and its like
+        # convert it for rosbag and similar tools
         cellwright replay run.mcap --bag run.bag
 
-        # for Foxglove and its like, with the whole cell in 3D
-        cellwright replay run.mcap --mcap seen.mcap
+        # convert it for Foxglove and similar tools, with the whole cell in 3D
+        cellwright replay run.mcap --mcap foxglove.mcap
 
-        # does the same come of the same commands?
+        # check that the same inputs give the same states
         cellwright replay run.mcap --verify
 
-        # a video of it, a minute in 6 s
+        # make a video, a minute in 6 s
         cellwright replay run.mcap --video run.mp4 --video-speed 10
 
-    Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, holds nothing to
-    compare or to see, or the video cannot be written.
+    Exit status: 0 done, or equal; 1 --verify found a difference; 2 the file cannot be used, holds nothing to compare or
+    to draw, or the video cannot be written.
     """
     # slow to load, and the other commands do without it
     from cellwright.cli.replay import actions
@@ -115,18 +115,18 @@ def replay(
     is_played = serve or ros1 or view
     page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
     if verify and is_played:
-        options.refuse("--verify runs it again and plays nothing: leave out --serve, --ros1 and --view")
+        options.refuse("--verify plays nothing; leave out --serve, --ros1 and --view")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
     filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
     if filmed and (is_played or verify):
-        options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
+        options.refuse("--video excludes playback and --verify; leave out --view, --serve, --ros1 and --verify")
     times = {"--start": start is not None, "--until": until is not None}
     played = {"--loop": loop, "--hold": hold, "--speed": speed != "1"}
     for name, is_given in {**played, **({} if filmed or bag or mcap else times)}.items():
         if is_given and not is_played:
             others = "" if name in played else ", or --bag, --mcap or --video for a file"
-            options.refuse(f"{name}: say to whom it is to be played: add --view, --serve or --ros1{others}")
+            options.refuse(f"{name} requires --view, --serve or --ros1{others}")
     rate = options.speed(speed)
     for name, time in (("--start", start), ("--until", until)):
         options.in_range(name, time, 0.0, options.LATEST, f"a time from 0 s to {options.LATEST:g} s")
@@ -135,12 +135,12 @@ def replay(
     with RecordingFile(file) as recording:
         _check_times(recording, start, until)
         if not recording.is_complete:
-            output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
+            output.warn(f"{file}: cut short; ends at {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
             with progress_bar(console, f"writing {bag_file}", 1.0) as show:
                 left_out = write_bag(file, bag_file, **part, on_progress=show)
             for topic in left_out:
-                output.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
+                output.warn(f"{topic}: not in the bag, since its type differs in ROS 1")
         if mcap_file is not None:
             with progress_bar(console, f"writing {mcap_file}", 1.0) as show:
                 missing = write_mcap(recording, mcap_file, **part, on_progress=show)
@@ -185,7 +185,7 @@ def _check_times(recording: RecordingFile, start: float | None, until: float | N
     if until is not None and until < begin:
         options.refuse(f"--until {until:g}: {recording.path} begins at {begin:.3f} s")
     if start is not None and until is not None and until < start:
-        options.refuse(f"--until {until:g}: that is before --start {start:g}")
+        options.refuse(f"--until {until:g}: is before --start {start:g}")
 
 
 def _nanoseconds(time: float | None) -> int | None:

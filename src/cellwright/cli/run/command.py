@@ -15,7 +15,7 @@ from rich.console import Console
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, GameScore, TrialScore, trial_score
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import END, LOOK, OUTPUT, WORK
+from cellwright.cli.arguments import AGENT_HELP, END, LOCKSTEP_HELP, OUTPUT, SIMULATION, SPEED_HELP, VIEWING
 from cellwright.cli.main import exit_status_of, flag, option
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.cli.summary import RunProgress, show_files, show_result
@@ -29,89 +29,65 @@ from cellwright.running.run.observers import Pictures, Quality
 from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import UsageError
 
-AGENT_IN_OWN_PROCESS = "the agent is in a process of its own: end the run, and start it again"
+AGENT_IN_OWN_PROCESS = "the agent runs in its own process; end the run and start it again"
 """Reason why a run over a socket or ROS cannot start again from the page."""
 
 SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
 """Headings for options in the help."""
 
-AgentName = Annotated[
-    str,
-    option(
-        "AGENT", "What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.", WORK
-    ),
-]
+AgentName = Annotated[str, option("AGENT", f"{AGENT_HELP}; `none` for no agent.", SIMULATION)]
 Speed = Annotated[
     str | None,
     option(
-        "FACTOR",
-        "Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
-        "`1` with --view, and with --over and no --lockstep.",
-        WORK,
+        "FACTOR", f"{SPEED_HELP} Default: `max`, but `1` with --view, and with --over and no --lockstep.", SIMULATION
     ),
 ]
 Over = Annotated[
     str | None,
     option(
-        "WAY",
-        "Run the agent in a process of its own, which comes to the cell over a `socket` or over `ros1`.",
+        "TRANSPORT",
+        "Run the agent in its own process, connected to the cell over a `socket` or over `ros1`.",
         PROCESSES,
     ),
 ]
 Lockstep = Annotated[
-    bool,
-    flag(
-        "--lockstep",
-        "With --over: let time pass only while the agent waits; the same result as in one process.",
-        PROCESSES,
-    ),
+    bool, flag("--lockstep", f"{LOCKSTEP_HELP}; requires --over, and gives the same result as one process.", PROCESSES)
 ]
 Connect = Annotated[
     str | None,
-    option("HOST:PORT", "Work the cell that `cellwright serve` has there, instead of one of TRIAL.", PROCESSES),
+    option("HOST:PORT", "Work the cell that `cellwright serve` serves at this address, instead of a TRIAL.", PROCESSES),
 ]
-MinScore = Annotated[float | None, option("POINTS", "Exit with status 1 when the score is below.", END)]
+MinScore = Annotated[float | None, option("POINTS", "Exit with status 1 if the score is less.", END)]
 Snapshots = Annotated[
-    list[str] | None, option("T:FILE.png", "Take a picture at a simulation time [s]; repeatable.", LOOK)
+    list[str] | None, option("T:FILE.png", "Take a picture at a simulation time [s]; repeatable.", VIEWING)
 ]
-View = Annotated[
-    bool,
-    flag(
-        "--view",
-        "Show it on a page, in a browser; the page's address is printed. The page stays after the run, until "
-        "Ctrl-C; with --json it ends with the run.",
-        LOOK,
-    ),
-]
-WithPicture = Annotated[bool, flag("--picture/--no-picture", "Write TRIAL.png at the end.", LOOK)]
-TakenFrom = Annotated[
-    str, option("NAME", "Where pictures are taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", LOOK)
-]
-HowDrawn = Annotated[
-    Quality, option("HOW", "How pictures are drawn: `fine`, by rays, or `fast`, by OpenGL as videos are.", LOOK)
+WithPicture = Annotated[bool, flag("--picture/--no-picture", "Write TRIAL.png at the end.", VIEWING)]
+PictureQuality = Annotated[
+    Quality, option("QUALITY", "Quality of pictures: `fine`, by rays, or `fast`, by OpenGL as in videos.", VIEWING)
 ]
 Checkpoints = Annotated[
     list[str] | None,
     option(
         "T:FILE.npz",
-        "Save the simulation at this time [s]; repeatable. It is an event of the run: the state hash changes.",
+        "Save a checkpoint at this simulation time [s]; repeatable. It changes the state hash of the run.",
         SAVE,
     ),
 ]
-Resume = Annotated[Path | None, option("FILE.npz", "Begin from what --checkpoint saved; the agent begins anew.", SAVE)]
-Listen = Annotated[
-    list[str] | None, option("TOPIC", "Count a topic's messages, `all` for every topic; repeatable.", LOOK)
+Resume = Annotated[
+    Path | None, option("FILE.npz", "Resume from a checkpoint; the agent starts from its beginning.", SAVE)
 ]
-AsJson = Annotated[bool, flag("--json", "Print the result as JSON, and nothing else on stdout.", OUTPUT)]
+Listen = Annotated[
+    list[str] | None, option("TOPIC", "Count the messages of a topic, or of `all`; repeatable.", VIEWING)
+]
 TeamAverages = Annotated[
     str | None,
     option(
         "COST,TIME",
-        "Score the trial as in the finals, against these averages of all teams [$, s]; a time for each order.",
+        "Score the trial as in the finals, from these averages of all teams [$, s], with a time for each order.",
         OUTPUT,
     ),
 ]
-Verbose = Annotated[bool, flag("--verbose -v", "Say what the agent logs.", OUTPUT)]
+Verbose = Annotated[bool, flag("--verbose -v", "Print the agent's log messages.", OUTPUT)]
 
 
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
@@ -133,12 +109,12 @@ def run(
     min_score: MinScore = None,
     snapshot: Snapshots = None,
     picture: WithPicture = True,
-    camera: TakenFrom = "overview",
-    view: View = False,
+    camera: arguments.PictureCamera = "overview",
+    view: arguments.RunView = False,
     view_host: arguments.ViewHost = None,
     view_port: arguments.ViewPort = None,
     open_page: arguments.OpenPage = False,
-    quality: HowDrawn = Quality.FINE,
+    quality: PictureQuality = Quality.FINE,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
@@ -147,7 +123,7 @@ def run(
     checkpoint: Checkpoints = None,
     resume: Resume = None,
     listen: Listen = None,
-    as_json: AsJson = False,
+    as_json: arguments.AsJson = False,
     log: arguments.Log = None,
     record: arguments.Record = None,
     averages: TeamAverages = None,
@@ -155,35 +131,35 @@ def run(
 ) -> None:
     """Run a trial headless, and print its score.
 
-    The referee judges the kits that the agent sends off; a picture of the cell at the end is written beside.
+    The referee scores the kits that the agent submits. A picture of the cell at the end goes to TRIAL.png.
 
-        # the lesson's cell, worked by the agent that comes along
+        # the lesson's cell, with the bundled agent
         cellwright run lesson
 
         # the same on a page in your browser: pause it, slow it down, see where each point comes from
         cellwright run lesson --view
 
-        # worked by the lesson's own script
+        # with the lesson's own script
         cellwright run lesson --agent lesson
 
-        # worked by your program: a class with a method run(client)
+        # with your agent: a class with a method run(client)
         cellwright run lesson --agent my_robot.py:MyRobot
 
         # in CI: status 1 below 8 points, and the result as JSON
         cellwright run trial.yaml --agent my_robot.py:MyRobot --min-score 8 --json
 
-        # the same in two processes, as a program of its own would meet the cell
+        # agent and cell in two processes
         cellwright run lesson --over socket --lockstep
 
-        # the same in ROS 1, with a master if there is none
+        # the same over ROS 1; starts a master if there is none
         cellwright run lesson --over ros1 --lockstep
 
-        # nobody at work: the cell itself, seen by the belt after ten seconds
+        # no agent: the cell alone, with a picture of the belt after ten seconds
         cellwright run lesson --agent none --until 10 --camera belt
 
-    Exit status: 0 done; 1 not done (time limit, the time of --until came before the agent was done, agent gave up or
-    crashed, stopped, below --min-score), or a file that was asked for is not whole; 2 bad input, and nothing was
-    started.
+    Exit status: 0 done; 1 not done, or a requested file is incomplete; 2 bad input, and nothing was started. Not done
+    are runs that end by a time limit, by --until before the agent, by a signal, by an agent that gave up or crashed, or
+    below --min-score.
     """
     threshold = options.min_score(min_score)
     if connect is not None:
@@ -192,13 +168,13 @@ def run(
 
         run_connected(agent, connect, as_json=as_json, min_score=threshold)
     if not files:
-        options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
+        options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
     arguments.refuse_camera_name(files, view=view)
     if quality is Quality.FAST:
         requested_backend()
     page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
     if over is None and lockstep:
-        options.refuse("--lockstep: say over what as well, such as --over socket; in one process it is always so")
+        options.refuse("--lockstep requires --over (for example --over socket); in-process runs are always lockstep")
     if over not in (None, "socket", "ros1"):
         options.refuse(f"--over {over}: give socket or ros1")
     rate = options.speed(speed or ("max" if page is None and (over is None or lockstep) else "1"))
@@ -216,7 +192,7 @@ def run(
     )
     console = Console(stderr=as_json, highlight=False)
     progress = RunProgress(console, until=options.until(until), verbose=verbose)
-    say = partial(console.print, markup=False, soft_wrap=True)
+    print_out = partial(console.print, markup=False, soft_wrap=True)
     session = Session(
         options.cell_of(
             *(files, console), seed=seed, servo=servo, is_varied=vary, competition=not development, agent=agent
@@ -251,7 +227,9 @@ def run(
         if worker is not None and not cell.trial.has_arm:
             _warn_of_missing_arm(cell.trial.name, agent)
         varied = ", varied" if vary else ""
-        say(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False)
+        print_out(
+            f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False
+        )
         while True:
             with nullcontext() if over else ended_as_by_ctrl_c():
                 result = cell_result(session.run(worker))
@@ -262,11 +240,11 @@ def run(
                 if not as_json:
                     show_result(console, result, final)
                     if threshold is not None and result.score.total < threshold:
-                        output.print_entry(console, "not enough", f"{threshold:g} points were asked for")
+                        output.print_entry(console, "not enough", f"below --min-score {threshold:g}")
                 end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
                 to = out if as_json else None
                 status = show_files(console, session, agent, status, pictures, end, final, out=to)
-            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, say, keeps=not as_json):
+            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, print_out, keeps=not as_json):
                 raise typer.Exit(status)
             worker = program()
 
@@ -274,12 +252,12 @@ def run(
 def _wait_for_restart(session: Session, on_message: Callable[[str], None], *, keeps: bool) -> bool:
     """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; return whether to start the run again instead."""
     if session.restart_requested:
-        on_message("the run begins anew")
+        on_message("run restarted")
         return True
     if session.page is None or not keeps:
         return False
     with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
-        on_message("the page stays open; Ctrl-C ends")  # once the handlers of signals are set
+        on_message("the page stays open until Ctrl-C")  # once the handlers of signals are set
         return session.wait()
     return False
 
@@ -288,17 +266,17 @@ def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -
     """Return a factory for each run: an agent of its own, the agent in a process of its own, or None for no agent."""
     if agent == "none":
         if not has_end:
-            options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
+            options.refuse("--agent none requires --until SECONDS: without an agent a run has no end")
         return lambda: None
     make = find_agent(agent)
     if over is None:
         return make
     from cellwright.running.remote.hosting import RemoteAgent
 
-    def say(line: str) -> None:
+    def print_line(line: str) -> None:
         sys.stdout.write(f"{line}\n")
 
-    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, on_message=say)
+    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, on_message=print_line)
     return lambda: remote
 
 
@@ -309,7 +287,7 @@ def _refuse_cell_options(context: typer.Context) -> None:
         source = context.get_parameter_source(name)
         if source is not None and source.name == "COMMANDLINE" and name not in _OF_THE_AGENT:
             given = max(parameter.opts, key=len) if name != "files" else "TRIAL"
-            options.refuse(f"--connect: the cell is there already, and {given} is for the one who serves it")
+            options.refuse(f"--connect: {given} is for the process that serves the cell; leave it out")
 
 
 def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
@@ -317,13 +295,13 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
     try:
         return trial_score(trial.sensors, score.orders, spent)
     except UsageError as error:
-        output.warn(f"the trial has no score: {error}")
+        output.warn(f"the trial has no finals score: {error}")
         return None
 
 
 def _warn_of_missing_arm(trial: str, agent: str) -> None:
     """Warn about a trial without an arm. Only a user's own program may have a use for it."""
-    remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
+    remedy = f"add a file with one, such as: cellwright run {trial} {bundled_sensors()[0]}"
     if agent in BUNDLED:
-        options.refuse(f"{trial}: the trial has no arm for the agent {agent} to work with; {remedy}")
+        options.refuse(f"{trial}: the trial has no arm, and agent {agent} requires one; {remedy}")
     output.warn(f"{trial}: the trial has no arm; {remedy}")

@@ -23,36 +23,36 @@ _STATE = "/ariac/competition_state"  # every cell publishes it
 
 def run_connected(agent: str, address: str, *, as_json: bool, min_score: float | None) -> NoReturn:
     """Let an agent in this process work a served cell; print the result that the cell reports."""
-    where = options.address("--connect", address)
+    server_address = options.address("--connect", address)
     console = Console(stderr=as_json, highlight=False)
     worker = find_agent(agent)()
-    transport = SocketTransport(where, node=NODE)
+    transport = SocketTransport(server_address, node=NODE)
     if not any(each["name"] == _STATE for each in transport.welcome["topics"]):
         transport.close()
         options.refuse(
-            f"--connect {address}: no cell is served there, but {transport.welcome['trial']}, a robot's node"
+            f"--connect {address}: serves {transport.welcome['trial']}, a robot's node; give the address of a cell"
         )
     console.print(f"trial {transport.welcome['trial']}, agent {agent}, at {address}", markup=False, soft_wrap=True)
-    worked = run_agent(worker, transport, _wait_for_kits_over_topics)
-    sys.stderr.write(worked.error)
+    ending = run_agent(worker, transport, _wait_for_kits_over_topics)
+    sys.stderr.write(ending.error)
     try:
-        asking = SocketTransport(where, node=NODE)
+        server = SocketTransport(server_address, node=NODE)
     except UsageError:
-        typer.echo("the cell is gone; where it was served its score has been printed", err=True)
+        typer.echo("the cell has ended; its server has printed the score", err=True)
         raise typer.Exit(NOT_DONE) from None
-    result = asking.ask_server(RESULT)
-    asking.close()
+    result = server.ask_server(RESULT)
+    server.close()
     document = result["document"]
     score = document["score"]["total"]
     enough = min_score is None or score >= min_score
-    ended_well = worked.parting in (ExitReason.RETURNED, ExitReason.RUN_ENDED)
+    ended_well = ending.parting in (ExitReason.RETURNED, ExitReason.RUN_ENDED)
     status = DONE if document["competition_state"] == "done" and ended_well and enough else NOT_DONE
     if as_json:
-        typer.echo(json.dumps(document | {"agent": agent, "error": worked.error, "exit_status": status}, indent=2))
+        typer.echo(json.dumps(document | {"agent": agent, "error": ending.error, "exit_status": status}, indent=2))
     else:
         typer.echo(result["text"], nl=False)
         if not enough:
-            console.print(f"not enough  {min_score:g} points were asked for", markup=False)
+            console.print(f"not enough  below --min-score {min_score:g}", markup=False)
     raise typer.Exit(status)
 
 

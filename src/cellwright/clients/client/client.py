@@ -119,7 +119,7 @@ class Client(NodeClient):
 
     def intend(self, text: str) -> None:
         """Former name of `set_status`."""
-        warnings.warn("Client.intend is set_status now", DeprecationWarning, stacklevel=2)
+        warnings.warn("Client.intend is deprecated; use Client.set_status", DeprecationWarning, stacklevel=2)
         self.set_status(text)
 
     @property
@@ -235,7 +235,7 @@ class Client(NodeClient):
 
     def doze(self, duration: float) -> None:
         """Former name of `idle`."""
-        warnings.warn("Client.doze is idle now", DeprecationWarning, stacklevel=2)
+        warnings.warn("Client.doze is deprecated; use Client.idle", DeprecationWarning, stacklevel=2)
         self.idle(duration)
 
     @property

@@ -12,7 +12,7 @@ from cellwright.middleware.messages.message_class import MessageClass, message_c
 
 @message_class("control_msgs/msg/JointTolerance")
 class JointTolerance(MessageClass):
-    """How far a joint may be off. 0 leaves the controller's own tolerance as it is, a negative value lifts it."""
+    """Tolerance of a joint. 0 keeps the controller's own tolerance, a negative value removes it."""
 
     name: str = ""
     position: float = 0.0  # [rad] or [m]
@@ -22,18 +22,17 @@ class JointTolerance(MessageClass):
 
 @message_class("control_msgs/msg/FollowJointTrajectoryGoal")
 class FollowJointTrajectoryGoal(MessageClass):
-    """A trajectory to follow, and how well it has to be followed."""
+    """A trajectory to follow, with its tolerances."""
 
     trajectory: standard.JointTrajectory = field(default_factory=conversions.joint_trajectory)
     path_tolerance: list[JointTolerance] = field(default_factory=list)  # on the way; a breach aborts the goal
     goal_tolerance: list[JointTolerance] = field(default_factory=list)  # at the end
-    # how much later than planned the end may be reached
-    goal_time_tolerance: standard.Duration = field(default_factory=conversions.duration)
+    goal_time_tolerance: standard.Duration = field(default_factory=conversions.duration)  # maximum delay at the end
 
 
 @message_class("control_msgs/msg/FollowJointTrajectoryActionGoal")
 class FollowJointTrajectoryActionGoal(MessageClass):
-    """A goal with its identifier, as it travels to the action server."""
+    """A goal with its identifier, as the action server receives it."""
 
     header: standard.Header = field(default_factory=conversions.header)
     goal_id: standard.GoalID = field(default_factory=conversions.goal_id)
@@ -42,7 +41,7 @@ class FollowJointTrajectoryActionGoal(MessageClass):
 
 @message_class("control_msgs/msg/FollowJointTrajectoryResult")
 class FollowJointTrajectoryResult(MessageClass):
-    """How following a trajectory ended."""
+    """Result of a trajectory execution."""
 
     error_code: int = 0
     error_string: str = ""  # the reason in words
@@ -56,7 +55,7 @@ class FollowJointTrajectoryResult(MessageClass):
 
 @message_class("control_msgs/msg/FollowJointTrajectoryActionResult")
 class FollowJointTrajectoryActionResult(MessageClass):
-    """A result with the goal that it belongs to, as it travels from the action server."""
+    """A result with the status of its goal, as the action server sends it."""
 
     header: standard.Header = field(default_factory=conversions.header)
     status: standard.GoalStatus = field(default_factory=conversions.goal_status)
@@ -65,7 +64,7 @@ class FollowJointTrajectoryActionResult(MessageClass):
 
 @message_class("control_msgs/msg/FollowJointTrajectoryFeedback")
 class FollowJointTrajectoryFeedback(MessageClass):
-    """How following a trajectory goes."""
+    """Feedback during the execution of a trajectory."""
 
     header: standard.Header = field(default_factory=conversions.header)
     joint_names: list[str] = field(default_factory=list)
@@ -76,7 +75,7 @@ class FollowJointTrajectoryFeedback(MessageClass):
 
 @message_class("control_msgs/msg/FollowJointTrajectoryActionFeedback")
 class FollowJointTrajectoryActionFeedback(MessageClass):
-    """Feedback with the goal that it belongs to, as it travels from the action server."""
+    """Feedback with the status of its goal, as the action server sends it."""
 
     header: standard.Header = field(default_factory=conversions.header)
     status: standard.GoalStatus = field(default_factory=conversions.goal_status)
@@ -85,7 +84,7 @@ class FollowJointTrajectoryActionFeedback(MessageClass):
 
 @message_class("control_msgs/msg/FollowJointTrajectoryAction")
 class FollowJointTrajectoryAction(MessageClass):
-    """The three messages of the action in one: what an action is known by."""
+    """The action: its three messages in one."""
 
     action_goal: FollowJointTrajectoryActionGoal = field(default_factory=FollowJointTrajectoryActionGoal)
     action_result: FollowJointTrajectoryActionResult = field(default_factory=FollowJointTrajectoryActionResult)
@@ -94,7 +93,7 @@ class FollowJointTrajectoryAction(MessageClass):
 
 @message_class("control_msgs/msg/JointTrajectoryControllerState")
 class JointTrajectoryControllerState(MessageClass):
-    """What a joint trajectory controller wants, what the joints do, and the difference."""
+    """State of a joint trajectory controller: desired and actual joint state, and their difference."""
 
     header: standard.Header = field(default_factory=conversions.header)
     joint_names: list[str] = field(default_factory=list)
@@ -105,7 +104,7 @@ class JointTrajectoryControllerState(MessageClass):
 
 @message_class("control_msgs/srv/QueryTrajectoryState_Request")
 class QueryTrajectoryStateRequest(MessageClass):
-    """Asks where a controller wants its joints to be at a moment."""
+    """Returns the desired joint state of a controller at a given time."""
 
     time: standard.Time = field(default_factory=conversions.stamp)
 

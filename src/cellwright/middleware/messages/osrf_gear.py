@@ -11,14 +11,14 @@ from cellwright.middleware.messages.message_class import MessageClass, message_c
 
 @message_class("osrf_gear/msg/ConveyorBeltState")
 class ConveyorBeltState(MessageClass):
-    """How fast the conveyor belt runs."""
+    """State of the conveyor belt: its speed."""
 
     power: float = 0.0  # percentage of full speed (0.2 m/s), 0 to 100
 
 
 @message_class("osrf_gear/msg/DetectedObject")
 class DetectedObject(MessageClass):
-    """A part that lies on a tray."""
+    """A part on a tray."""
 
     type: str = ""  # "gear_part"
     is_faulty: bool = False  # a faulty part never counts for a kit
@@ -30,12 +30,12 @@ class KitObject(MessageClass):
     """One part of a kit."""
 
     type: str = ""  # "gear_part"
-    pose: standard.Pose = field(default_factory=conversions.origin)  # where it belongs, in the frame of the tray
+    pose: standard.Pose = field(default_factory=conversions.origin)  # target pose, in the frame of the tray
 
 
 @message_class("osrf_gear/msg/Kit")
 class Kit(MessageClass):
-    """A kit: what has to lie on one tray, and where."""
+    """A kit: parts for one tray, with their poses."""
 
     kit_type: str = ""  # its name, "order_0_kit_0"
     objects: list[KitObject] = field(default_factory=list)
@@ -51,7 +51,7 @@ class KitTray(MessageClass):
 
 @message_class("osrf_gear/msg/Model")
 class Model(MessageClass):
-    """A thing in view of a logical camera."""
+    """A model in view of a logical camera."""
 
     type: str = ""  # "gear_part"
     pose: standard.Pose = field(default_factory=conversions.origin)  # in the frame of the camera
@@ -59,15 +59,15 @@ class Model(MessageClass):
 
 @message_class("osrf_gear/msg/LogicalCameraImage")
 class LogicalCameraImage(MessageClass):
-    """What a logical camera makes out: types and poses instead of pixels."""
+    """Image of a logical camera: types and poses instead of pixels."""
 
-    models: list[Model] = field(default_factory=list)  # everything known that meets the camera's frustum
+    models: list[Model] = field(default_factory=list)  # all known models that intersect the camera's frustum
     pose: standard.Pose = field(default_factory=conversions.origin)  # of the camera, in the world frame
 
 
 @message_class("osrf_gear/msg/Order")
 class Order(MessageClass):
-    """An order: the kits that a customer wants."""
+    """An order: the kits that a customer requests."""
 
     order_id: str = ""  # "order_0"
     kits: list[Kit] = field(default_factory=list)
@@ -75,32 +75,32 @@ class Order(MessageClass):
 
 @message_class("osrf_gear/msg/PopulationState")
 class PopulationState(MessageClass):
-    """Whether parts are being put onto the conveyor belt."""
+    """State of the conveyor belt's supply: whether parts are put onto the belt."""
 
     enabled: bool = False
 
 
 @message_class("osrf_gear/msg/Proximity")
 class Proximity(MessageClass):
-    """The reading of a break beam."""
+    """Reading of a break beam."""
 
-    # when it was taken, and the frame of the sensor
+    # time of the measurement, and frame of the sensor
     header: standard.Header = field(default_factory=conversions.header)
-    object_detected: bool = False  # whether something stands in the beam
-    min_range: float = 0.0  # nearest distance at which something is noticed [m]
-    max_range: float = 0.0  # farthest distance at which something is noticed [m]
+    object_detected: bool = False  # whether an object interrupts the beam
+    min_range: float = 0.0  # minimum detection distance [m]
+    max_range: float = 0.0  # maximum detection distance [m]
 
 
 @message_class("osrf_gear/msg/StorageUnit")
 class StorageUnit(MessageClass):
-    """A place where material is found."""
+    """A place with material."""
 
     unit_id: str = ""  # "bin7", "belt", "agv1_load_point"
 
 
 @message_class("osrf_gear/msg/TrayContents")
 class TrayContents(MessageClass):
-    """All that lies on a tray."""
+    """All parts on a tray."""
 
     tray: str = ""  # identifier of the tray
     objects: list[DetectedObject] = field(default_factory=list)  # poses in the frame of the tray
@@ -108,17 +108,17 @@ class TrayContents(MessageClass):
 
 @message_class("osrf_gear/msg/VacuumGripperState")
 class VacuumGripperState(MessageClass):
-    """The vacuum gripper: its suction, and whether it holds something."""
+    """State of the vacuum gripper: suction, and whether it holds a part."""
 
     enabled: bool = False  # whether the suction is on
-    attached: bool = False  # whether something hangs on the cup
+    attached: bool = False  # whether a part is attached
 
 
 @message_class("osrf_gear/srv/AGVControl_Request")
 class AGVControlRequest(MessageClass):
-    """Sends an AGV off with its tray, which hands the tray in as a kit."""
+    """Sends an AGV off with its tray, which submits the tray as a kit."""
 
-    kit_type: str = ""  # the kit that the tray is to count as, "order_0_kit_0"
+    kit_type: str = ""  # the kit that the tray counts as, "order_0_kit_0"
 
 
 @message_class("osrf_gear/srv/AGVControl_Response")
@@ -132,8 +132,7 @@ class AGVControlResponse(MessageClass):
 class ConveyorBeltControlRequest(MessageClass):
     """Sets the power of the conveyor belt."""
 
-    # power from 0 to 100; any other leaves the belt as it runs
-    state: ConveyorBeltState = field(default_factory=ConveyorBeltState)
+    state: ConveyorBeltState = field(default_factory=ConveyorBeltState)  # power from 0 to 100; any other has no effect
 
 
 @message_class("osrf_gear/srv/ConveyorBeltControl_Response")
@@ -145,7 +144,7 @@ class ConveyorBeltControlResponse(MessageClass):
 
 @message_class("osrf_gear/srv/GetMaterialLocations_Request")
 class GetMaterialLocationsRequest(MessageClass):
-    """Tells where parts of a type, or trays, are found."""
+    """Returns the storage units with parts of a type, or trays."""
 
     material_type: str = ""  # "gear_part", or "tray"
 
@@ -154,12 +153,12 @@ class GetMaterialLocationsRequest(MessageClass):
 class GetMaterialLocationsResponse(MessageClass):
     """Response of osrf_gear/GetMaterialLocations."""
 
-    storage_units: list[StorageUnit] = field(default_factory=list)  # empty for a type that is nowhere
+    storage_units: list[StorageUnit] = field(default_factory=list)  # empty for a type that does not exist
 
 
 @message_class("osrf_gear/srv/PopulationControl_Request")
 class PopulationControlRequest(MessageClass):
-    """Steers the flow of parts onto the conveyor belt."""
+    """Controls the flow of parts onto the conveyor belt."""
 
     action: str = ""  # "pause", "resume" or "restart"
 
@@ -173,10 +172,10 @@ class PopulationControlResponse(MessageClass):
 
 @message_class("osrf_gear/srv/SubmitTray_Request")
 class SubmitTrayRequest(MessageClass):
-    """Has a tray scored as a kit where it stands."""
+    """Scores a tray as a kit where it stands."""
 
     tray_id: str = ""  # identifier of the tray
-    kit_type: str = ""  # the kit that it is to count as
+    kit_type: str = ""  # the kit that it counts as
 
 
 @message_class("osrf_gear/srv/SubmitTray_Response")
@@ -191,7 +190,7 @@ class SubmitTrayResponse(MessageClass):
 class VacuumGripperControlRequest(MessageClass):
     """Switches the suction of the vacuum gripper."""
 
-    enable: bool = False  # true: on; false: off, which lets go of what is held
+    enable: bool = False  # true: on; false: off, which releases the part
 
 
 @message_class("osrf_gear/srv/VacuumGripperControl_Response")

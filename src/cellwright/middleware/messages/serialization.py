@@ -241,7 +241,7 @@ class _WriterSource:
         return call
 
     def _require(self, count: str, length: int) -> None:
-        self._add(f"if {count} != {length}: raise ValueError('{length} entries are needed')")
+        self._add(f"if {count} != {length}: raise ValueError('must have {length} entries')")
 
     def _variable(self, value: str | None) -> str:
         """Return a new variable; with a value, assign it."""
@@ -345,9 +345,9 @@ def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, messag
     try:
         message = read(data, name)
     except (*FAULTS, MemoryError) as fault:
-        raise MessageError(f"these {len(data)} bytes are no {short_name(name)}: {fault}") from fault
+        raise MessageError(f"invalid {short_name(name)} in {len(data)} bytes: {fault}") from fault
     if not isinstance(message, message_class):
-        raise UsageError(f"{message_class!r} is not the class that {name} is known by")
+        raise UsageError(f"{message_class!r} is not the class of {name}")
     return message
 
 
@@ -357,11 +357,11 @@ def _unwritable(message: Message, fault: Exception) -> MessageError:
         checked(message)
     except MessageError as error:
         return error
-    return MessageError(f"this {type_of(message)} cannot be written: {fault}")
+    return MessageError(f"cannot encode {type_of(message)}: {fault}")
 
 
 def _require_ros1(name: str) -> None:
     try:
         ros1_store().get_msgdef(name)
     except (KeyError, TypesysError):
-        raise UsageError(f"{short_name(name)} has another form in ROS 1, which is not supported") from None
+        raise UsageError(f"{short_name(name)} has different fields in ROS 1 and is not supported there") from None

@@ -8,7 +8,7 @@ from cellwright.middleware.messages.message_class import MessageClass, message_c
 
 @message_class("std_srvs/srv/Empty_Request")
 class EmptyRequest(MessageClass):
-    """Sets something off about which there is nothing to say."""
+    """Triggers an action, without a result."""
 
     structure_needs_at_least_one_member: int = 0
 
@@ -22,7 +22,7 @@ class EmptyResponse(MessageClass):
 
 @message_class("std_srvs/srv/SetBool_Request")
 class SetBoolRequest(MessageClass):
-    """Switches something on or off."""
+    """Switches on or off."""
 
     data: bool = False  # true: on
 
@@ -31,13 +31,13 @@ class SetBoolRequest(MessageClass):
 class SetBoolResponse(MessageClass):
     """Response of std_srvs/SetBool."""
 
-    success: bool = False  # whether it took
-    message: str = ""  # how it went, for people
+    success: bool = False  # whether it succeeded
+    message: str = ""  # the result in words
 
 
 @message_class("std_srvs/srv/Trigger_Request")
 class TriggerRequest(MessageClass):
-    """Sets something off."""
+    """Triggers an action."""
 
     structure_needs_at_least_one_member: int = 0
 
@@ -46,5 +46,5 @@ class TriggerRequest(MessageClass):
 class TriggerResponse(MessageClass):
     """Response of std_srvs/Trigger."""
 
-    success: bool = False  # whether it took
-    message: str = ""  # how it went, for people
+    success: bool = False  # whether it succeeded
+    message: str = ""  # the result in words

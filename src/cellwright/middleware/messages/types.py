@@ -54,7 +54,7 @@ def full_name(name: str, namespace: str = MESSAGE) -> str:
         case [package, middle, last] if package and last and middle in (namespace, SERVICE):
             return name
         case _:
-            raise UsageError(f"{name!r} is no name of a type: they look like 'osrf_gear/Order'")
+            raise UsageError(f"{name!r} is not a type name; write it like 'osrf_gear/Order'")
 
 
 def short_name(name: str) -> str:
@@ -264,7 +264,7 @@ def _generated(full: str) -> tuple[str, str]:
     try:
         return ros1_store().generate_msgdef(full, ros_version=1)
     except TypesysError:
-        raise UsageError(f"{short_name(full)} has another form in ROS 1, which is not supported") from None
+        raise UsageError(f"{short_name(full)} has different fields in ROS 1 and is not supported there") from None
 
 
 def _bare_text(full: str) -> str:

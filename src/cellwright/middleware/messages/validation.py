@@ -43,7 +43,7 @@ def checked(message: M) -> M:
     """
     name = getattr(type(message), "__msgtype__", None)  # of the class: an instance's attributes are its fields
     if not isinstance(name, str):
-        raise MessageError(f"{describe_value(message)} is no message")
+        raise MessageError(f"{describe_value(message)} is not a message")
     return type_check(name)(message, "")  # type: ignore[return-value]
 
 
@@ -61,7 +61,7 @@ def type_check(name: str) -> Check:
             raise MessageError(f"{where} must be of type {short}, not {describe_value(value)}")
         named = value.__msgtype__
         if named is not name and not (isinstance(named, str) and named == name):
-            raise MessageError(f"{where} is of type {short}, and says {describe_value(named)}")
+            raise MessageError(f"{where} is of type {short}, but its __msgtype__ is {describe_value(named)}")
         changes = {}
         for member, check_member in members:
             given = getattr(value, member)
@@ -112,9 +112,9 @@ def _base_check(name: str, limit: int) -> Check:
             try:
                 value.encode()
             except UnicodeEncodeError:
-                raise MessageError(f"{where} is no text that UTF-8 could carry") from None
+                raise MessageError(f"{where} cannot be encoded as UTF-8") from None
             if limit and len(value) > limit:
-                raise MessageError(f"{where} may have {limit} characters, not {len(value)}")
+                raise MessageError(f"{where} may have at most {limit} characters, not {len(value)}")
             return value
 
         return check_string
@@ -206,7 +206,7 @@ def _check_length(count: int, length: int, where: str, *, fixed: bool) -> None:
     if fixed and count != length:
         raise MessageError(f"{where} must have {length} entries, not {count}")
     if length and count > length:
-        raise MessageError(f"{where} may have {length} entries, not {count}")
+        raise MessageError(f"{where} may have at most {length} entries, not {count}")
 
 
 def describe_value(value: object) -> str:

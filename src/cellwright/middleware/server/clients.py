@@ -279,7 +279,7 @@ class ClientRegistry:
         if len(self._clients) > MAX_CLIENTS:
             # a client without a HELLO makes room: silent connections must not keep programs out
             silent = next((each for each in self._clients if not each.node and not each.is_leaving), client)
-            self.cut(silent, FrameError(f"there are {MAX_CLIENTS} guests already"))
+            self.cut(silent, FrameError(f"the server already has {MAX_CLIENTS} clients"))
 
     def cut(self, client: ClientConnection, error: FrameError) -> None:
         """Send a client the reason why nothing more is read from it; it leaves once it has taken it."""
@@ -324,14 +324,14 @@ class ClientRegistry:
         for client in late:
             if client.name not in self._reported_late and len(self._reported_late) < _MAX_NAMED:
                 self._reported_late.add(client.name)
-                self._report(f"time stands while {client.name} is more than {LATE:g} s behind; this is said once")
+                self._report(f"time stands while {client.name} is more than {LATE:g} s behind (reported once)")
         return True
 
     def limit_incomplete(self) -> None:
         """Disconnect clients with the largest incomplete frames until all together are within `MAX_INCOMPLETE`."""
         while sum(client.incomplete_bytes for client in self._clients) > MAX_INCOMPLETE:
             greatest = max(self._clients, key=lambda client: client.incomplete_bytes)
-            self.cut(greatest, FrameError("all guests together have begun too much and not ended it"))
+            self.cut(greatest, FrameError("incomplete frames of all clients are too long"))
 
     @property
     def next_check(self) -> float:
@@ -346,24 +346,22 @@ class ClientRegistry:
         self._checked = now
         for client in self._clients:
             if client.dropped:
-                self._report(
-                    f"{client.name} does not read as fast as it is told: {client.dropped} messages were dropped"
-                )
+                self._report(f"client {client.name} is too slow: {client.dropped} messages dropped")
                 client.dropped = 0
             if client.missed:
-                self._report(f"{client.name} cannot be told: {_first(client.missed)}")
+                self._report(f"cannot send to {client.name}: {_first(client.missed)}")
                 client.missed.clear()
             is_stuck = client.stuck_since is not None and now - client.stuck_since > SLOW_CLIENT_TIMEOUT
             if is_stuck and (client.is_behind or client.is_leaving):
                 client.is_gone = True
-                self._note_cut(client, f"it has read nothing for {SLOW_CLIENT_TIMEOUT:g} s")
+                self._note_cut(client, f"it read nothing for {SLOW_CLIENT_TIMEOUT:g} s")
             elif not client.node and not client.is_leaving and now - client.came > SLOW_CLIENT_TIMEOUT:
-                self.cut(client, FrameError(f"it has not said who it is for {SLOW_CLIENT_TIMEOUT:g} s"))
+                self.cut(client, FrameError(f"no HELLO within {SLOW_CLIENT_TIMEOUT:g} s"))
         self._report_cut_off()
 
     def _report_cut_off(self) -> None:
         for name, reasons in self._disconnected.items():
-            self._report(f"cut off {name}: {_first(reasons)}")
+            self._report(f"disconnected {name}: {_first(reasons)}")
         self._disconnected.clear()
 
     def _note_cut(self, client: ClientConnection, reason: str) -> None:

@@ -149,7 +149,7 @@ class Requests:
         self._lockstep = lockstep
         self._translation = MessageEncoder()
         topics = cell.bus.topics()
-        self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
+        self._inputs = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
         self.pending: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
         self.extras: dict[str, tuple[Extra, bool]] = {}
@@ -186,7 +186,7 @@ class Requests:
 
     def _act(self, client: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
-            raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
+            raise UsageError(f"a node name must look like '/robot', not {frame.node!r:.40}")
         match frame.kind:
             case FrameKind.SUBSCRIBE:
                 self._subscribe(client, frame)
@@ -204,30 +204,30 @@ class Requests:
                 client.heartbeat.pong(frame.number, now)
             case _:
                 again = " again" if frame.kind is FrameKind.HELLO else ""
-                raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
+                raise FrameError(f"a client cannot send {frame.kind.name}{again}")
 
     def _greet(self, client: ClientConnection, frame: Frame) -> None:
         if frame.kind is not FrameKind.HELLO:
-            raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
+            raise FrameError(f"the first frame must be HELLO, not {frame.kind.name}")
         greeting = frame.json()
         protocol, node, encoding = (greeting.get(key) for key in ("protocol", "node", "encoding"))
         if protocol != PROTOCOL:
-            raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
+            raise FrameError(f"the server uses protocol {PROTOCOL}, not {protocol!r:.20}")
         if not isinstance(node, str) or not _is_name(node):
-            raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
+            raise FrameError(f"a node name must look like '/robot', not {node!r:.40}")
         if not isinstance(encoding, str) or encoding not in ENCODINGS:
-            raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
+            raise FrameError(f"encoding must be {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
         client.greet(node, encoding)
         client.has_key = self._is_key(greeting.get("key"))
         client.send(welcome_frame(self._cell, lockstep=self._lockstep))
 
     def _subscribe(self, client: ClientConnection, frame: Frame) -> None:
         if frame.number in client.subscriptions:
-            raise UsageError(f"the number {frame.number} is in use for another subscription")
+            raise UsageError(f"number {frame.number} is in use for another subscription")
         if len(client.subscriptions) >= MAX_SUBSCRIPTIONS:
-            raise UsageError(f"no more than {MAX_SUBSCRIPTIONS} subscriptions are taken of one guest")
+            raise UsageError(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions")
         if frame.type not in ("", QUIET):
-            raise UsageError(f"a subscription is {QUIET} or says nothing, not {frame.type:.20}")
+            raise UsageError(f"the type of a subscription must be {QUIET} or empty, not {frame.type:.20}")
         bus = self._cell.bus
         cancel = _nothing
         try:
@@ -249,7 +249,7 @@ class Requests:
 
     def _publish(self, client: ClientConnection, frame: Frame) -> None:
         node = frame.node or client.node
-        message_class = self._heard.get(frame.name)
+        message_class = self._inputs.get(frame.name)
         message: Any = None  # the bus refuses an unknown topic before it reads the message
         if message_class is not None:
             message = self._read(client, frame, message_class, type_of(message_class))
@@ -302,9 +302,9 @@ class Requests:
     def _advance(self, client: ClientConnection, frame: Frame) -> None:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
-            raise UsageError("time passes by itself here; only in lockstep can it be asked for")
+            raise UsageError("ADVANCE requires lockstep; time advances without requests here")
         if sum(each.client is client for each in self.pending) >= MAX_PENDING_ADVANCES:
-            raise UsageError(f"{MAX_PENDING_ADVANCES} wishes of this guest that time pass wait already")
+            raise UsageError(f"a client may have at most {MAX_PENDING_ADVANCES} pending ADVANCE requests")
         self.pending.append(AdvanceRequest(client, frame.number, until, each_tick))
 
     def _read(self, client: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:

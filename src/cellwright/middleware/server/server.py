@@ -36,13 +36,13 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
         UsageError: the socket cannot listen at the address.
     """
     if not 0 <= port <= 65535:
-        raise UsageError(f"a port is from 0 to 65535, not {port}")
+        raise UsageError(f"port must be from 0 to 65535, not {port}")
     for candidate in range(port, min(port + (tries if port else 1), 65536)):
         try:
             family, kind, protocol, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[0]
             listener = socket.socket(family, kind, protocol)
         except OSError as error:
-            raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
+            raise UsageError(f"{host}: cannot listen: {error.strerror or error}") from None
         try:
             if os.name == "posix":  # elsewhere it would let two servers share a port
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -53,7 +53,7 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
             reason = error.strerror or str(error)
         else:
             return listener
-    raise UsageError(f"{host}:{port}: cannot be listened at: {reason}")
+    raise UsageError(f"{host}:{port}: cannot listen: {reason}")
 
 
 class ListeningSocket:
@@ -166,19 +166,19 @@ class Server:
     @property
     def advance_request(self) -> AdvanceRequest | None:
         """In lockstep: the next pending ADVANCE request; None if there is none."""
-        asked = self._requests.pending
-        while asked and asked[0].client.is_gone:
-            asked.popleft()
-        return asked[0] if asked else None
+        pending = self._requests.pending
+        while pending and pending[0].client.is_gone:
+            pending.popleft()
+        return pending[0] if pending else None
 
-    def answer(self, asked: AdvanceRequest, refused: BaseException | None = None) -> None:
+    def answer(self, request: AdvanceRequest, refused: BaseException | None = None) -> None:
         """In lockstep: answer a request with the current time, or with the error that stops time."""
-        if asked in self._requests.pending:
-            self._requests.pending.remove(asked)
+        if request in self._requests.pending:
+            self._requests.pending.remove(request)
         if refused is None:
-            self._requests.answer(asked)
+            self._requests.answer(request)
         else:
-            asked.client.send(refused_frame(asked.number, refused))
+            request.client.send(refused_frame(request.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
         """Offer a service of the server itself, which is not on the bus.
@@ -281,10 +281,10 @@ class Server:
 
     def _accept(self) -> None:
         """Accept a connection, if there is room."""
-        come = self._listener.accept()
-        if come is None:
+        accepted = self._listener.accept()
+        if accepted is None:
             return
-        connection, host = come
+        connection, host = accepted
         if os.name == "posix" and connection.fileno() >= _MAX_DESCRIPTORS:
             connection.close()
             return
@@ -311,12 +311,12 @@ class Server:
                 frame = client.next_frame()
                 if frame is None:
                     return
-                begun = time.perf_counter()
+                started = time.perf_counter()
                 self._requests.carry_out(client, frame)
                 now = time.perf_counter()
-                client.is_heavy = now - begun > _HEAVY_TIME
+                client.is_heavy = now - started > _HEAVY_TIME
                 if client.is_heavy:
-                    self._rests_until = now + _HEAVY_PAUSE * (now - begun)
+                    self._rests_until = now + _HEAVY_PAUSE * (now - started)
                 if now >= deadline or client.is_heavy:
                     return
         except FrameError as error:

@@ -102,10 +102,10 @@ class Frame:
         try:
             head = _HEAD.pack(self.kind, self.number, len(name), len(type_name), len(node))
         except struct.error as error:
-            raise FrameError(f"this {self.kind.name} cannot be written: {error}") from None
+            raise FrameError(f"cannot encode {self.kind.name}: {error}") from None
         rest = b"".join((head, name, type_name, node, self.payload))
         if len(rest) > max_bytes:
-            raise FrameError(f"a frame of {len(rest)} bytes is too long: {max_bytes} at most")
+            raise FrameError(f"a frame of {len(rest)} bytes is too long (at most {max_bytes})")
         return _LENGTH.pack(len(rest)) + rest
 
     def json(self) -> Dict[str, Any]:  # noqa: UP006
@@ -139,7 +139,7 @@ class Frame:
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
-            raise FrameError(f"the payload of {self.kind.name} is no JSON object")
+            raise FrameError(f"the payload of {self.kind.name} is not a JSON object")
         return value
 
 
@@ -168,7 +168,7 @@ class Decoder:
             while len(waiting) - position >= _LENGTH.size:
                 (length,) = _LENGTH.unpack_from(waiting, position)
                 if not _HEAD.size <= length <= self.max_bytes:
-                    raise FrameError(f"a frame cannot be {length} bytes long")
+                    raise FrameError(f"invalid frame length: {length} bytes")
                 begin = position + _LENGTH.size
                 if len(waiting) < begin + length:
                     break
@@ -186,12 +186,12 @@ def _decoded(data: bytes) -> Frame:
         names.append(data[position : position + length])
         position += length
     if position > len(data):
-        raise FrameError("the names of a frame are longer than itself")
+        raise FrameError("the names of a frame are longer than the frame")
     try:
         name, type_name, node = (each.decode() for each in names)
         return Frame(FrameKind(kind), number, name, type_name, node, data[position:])
     except ValueError as error:  # an unknown kind, or names that are no UTF-8
-        raise FrameError(f"no frame: {error}") from None
+        raise FrameError(f"invalid frame: {error}") from None
 
 
 def hello(node: str, encoding: str, key: str = "") -> Frame:
@@ -227,7 +227,7 @@ def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
     try:
         until, each_tick = _ADVANCE.unpack(frame.payload)
     except struct.error as error:
-        raise FrameError(f"the payload of ADVANCE is wrong: {error}") from None
+        raise FrameError(f"invalid payload of ADVANCE: {error}") from None
     return until, bool(each_tick)
 
 
@@ -241,5 +241,5 @@ def read_time(frame: Frame) -> int:
     try:
         (now,) = _TIME.unpack(frame.payload)
     except struct.error as error:
-        raise FrameError(f"the payload of TIME is wrong: {error}") from None
+        raise FrameError(f"invalid payload of TIME: {error}") from None
     return int(now)

@@ -28,11 +28,11 @@ def main() -> None:
     folder, program = sys.argv[1], sys.argv[2:]
     libc = ctypes.CDLL(None)
     libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)  # its orphaned descendants come here, even hidden ones
-    ear, bell = os.pipe()
-    for end in (ear, bell):
+    wake_reader, wake_writer = os.pipe()
+    for end in (wake_reader, wake_writer):
         os.set_blocking(end, False)
     signal.signal(signal.SIGCHLD, lambda _number, _frame: None)
-    signal.set_wakeup_fd(bell, warn_on_full_buffer=False)
+    signal.set_wakeup_fd(wake_writer, warn_on_full_buffer=False)
     child = os.fork()
     if child == 0:
         libc.prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
@@ -40,9 +40,9 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda number, _frame: os.kill(child, number))
     status: int | None = None
     while status is None:
-        ready = select.select([0, ear], [], [])[0]
-        if ear in ready:
-            os.read(ear, 4096)
+        ready = select.select([0, wake_reader], [], [])[0]
+        if wake_reader in ready:
+            os.read(wake_reader, 4096)
         if 0 in ready and not os.read(0, 4096):
             import shutil  # rarely needed, and slow to import
 

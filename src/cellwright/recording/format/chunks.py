@@ -66,8 +66,8 @@ class Messages:
 
     def part(self, begin: int, end: int) -> Messages:
         """Return the messages from index `begin` up to `end`."""
-        some, before = slice(begin, end), int(self.ends[begin - 1]) if begin else self.begin
-        return Messages(self.channels[some], self.times[some], self.contents[some], self.ends[some], before)
+        part, before = slice(begin, end), int(self.ends[begin - 1]) if begin else self.begin
+        return Messages(self.channels[part], self.times[part], self.contents[part], self.ends[part], before)
 
     def parts(self, size: int) -> Iterator[Messages]:
         """Split into parts, each of which ends as soon as it has this size [bytes]."""
@@ -84,20 +84,20 @@ class WriteQueue(Generic[R]):
 
     Attributes:
         channels, times, contents: of the messages; the producer appends to all three, the content last.
-        given: size of all messages that were ever added [bytes]; counted by the producer alone.
-        taken: size of those that were written [bytes]; counted by the consumer alone.
+        added: size of all messages that were ever added [bytes]; counted by the producer alone.
+        written: size of those that were written [bytes]; counted by the consumer alone.
     """
 
     def __init__(self) -> None:
         self.channels: list[int] = []
         self.times: list[int] = []
         self.contents: list[bytes] = []
-        self.given = self.taken = 0
+        self.added = self.written = 0
         self._records: deque[tuple[int, R]] = deque()
 
     def add_record(self, record: R) -> None:
         """Add a record behind all messages that were added so far."""
-        self._records.append((self.given, record))
+        self._records.append((self.added, record))
 
     def take(self) -> Iterator[Messages | R]:
         """Take out what is queued, in order. What is added meanwhile is left for the next call."""
@@ -105,8 +105,8 @@ class WriteQueue(Generic[R]):
         channels, times = _take_first(self.channels, count), _take_first(self.times, count)
         contents = _take_first(self.contents, count)
         sizes = np.fromiter(map(len, contents), np.int64, count) + MESSAGE_OVERHEAD
-        messages = Messages(channels, times, contents, self.taken + np.cumsum(sizes), self.taken)
-        begin, end = 0, int(messages.ends[-1]) if count else self.taken
+        messages = Messages(channels, times, contents, self.written + np.cumsum(sizes), self.written)
+        begin, end = 0, int(messages.ends[-1]) if count else self.written
         while self._records and self._records[0][0] <= end:
             place, record = self._records.popleft()
             behind = int(np.searchsorted(messages.ends, place, "right"))

@@ -61,12 +61,12 @@ class Command:
             if self.how is InputKind.EXTRA:
                 request = json.loads(self.data)
                 if not isinstance(request, dict):
-                    raise MessageError("no JSON object")
+                    raise MessageError("not a JSON object")
                 return request
             is_call = self.how is InputKind.CALL
             return from_cdr(self.data, service_type(self.type).request if is_call else message_type(self.type))
         except (CellwrightError, ValueError, RecursionError) as error:
-            raise RecordingError(f"the command on {self.name} in tick {self.tick} makes no sense: {error}") from None
+            raise RecordingError(f"invalid command on {self.name} at tick {self.tick}: {error}") from None
 
     def carry_out(self, bus: Bus, extras: Extras | None = None) -> None:
         """Execute the command again; one that was refused is refused again.
@@ -78,7 +78,7 @@ class Command:
         if self.how is InputKind.EXTRA:
             extra = (extras or {}).get(self.name)
             if extra is None:
-                raise RecordingError(f"{self.name} was asked for in tick {self.tick}, which cannot be done here")
+                raise RecordingError(f"{self.name}: the request at tick {self.tick} is not supported here")
             with suppress(CellwrightError):
                 extra(message)
             return
@@ -109,10 +109,10 @@ class Command:
                 or not 0 <= tick < 1 << 62
                 or not (stamp is None or type(stamp) is int)
             ):
-                raise ValueError("values of other types")
+                raise ValueError("values of wrong types")
             return Command(tick, how, name, kind, node, data, stamp)
         except (ValueError, TypeError, KeyError, RecursionError):
-            raise RecordingError(f"{text!r:.60} is no command") from None
+            raise RecordingError(f"invalid command: {text!r:.60}") from None
 
 
 def note_commands(

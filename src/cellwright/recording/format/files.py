@@ -31,9 +31,11 @@ class RecordingFiles:
         for path in paths:
             kind = path.suffix.lower()
             if kind not in KINDS:
-                raise UsageError(f"{path}: a recording is a file such as run.mcap or run.bag")
+                raise UsageError(
+                    f"{path}: unknown recording format (got {path.suffix!r}); use a name such as run.mcap or run.bag"
+                )
             if kind in by_kind:
-                raise UsageError(f"{path}: one recording of a kind is enough, and {by_kind[kind]} is there already")
+                raise UsageError(f"{path}: only one {kind} file is possible (also got {by_kind[kind]}); leave one out")
             by_kind[kind] = path
         self._report = report
         self._bag = by_kind.get(BAG)
@@ -41,7 +43,7 @@ class RecordingFiles:
         stand_in = None if self._bag is None else self._bag.with_name(f"{self._bag.name}{MCAP}")
         file = by_kind.get(MCAP, stand_in)
         if file is None:
-            raise UsageError("a recording needs a file, such as run.mcap")
+            raise UsageError("record: no file given; give one, such as run.mcap")
         self.path: Path = file
         """The MCAP file."""
         self.is_whole = True
@@ -62,7 +64,7 @@ class RecordingFiles:
                 write_bag(path, bag)
             except CellwrightError as error:
                 self.is_whole = False
-                self._report(f"{error}; what was recorded is in {path}")
+                self._report(f"{error}; the recording is in {path}")
                 continue
             if self._is_temporary:
                 with suppress(OSError):

@@ -114,15 +114,17 @@ class RecordingHeader:
             RecordingError: it is no header, or one of another format.
         """
         if values.get("format") == EXPORT:
-            raise RecordingError("it was made for other tools, and is no recording: give the one that it was made of")
+            raise RecordingError("not a recording, but an export for other tools; give the original recording")
         if values.get("format") != FORMAT_VERSION:
             found = values.get("format", "none")
-            raise RecordingError(f"it is a recording of format {found!r:.20}, and this version reads {FORMAT_VERSION}")
+            raise RecordingError(
+                f"recording format must be {FORMAT_VERSION} (got {found!r:.20}); use the Cellwright that wrote it"
+            )
         kind, name = values.get("kind", ""), values.get("name", "")
         try:
             facts = json.loads(values.get("header", ""))
         except (ValueError, RecursionError):
             facts = None
         if kind not in ("cell", "robot") or not isinstance(facts, dict):
-            raise RecordingError("what it says of itself makes no sense")
+            raise RecordingError("damaged: the header is invalid")
         return RecordingHeader(kind, " ".join(printable(name, _MAX_NAME_LENGTH).split()), facts)

@@ -126,7 +126,7 @@ class McapFile:
         self._failure = ""
         self._is_deaf = False
         self._waiting: WriteQueue[_Record | Event] = WriteQueue()
-        self._hurry_at = CHUNK
+        self._wake_at = CHUNK
         self._summary = Summary()
         self._counts: Counter[int] = Counter()  # messages by channel
         self._schemas: dict[str, int] = {}
@@ -185,9 +185,9 @@ class McapFile:
         waiting.channels.append(channel)
         waiting.times.append(time)
         waiting.contents.append(data)
-        waiting.given += MESSAGE_OVERHEAD + len(data)
-        if waiting.given >= self._hurry_at:
-            self._hurry()
+        waiting.added += MESSAGE_OVERHEAD + len(data)
+        if waiting.added >= self._wake_at:
+            self._wake_writer()
 
     def flush(self) -> None:
         """Wait until everything that was added has gone to the operating system."""
@@ -212,12 +212,12 @@ class McapFile:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _hurry(self) -> None:
+    def _wake_writer(self) -> None:
         """Wake the thread, as a chunk is full; wait while too many bytes are queued."""
         waiting = self._waiting
-        self._hurry_at = waiting.given + CHUNK
+        self._wake_at = waiting.added + CHUNK
         self._wake.set()
-        while waiting.given - waiting.taken > MAX_WAITING and self._thread.is_alive():
+        while waiting.added - waiting.written > MAX_WAITING and self._thread.is_alive():
             time.sleep(0.001)
 
     def _work(self) -> None:
@@ -230,7 +230,7 @@ class McapFile:
             self._drain()
             self._pass_on(_encoded_end(self._summary, self._counts, self._offset, self._checksum))
         except OSError as error:
-            self._failure = f"{self.path}: can be written no more: {error.strerror or error}"
+            self._failure = f"{self.path}: cannot be written any more: {error.strerror or error}"
             self._is_deaf = True
             self._waiting.clear()
         finally:
@@ -255,7 +255,7 @@ class McapFile:
         self._pass_on(chunk.data)
         self._summary.chunk_indexes.append(chunk.index)
         self._counts.update(chunk.counts)
-        self._waiting.taken = int(messages.ends[-1])
+        self._waiting.written = int(messages.ends[-1])
 
     def _write_record(self, record: _Record) -> None:
         data, offset, summary = encoded_records(record), self._offset, self._summary

@@ -46,7 +46,7 @@ class RecordingFile:
                 self._file = opened.enter_context(open_to_read(self.path))
                 self._layout = scan_file(self._file)
                 if names.METADATA not in self._layout.metadata:
-                    raise RecordingError("is an MCAP file, but no recording of Cellwright")
+                    raise RecordingError("an MCAP file, but not a recording of Cellwright")
                 self.header = RecordingHeader.of(self._layout.metadata[names.METADATA])
             self._names = {number: topic.name for number, topic in self._layout.topics.items()}
             self.topics = {topic.name: topic for topic in self._layout.topics.values()}
@@ -192,7 +192,7 @@ class RecordingFile:
             except (ValueError, RecursionError):
                 value = None
             if not isinstance(value, dict):
-                raise RecordingError(f"{self.path}: {topic} at {message.time / 1e9:.3f} s is no JSON object")
+                raise RecordingError(f"{self.path}: {topic} at {message.time / 1e9:.3f} s is not a JSON object")
             yield message.time, value
 
     @cached_property
@@ -238,7 +238,7 @@ class RecordingFile:
         except ValueError as error:  # the file is closed
             raise RecordingError(f"cannot be read: {error}") from None
         if len(data) < length:
-            raise RecordingError("has become shorter while it was read")
+            raise RecordingError("the file shrank while it was read")
         return data
 
     @contextmanager
@@ -270,7 +270,7 @@ class TimeRange:
         self.begin = source.begin if start is None else max(source.begin, start)
         self.end = source.end_time if until is None else min(source.end_time, until)
         if self.begin > self.end:
-            raise UsageError(f"{source.path}: nothing is in it at these times")
+            raise UsageError(f"{source.path}: no messages in this time range")
 
     def messages(
         self, topics: Collection[str], on_progress: Callable[[float], None] | None = None
@@ -327,9 +327,9 @@ def json_object(data: bytes) -> dict[str, Any]:
     try:
         found = json.loads(from_cdr(data, String).data)
     except (ValueError, RecursionError):
-        raise MessageError("a text that is no JSON") from None
+        raise MessageError("not valid JSON") from None
     if not isinstance(found, dict):
-        raise MessageError("JSON that is no object")
+        raise MessageError("not a JSON object")
     return found
 
 

@@ -141,22 +141,22 @@ class Recorder:
     def _listen(self, topic: RecordedTopic) -> Subscription:
         clock = self._simulation.clock
         newest: Message | None = None
-        data, is_missed = b"", False
+        data, is_reported = b"", False
 
-        def hear(message: Message) -> None:
-            nonlocal newest, data, is_missed
+        def on_message(message: Message) -> None:
+            nonlocal newest, data, is_reported
             if message is not newest:
                 try:
                     data = to_cdr(message)
                 except CellwrightError as error:
-                    if not is_missed:
-                        is_missed = True
+                    if not is_reported:
+                        is_reported = True
                         self._report(f"{self._path}: {topic.name} is not recorded: {error}")
                     return
                 newest = message
             self._file.add(self._channels[topic.name], clock.now, data)
 
-        return self._served.bus.subscribe(topic.name, hear, node=NODE, along=topic.type in PICTURES)
+        return self._served.bus.subscribe(topic.name, on_message, node=NODE, passive=topic.type in PICTURES)
 
     def _note(self, command: Command) -> None:
         self._write_text(names.COMMAND, command.encode())

@@ -90,7 +90,7 @@ class RunLog(RunEvents):
         self.lines.write_value({"kind": "reset", "time": seconds(now)})
 
 
-def _values(effect: effects.Effect, could: AttainableScore) -> tuple[str, dict[str, Any]]:
+def _values(effect: effects.Effect, attainable: AttainableScore) -> tuple[str, dict[str, Any]]:
     match effect:
         case effects.StateChanged(state):
             return "state", {"state": str(state)}
@@ -102,7 +102,7 @@ def _values(effect: effects.Effect, could: AttainableScore) -> tuple[str, dict[s
             kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
             return "order", {"order_id": order.order_id, "reason": str(reason), "interrupts": interrupts, "kits": kits}
         case effects.KitSubmitted():
-            return "kit", _submission(effect, could)
+            return "kit", _submission(effect, attainable)
         case effects.OrderCompleted(score, resumes):
             return "order complete", {
                 "order_id": score.order_id,
@@ -114,10 +114,10 @@ def _values(effect: effects.Effect, could: AttainableScore) -> tuple[str, dict[s
             return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
 
 
-def _submission(effect: effects.KitSubmitted, could: AttainableScore) -> dict[str, Any]:
+def _submission(effect: effects.KitSubmitted, attainable: AttainableScore) -> dict[str, Any]:
     score = effect.score
     values = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
     if score.refusal is not None:
         return {**values, "refusal": score.refusal.sentence(), "evidence": None}
-    evidence = kit_evidence(score, could.kit(score.kit_type), fates=effect.fates)
+    evidence = kit_evidence(score, attainable.kit(score.kit_type), fates=effect.fates)
     return {**values, "refusal": None, "evidence": kit_to_json(evidence)}

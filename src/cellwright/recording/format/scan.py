@@ -80,7 +80,7 @@ class _Fields(ReadDataStream):
         data = self._stream.read(length)
         self._count += length
         if len(data) < length:
-            raise RecordingError("a record ends in the middle")
+            raise RecordingError("damaged: a record ends early")
         return data
 
     def read_prefixed_string(self) -> str:
@@ -91,17 +91,15 @@ def scan_file(file: BinaryIO) -> Layout:
     """Read the layout of a file, up to its end or to where it was truncated.
 
     Raises:
-        RecordingError: it is no MCAP file, or damaged.
+        RecordingError: not an MCAP file, or damaged.
     """
     size = file.seek(0, SEEK_END)
     file.seek(0)
     begin = file.read(max(len(MAGIC), len(_BAG)))
     if begin.startswith(_BAG):
-        raise RecordingError(
-            "it is a bag of ROS 1, which rosbag plays; here it takes the MCAP file that --record run.mcap writes"
-        )
+        raise RecordingError("a ROS 1 bag; play it with rosbag, or give the MCAP file that --record run.mcap writes")
     if not begin.startswith(MAGIC):
-        raise RecordingError("it is no MCAP file")
+        raise RecordingError("not an MCAP file")
     layout, schemas = Layout(), dict[int, str]()
     place = len(MAGIC)
     while place < size:
@@ -116,7 +114,7 @@ def scan_file(file: BinaryIO) -> Layout:
             if chunk is not None:
                 layout.chunks.append(chunk)
             if len(layout.chunks) > MAX_CHUNKS:
-                raise RecordingError(f"it has more than {MAX_CHUNKS} chunks")
+                raise RecordingError(f"too many chunks (at most {MAX_CHUNKS})")
         if length > size - place:
             break
         if opcode == Opcode.ATTACHMENT:
@@ -125,7 +123,7 @@ def scan_file(file: BinaryIO) -> Layout:
             _count(file, length, layout)
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
             if length > MAX_RECORD_SIZE:
-                raise RecordingError(f"a record of {length} bytes")
+                raise RecordingError(f"record too large (got {length} bytes, at most {MAX_RECORD_SIZE})")
             _describe(opcode, _Fields(file.read(length)), layout, schemas)
         elif opcode == Opcode.DATA_END:
             layout.data_end = place - _RECORD_HEAD.size
@@ -148,16 +146,16 @@ def _chunk(file: BinaryIO, place: int, length: int, size: int) -> ChunkPlace | N
     first, last, whole, checksum = _CHUNK.unpack_from(head)
     named = int.from_bytes(head[-4:], "little")
     if named > 16:
-        raise RecordingError("a chunk says nothing sensible of how it was compressed")
+        raise RecordingError("damaged: invalid compression of a chunk")
     rest = file.read(named + 8)
     if len(rest) < named + 8:
         return None
     packed = int.from_bytes(rest[named:], "little")
     if max(first, last) > LATEST:
-        raise RecordingError("a chunk says nothing sensible of its times")
+        raise RecordingError("damaged: invalid times of a chunk")
     begin = place + _CHUNK.size + 4 + len(rest)
     if whole > MAX_CHUNK_SIZE or packed > MAX_CHUNK_SIZE or begin - place + packed != length:
-        raise RecordingError("a chunk says nothing sensible of its size")
+        raise RecordingError("damaged: invalid size of a chunk")
     there = min(packed, size - begin)
     compression = rest[:named].decode(errors="replace")
     return ChunkPlace(first, last, compression, begin, there, whole, checksum, is_cut=there < packed)
@@ -170,7 +168,7 @@ def _attachment(file: BinaryIO, place: int, length: int, layout: Layout) -> None
     fields.read_prefixed_string()  # its media type
     data = fields.read8()
     if data > MAX_ATTACHMENT_SIZE or data + 4 > length:
-        raise RecordingError(f"the attachment {name!r:.60} says nothing sensible of its size")
+        raise RecordingError(f"damaged: invalid size of the attachment {name!r:.60}")
     layout.attachments[name] = place + length - 4 - data, data, place
 
 
@@ -217,9 +215,9 @@ def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
         case "zstd":
             raw = _zstd(data, place)
         case unknown:
-            raise RecordingError(f"a chunk is compressed by {unknown!r:.20}, which is not known here")
+            raise RecordingError(f"unknown compression of a chunk (got {unknown!r:.20})")
     if not place.is_cut and (len(raw) != place.size or (place.checksum and zlib.crc32(raw) != place.checksum)):
-        raise RecordingError(f"damaged at byte {place.offset}: a chunk's checksum is wrong")
+        raise RecordingError(f"damaged at byte {place.offset}: wrong checksum of a chunk")
     return raw
 
 
@@ -247,13 +245,13 @@ def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterat
         if opcode != Opcode.MESSAGE:
             length = _RECORD_HEAD.unpack_from(raw, place)[1]
         elif length < head - 9:
-            raise RecordingError("a message is shorter than its own head")
+            raise RecordingError("damaged: a message is shorter than its header")
         end = place + 9 + length
         if end > size:
             return
         if opcode == Opcode.MESSAGE and (channels is None or channel in channels):
             if time > LATEST:
-                raise RecordingError(f"damaged: a message at {time} ns, which no run comes to")
+                raise RecordingError(f"damaged: a message has the time {time} ns, which no run reaches")
             yield channel, time, raw[place + head : end]
         place = end
 
@@ -279,7 +277,7 @@ def verify_checksums(file: BinaryIO, layout: Layout) -> None:
     for name, (place, length, begin) in layout.attachments.items():
         end = place + length
         if _checksum(file, begin, end - begin) != _read_number(file, end):
-            raise RecordingError(f"damaged at byte {begin}: the checksum of the file {name!r:.60} within is wrong")
+            raise RecordingError(f"damaged at byte {begin}: wrong checksum of the attached file {name!r:.60}")
     if layout.is_complete:
         _verify_end(file, layout)
 
@@ -289,14 +287,14 @@ def _verify_end(file: BinaryIO, layout: Layout) -> None:
     end, footer = layout.data_end, layout.footer
     expected = _read_number(file, end + _RECORD_HEAD.size)
     if expected and _checksum(file, 0, end) != expected:
-        raise RecordingError(f"damaged before byte {end}: the checksum of all data is wrong")
+        raise RecordingError(f"damaged before byte {end}: wrong checksum of all data")
     summary, checked = end + _DATA_END, footer + _FOOTER - 4
     expected = _read_number(file, checked)
     if expected and _checksum(file, summary, checked - summary) != expected:
-        raise RecordingError(f"damaged behind byte {summary}: the checksum of the summary is wrong")
+        raise RecordingError(f"damaged after byte {summary}: wrong checksum of the summary")
     file.seek(footer + _FOOTER)
     if file.read(len(MAGIC) + 1) != MAGIC:
-        raise RecordingError(f"damaged at byte {footer + _FOOTER}: it does not end as an MCAP file ends")
+        raise RecordingError(f"damaged at byte {footer + _FOOTER}: the end mark of an MCAP file is missing")
 
 
 def _checksum(file: BinaryIO, begin: int, length: int) -> int:

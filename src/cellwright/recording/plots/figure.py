@@ -47,29 +47,29 @@ class _Panel:
     is_over_time: bool = True
 
 
-def draw_figure(data: PlotData, what: Sequence[str] = PANELS) -> Figure:
-    """Draw the page, with the parts that `what` names (see `PANELS`).
+def draw_figure(data: PlotData, panels: Sequence[str] = PANELS) -> Figure:
+    """Draw the page, with panels by name (see `PANELS`).
 
     Raises:
-        UsageError: the recording has nothing to draw in these parts.
+        UsageError: the recording has nothing to draw in these panels.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    panels = [panel for name in PANELS if name in what for panel in _panels(data, name)]
-    panels.sort(key=lambda panel: not panel.is_over_time)
-    if not panels:
-        raise UsageError(f"{data.title}: holds nothing of {', '.join(what)} that could be drawn")
+    drawn = [panel for name in PANELS if name in panels for panel in _panels(data, name)]
+    drawn.sort(key=lambda panel: not panel.is_over_time)
+    if not drawn:
+        raise UsageError(f"{data.title}: has nothing to plot in {', '.join(panels)}")
     with mpl.rc_context(SETTINGS):
-        last = sum(panel.is_over_time for panel in panels) - 1
-        gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
-        height = _HEAD + sum(panel.height for panel in panels) + sum(gaps) + _FOOT
+        last = sum(panel.is_over_time for panel in drawn) - 1
+        gaps = [_GAP + _AXIS * (number == last) for number in range(len(drawn) - 1)]
+        height = _HEAD + sum(panel.height for panel in drawn) + sum(gaps) + _FOOT
         figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
         left, size = _LEFT / _WIDTH, 13.0 * min(1.0, _TITLE / max(len(data.title), 1))  # smaller for a long title
         figure.text(left, 1.0 - 0.24 / height, data.title, fontsize=size, fontweight="bold", va="center")
         figure.text(left, 1.0 - 0.46 / height, data.note, fontsize=8, color=INK, va="center")
         top = height - _HEAD
-        for number, (panel, gap) in enumerate(zip(panels, [*gaps, 0.0], strict=True)):
+        for number, (panel, gap) in enumerate(zip(drawn, [*gaps, 0.0], strict=True)):
             width = 1 - (_LEFT + _RIGHT) / _WIDTH
             axes = figure.add_axes((left, (top - panel.height) / height, width, panel.height / height))
             if panel.is_over_time:

@@ -240,7 +240,7 @@ def write_mcap(
     span = TimeRange(recording, start, until)
     try:
         if path.exists() and path.samefile(recording.path):
-            raise UsageError(f"{path}: is the recording itself, which is worth more than what is made of it")
+            raise UsageError(f"{path}: is the recording itself; give another file")
         with replacement_path(path) as unfinished:
             unfinished.touch()  # an error names the requested file, not the unfinished one
             failures: list[str] = []
@@ -269,7 +269,7 @@ def _write(
     try:
         scene = decode_scene(recording.scene or b"")
     except MessageError as error:
-        missing.append(f"what is to be seen is left out: {error}")
+        missing.append(f"scene is left out: {error}")
         for message in span.messages(channels, on_progress):
             file.add(channels[message.topic], message.time, message.data)
         return missing

@@ -20,7 +20,13 @@ from cellwright.util.errors import MessageError, RecordingError, UnknownNameErro
 
 
 class Stamped(NamedTuple):
-    """A message with its topic and the simulation time [s] at which it was published."""
+    """A message with its topic and the simulation time [s] at which it was published.
+
+    Example:
+        >>> from cellwright.middleware.messages.standard import String
+        >>> Stamped(0.5, "/ariac/competition_state", String(data="go")).message.data
+        'go'
+    """
 
     time: float
     topic: str
@@ -29,6 +35,17 @@ class Stamped(NamedTuple):
 
 class Recording:
     """An open recording. Use it in a `with`, or close it.
+
+    Example:
+        >>> import cellwright
+        >>> from tempfile import TemporaryDirectory
+        >>> with TemporaryDirectory() as folder:
+        ...     path, options = f"{folder}/run.mcap", cellwright.RunOptions(until=0.1)
+        ...     result = cellwright.run_trial("lesson", None, record=path, options=options)
+        ...     with cellwright.open_recording(path) as recording:
+        ...         time, position = recording.arrays("/ariac/joint_states", "position")
+        >>> position.shape
+        (5, 8)
 
     Times are simulation times [s]. Readings can be limited: from `start` on, and before `until`.
 
@@ -140,7 +157,7 @@ class Recording:
         try:
             return np.array(times), *(np.array(column, np.float64) for column in columns)
         except (TypeError, ValueError) as error:
-            raise RecordingError(f"{topic}: its fields are no rows of numbers: {error}") from None
+            raise RecordingError(f"{topic}: fields must be numeric and of constant length: {error}") from None
 
     @cached_property
     def scene(self) -> Scene:
@@ -200,10 +217,13 @@ class Recording:
 
 
 def open_recording(path: str | Path) -> Recording:
-    """Open a recording of a run for analysis: see `Recording`.
+    """Open a recording of a run for analysis: see `Recording`, with an example.
 
     Args:
         path: an `.mcap` file that `--record` wrote.
+
+    Returns:
+        The open recording; close it, or use it in a `with`.
 
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.

@@ -20,7 +20,7 @@ from cellwright.recording.format.reader import RecordedMessage, RecordingFile
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
-WHY_NOT = "this is a recording: it plays what was, and hears no commands"
+READ_ONLY = "a recording is read-only; it accepts no commands"
 
 
 class ReadOnlyBus(Bus):
@@ -35,8 +35,8 @@ class ReadOnlyBus(Bus):
         self._refuse(service, node)
 
     def _refuse(self, name: str, node: str) -> NoReturn:
-        self.refusals.refuse(f"{name} from {node}" if node else name, WHY_NOT)
-        raise RejectedCommandError(WHY_NOT)
+        self.refusals.refuse(f"{name} from {node}" if node else name, READ_ONLY)
+        raise RejectedCommandError(READ_ONLY)
 
 
 _MAX_MESSAGES = 2000  # messages that are examined
@@ -91,7 +91,7 @@ class Recorded(Device):
         """Number of messages so far that could not be decoded."""
         self._publishers: dict[str, tuple[Publisher, type[Message]]] = {}
         self._latched: dict[str, bytes] = {}  # data of the newest latched message, by topic
-        self._coming: Iterator[RecordedMessage] = iter(())
+        self._messages: Iterator[RecordedMessage] = iter(())
         self._next = _NOTHING
         simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
         self.bus = ReadOnlyBus(lambda: simulation.now, report)
@@ -119,7 +119,7 @@ class Recorded(Device):
                     self._publish(publisher, message_class, message)
             else:
                 self.cursor.take(message)
-            self._next = next(self._coming, _NOTHING)
+            self._next = next(self._messages, _NOTHING)
 
     def seek(self, time: int) -> int:
         """Go to a time [ns] within the recording; return the time reached [ns].
@@ -140,8 +140,8 @@ class Recorded(Device):
                 elif publisher.newest is None or newest.data != self._latched[name]:
                     self._publish(publisher, message_class, newest)
         self.cursor.seek(now)
-        self._coming = self.source.messages([*self._publishers, FRAME, PANEL], start=now + 1)
-        self._next = next(self._coming, _NOTHING)
+        self._messages = self.source.messages([*self._publishers, FRAME, PANEL], start=now + 1)
+        self._next = next(self._messages, _NOTHING)
         return now
 
     def hidden_bodies(self) -> tuple[int, ...]:

@@ -40,7 +40,7 @@ def unpacked_files(sources: Mapping[str, bytes]) -> Iterator[Path]:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
             except (OSError, ValueError) as error:
-                raise RecordingError(f"a file {name!r:.80} in the recording cannot be unpacked: {error}") from None
+                raise RecordingError(f"file {name!r:.80} in the recording cannot be unpacked: {error}") from None
         yield folder
 
 
@@ -54,7 +54,7 @@ def path_inside(folder: Path, name: object) -> Path:
         parts = PurePosixPath(name).parts
         if ".." not in parts and not PurePosixPath(name).is_absolute():
             return folder.joinpath(*parts)
-    raise RecordingError(f"a file {name!r:.80} in the recording has a name that it cannot have")
+    raise RecordingError(f"invalid file name {name!r:.80} in the recording")
 
 
 class Stamps:
@@ -125,7 +125,7 @@ def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
         trial = variation.vary(trial, seed)
     servo = facts.of("servo", str)
     if servo not in get_args(ServoProfile):
-        raise RecordingError(f"the recording tells of servos {servo!r:.40}, which are not known here")
+        raise RecordingError(f"unknown servo profile {servo!r:.40} in the recording")
     cell = Cell(trial, seed=seed, servo=cast("ServoProfile", servo), competition=facts.of("competition", bool))
     for when in facts.times("checkpoints"):
         cell.checkpoints.declare(when, None)
@@ -140,7 +140,7 @@ def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
 def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:
     facts = _Facts(recording.header.facts)
     if facts.of("driver", bool):
-        raise RecordingError("a driver moved this robot, and no simulation: what it did cannot be run again")
+        raise RecordingError("a driver moved this robot, not the simulation; the run cannot be repeated")
     with _packages(folder, facts):
         config = load_robot(_files(folder, facts)[0], lambda _line: None)
     stamps = Stamps()
@@ -189,12 +189,12 @@ class _Facts:
         """Return times [ns]."""
         found = [each for each in self.names(key)[:_MAX_TIMES] if type(each) is int and each >= 0]
         if found != self._facts.get(key):
-            raise self._lack(f"{key} are no times")
+            raise self._lack(f"{key} are not times")
         return found
 
     @staticmethod
     def _lack(lacking: str) -> RecordingError:
-        return RecordingError(f"the recording does not say what is needed to run it again: {lacking}")
+        return RecordingError(f"the header of the recording is incomplete; the run cannot be repeated: {lacking}")
 
 
 class _Collected:
@@ -211,10 +211,10 @@ class _Collected:
 def _files(folder: Path, facts: _Facts) -> list[Path]:
     found = [path_inside(folder, name) for name in facts.names("files")]
     if not found:
-        raise RecordingError("the recording does not hold the files that it was made from: it cannot be run again")
+        raise RecordingError("the recording lacks the files that it was made from; the run cannot be repeated")
     missing = [each.name for each in found if not each.is_file()]
     if missing:
-        raise RecordingError(f"the recording does not hold {missing[0]}: it was cut short too early to be run again")
+        raise RecordingError(f"the recording lacks {missing[0]}; it was cut short too early for the run to be repeated")
     return found
 
 

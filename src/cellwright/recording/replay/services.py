@@ -79,6 +79,6 @@ class RecordingServices:
     def _seek(self, request: dict[str, Any]) -> None:
         time = request.get("time")
         if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):
-            raise RejectedCommandError(f"time: a number of seconds, not {time!r:.40}")
+            raise RejectedCommandError(f"time must be a number of seconds (got {time!r:.40})")
         first, last = seconds(self._playing.first), seconds(self._playing.last)
         self._playing.seek(nanoseconds(min(max(time, first), last)))

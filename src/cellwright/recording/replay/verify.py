@@ -50,7 +50,7 @@ def recorded_steps(source: RecordingFile) -> Iterator[Step]:
                 text = from_cdr(message.data, String).data
                 step = Command.decode(text) if message.topic == COMMAND else _hash_point(text)
         except (MessageError, ValueError, TypeError, KeyError, RecursionError) as error:
-            raise RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {error}") from None
+            raise RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s is invalid: {error}") from None
         yield step
 
 
@@ -58,7 +58,7 @@ def _hash_point(text: str) -> HashPoint:
     value: dict[str, Any] = json.loads(text)
     tick, digest = value["tick"], value["hash"]
     if type(tick) is not int or not 0 <= tick < _NEVER or not isinstance(digest, str):
-        raise ValueError("a tick and a hash are needed")
+        raise ValueError("a hash point must have a tick and a hash")
     return HashPoint(tick, digest)
 
 

@@ -152,8 +152,10 @@ class PictureCamera(Sensor[Picture]):
         Raises:
             UsageError: the camera takes no such pictures.
         """
-        if (colour and not self.description.has_colour) or (depth and not self.description.has_depth):
-            raise UsageError(f"camera {self.name!r}: a {self.description.type} takes no such pictures")
+        lacks_colour = colour and not self.description.has_colour
+        if lacks_colour or (depth and not self.description.has_depth):
+            channel = "colour" if lacks_colour else "depth"
+            raise UsageError(f"camera {self.name!r}: a {self.description.type} has no {channel}")
         channels = [each for each, is_requested in ((_COLOUR, colour), (_DEPTH, depth)) if is_requested]
         self._requests.update(channels)
         leave = super().listen(callback)
@@ -206,7 +208,7 @@ class PictureCamera(Sensor[Picture]):
         pending = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
         drawn = None if pending is None else self._service.fetch(pending)
         if drawn is None:
-            raise UsageError(f"camera {self.name!r} can take no picture")
+            raise UsageError(f"camera {self.name!r}: no picture, since rendering has failed in this run")
         return self._developed(_Exposure(self.simulation.now, index, pose, pending), drawn)
 
     def _sample(self, index: int) -> None:
@@ -243,7 +245,7 @@ class PictureCamera(Sensor[Picture]):
 
     def _developed(self, exposure: _Exposure, drawn: Drawn) -> Picture:
         """Add the camera's noise, and apply its range."""
-        (colour, depth), chance = drawn, self._chance
+        (colour, depth), chance = drawn, self._noise_stream
         settings = self.description
         if colour is not None:
             if chance is not None:
@@ -272,7 +274,7 @@ class PictureCamera(Sensor[Picture]):
 
     @property
     def _is_behind(self) -> bool:
-        """True if so many pictures are being drawn that another one would be late."""
+        """True if too many pictures are being drawn for another one to be on time."""
         max_waiting = max(1, -(-self._latency_ns // self._period_ns))
         waiting = sum(each.pending is not None and not each.pending.is_drawn for each in self._exposures)
         return waiting >= max_waiting
@@ -284,8 +286,8 @@ class PictureCamera(Sensor[Picture]):
         if now - self._reported_at >= _A_SECOND and self._service.is_ready:
             noun = "picture" if self._unreported == 1 else "pictures"
             self._report(
-                f"camera {self.name}: {self._unreported} {noun} left out, "
-                f"{self.dropped} in all: drawing takes longer than the time between two"
+                f"camera {self.name}: {self._unreported} {noun} dropped ({self.dropped} in all); "
+                "drawing takes longer than the camera's period"
             )
             self._reported_at, self._unreported = now, 0
 

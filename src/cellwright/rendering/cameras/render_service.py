@@ -79,7 +79,7 @@ class RenderService:
         self._about = about
         self._hidden = hidden
         self._report = report
-        self._taker: SceneCapture | None = None
+        self._capture: SceneCapture | None = None
         self._worker: RenderWorker | None = None
         self._frame: SceneFrame | None = None
         self._tick = -1
@@ -91,13 +91,13 @@ class RenderService:
         """Request a picture of this tick; return None if nothing can be drawn."""
         if self._is_broken:
             return None
-        if self._taker is None:
-            self._taker = SceneCapture(self._simulation.model, hidden=self._hidden)
+        if self._capture is None:
+            self._capture = SceneCapture(self._simulation.model, hidden=self._hidden)
         if self._worker is None:
-            self._worker = worker = self._start(self._taker.scene)
+            self._worker = worker = self._start(self._capture.scene)
             # for a cell that is not closed, too; pictures that are not fetched delay nothing
             self._end = weakref.finalize(self, worker.close, _ABANDON_TIMEOUT)
-        frame, worker, camera = self._this_frame(self._taker), self._worker, pinhole.at(world_T_camera)
+        frame, worker, camera = self._this_frame(self._capture), self._worker, pinhole.at(world_T_camera)
         request = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
         return PendingPicture(
             worker.colour(frame, request) if colour else None, worker.depth(frame, request) if depth else None
@@ -130,17 +130,17 @@ class RenderService:
             self._end()
             self._worker = None
 
-    def _this_frame(self, taker: SceneCapture) -> SceneFrame:
+    def _this_frame(self, capture: SceneCapture) -> SceneFrame:
         """Frame of this tick, shared by its cameras."""
         simulation = self._simulation
         simulation.refresh()
         if self._frame is None or self._tick != simulation.clock.tick:
-            self._frame = taker.frame(simulation.data, simulation.now)
+            self._frame = capture.frame(simulation.data, simulation.now)
             self._tick = simulation.clock.tick
         return self._frame
 
     def _give_up(self, error: RenderingError) -> None:
         if not self._is_broken:
             self._is_broken = True
-            self._report(f"cameras take no more pictures in this run: {error}")
+            self._report(f"cameras are off for the rest of this run: {error}")
             self.close()

@@ -96,6 +96,12 @@ class Scene:
         bodies: unique names of the bodies that may move; the first is "world", which holds all static shapes.
         shapes: the shapes on them.
         meshes: meshes of the shapes.
+
+    Example:
+        >>> ball = SceneShape(1, ShapeType.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), ShapeLayer.BOTH)
+        >>> scene = Scene("demo", ("world", "ball"), (ball,), ())
+        >>> decode_scene(encode_scene(scene)) == scene
+        True
     """
 
     name: str
@@ -119,6 +125,14 @@ class SceneFrame:
         poses: (bodies, 7) x, y, z [m] and quaternion w, x, y, z of each body in the world, in the order of
             `Scene.bodies`; float32. The world's own is the identity.
         shown: (bodies,) True if visible; a part that is not in play is not.
+
+    Example:
+        >>> poses = np.array([(0, 0, 0, 1, 0, 0, 0), (1, 2, 3, 1, 0, 0, 0)], np.float32)
+        >>> frame = SceneFrame(0, poses, np.ones(2, np.bool_))
+        >>> frame.pose(1).position
+        (1.0, 2.0, 3.0)
+        >>> decode_frame(frame.encode()).equals(frame)
+        True
     """
 
     time: int
@@ -126,12 +140,17 @@ class SceneFrame:
     shown: NDArray[np.bool_]
 
     def pose(self, body: int) -> Pose:
-        """world_T_body of a body."""
+        """world_T_body of the body with this index in `Scene.bodies`."""
         x, y, z, qw, qx, qy, qz = self.poses[body].tolist()
         return Pose((x, y, z), (qw, qx, qy, qz))
 
     def placed(self, body: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Transform points (n, 3) [m] from the frame of a body to the world."""
+        """Transform points from the frame of a body to the world.
+
+        Args:
+            body: index in `Scene.bodies`.
+            points: (n, 3) [m].
+        """
         place, scalar, vector = np.split(self.poses[body].astype(np.float64), (3, 4))
         across = 2 * np.cross(vector, points)
         found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
@@ -146,7 +165,11 @@ class SceneFrame:
         )
 
     def encode(self, before: SceneFrame | None = None) -> bytes:
-        """Encode as bytes; with a frame `before` of the same scene, only the changes since then."""
+        """Encode as bytes.
+
+        Args:
+            before: a frame of the same scene that the receiver has; the bytes then hold the changes since it only.
+        """
         count = len(self.poses)
         if before is None or len(before.poses) != count:
             kind, bodies = _WHOLE, np.arange(count)
@@ -170,15 +193,15 @@ def decode_frame(data: bytes | memoryview, before: SceneFrame | None = None) -> 
         kind, time, count, changed = _FRAME_HEAD.unpack_from(data)
         entries = np.frombuffer(data, _FRAME_ENTRY, changed, _FRAME_HEAD.size)
     except (struct.error, ValueError):
-        raise MessageError(f"these {len(data)} bytes are no frame of a scene") from None
+        raise MessageError(f"invalid scene frame ({len(data)} bytes)") from None
     if len(data) != _FRAME_HEAD.size + entries.nbytes or count > MAX_BODIES or kind not in (_WHOLE, _CHANGES):
-        raise MessageError(f"these {len(data)} bytes are no frame of a scene")
+        raise MessageError(f"invalid scene frame ({len(data)} bytes)")
     if kind == _WHOLE:
         is_fitting = np.array_equal(entries["body"], np.arange(count))
     else:
         is_fitting = before is not None and len(before.poses) == count and bool((entries["body"] < count).all())
     if not is_fitting or not np.isfinite(entries["pose"]).all():
-        raise MessageError("a frame of a scene that does not fit the one before it")
+        raise MessageError("scene frame does not fit the one before it")
     if kind == _WHOLE or before is None:
         return SceneFrame(time, entries["pose"].copy(), entries["shown"] != 0)
     poses, shown = before.poses.copy(), before.shown.copy()
@@ -221,19 +244,19 @@ def decode_scene(data: bytes) -> Scene:
         unpacker = zlib.decompressobj()
         text = unpacker.decompress(data, MAX_SCENE_BYTES)
         if not unpacker.eof:
-            raise ValueError("it is cut short, or too large")
+            raise ValueError("truncated, or too large")
         return _scene(json.loads(text))
     except (zlib.error, ValueError, TypeError, KeyError, IndexError, RecursionError) as fault:
-        raise MessageError(f"these {len(data)} bytes are no scene: {fault}") from None
+        raise MessageError(f"invalid scene ({len(data)} bytes): {fault}") from None
 
 
 def _scene(document: dict[str, Any]) -> Scene:
     if document["format"] != _SCENE_FORMAT:
-        raise ValueError(f"its format is {document['format']!r:.20}, and {_SCENE_FORMAT} is known")
+        raise ValueError(f"unknown format {document['format']!r:.20} (known: {_SCENE_FORMAT})")
     meshes = tuple(_mesh(*each) for each in document["meshes"])
     bodies = tuple(document["bodies"])
     if not 1 <= len(bodies) <= MAX_BODIES or not all(isinstance(name, str) for name in bodies):
-        raise ValueError("its bodies have no names")
+        raise ValueError(f"bodies must be 1 to {MAX_BODIES} names")
     shapes = tuple(_shape(each, len(bodies), len(meshes)) for each in document["shapes"])
     return Scene(str(document["name"]), bodies, shapes, meshes)
 
@@ -242,10 +265,10 @@ def _shape(entry: Any, bodies: int, meshes: int) -> SceneShape:
     body, form, size, position, quaternion, colour, layer, mesh = entry
     numbers = np.array([*size, *position, *quaternion, *colour], np.float64)
     if numbers.shape != (14,) or not np.isfinite(numbers).all() or (numbers[:3] < 0).any():
-        raise ValueError("a shape's numbers make no sense")
+        raise ValueError("shape has invalid numbers")
     known = ShapeType(form)
     if not 0 <= body < bodies or (known is ShapeType.MESH and not 0 <= mesh < meshes):
-        raise ValueError("a shape belongs to nothing")
+        raise ValueError("shape has an unknown body or mesh")
     (sx, sy, sz, x, y, z, qw, qx, qy, qz, red, green, blue, opacity) = numbers.tolist()
     return SceneShape(
         body=int(body),
@@ -266,7 +289,7 @@ def _mesh(vertices: str, faces: str) -> Mesh:
     points = np.frombuffer(base64.b64decode(vertices), "<f4").reshape(-1, 3)
     triangles = np.frombuffer(base64.b64decode(faces), "<i4").reshape(-1, 3)
     if not np.isfinite(points).all() or (triangles < 0).any() or (triangles >= len(points)).any():
-        raise ValueError("a mesh makes no sense")
+        raise ValueError("mesh has invalid vertices or faces")
     return Mesh(points.astype(np.float32), triangles.astype(np.int32))
 
 

@@ -80,7 +80,7 @@ class RenderWorker(ChildProcess):
         future: Future[Any] = Future()
         with self._changed:
             if self.error or self._is_closing:
-                future.set_exception(RenderingError(self.error or "what draws is closed"))
+                future.set_exception(RenderingError(self.error or "renderer is closed"))
                 return future
             self._number += 1
             number = self._number
@@ -122,7 +122,7 @@ class RenderWorker(ChildProcess):
         with self._changed:
             if not self._is_closing or self._waiting:
                 words = printable(self.last_output(), 300)
-                self.error = f"the process that draws has ended{f': {words}' if words else ''}"
+                self.error = f"render process has ended{f': {words}' if words else ''}"
             left = [*self._waiting.values()]
             self._waiting.clear()
             self._changed.notify_all()

@@ -74,7 +74,7 @@ class Film:
                 stream = self._container.add_stream(codec, rate=rate, options=_QUALITY)
                 assert isinstance(stream, VideoStream)
                 return stream
-        raise FilmError("no video can be written: this PyAV knows neither H.264 nor MPEG-4")
+        raise FilmError("cannot write a video: this PyAV supports neither H.264 nor MPEG-4")
 
     def _write(self, frame: av.VideoFrame | None) -> None:
         if self._error:  # the muxer is no longer reliable

@@ -79,7 +79,7 @@ class Drawing:
 
     def _do_take(self, frame: SceneFrame, request: PictureRequest, caption: str, repeats: int) -> None:
         if self._film is None:
-            raise CellwrightError("no video is under way")
+            raise CellwrightError("no video is open")
         self._repeat(repeats)
         picture = self._do_colour(frame, request)
         if caption:
@@ -103,7 +103,7 @@ class Drawing:
     def _renderer_for(self, request: PictureRequest) -> Renderer:
         check_size(request.width, request.height)
         if self._renderer is None:
-            raise CellwrightError("there is no scene to draw")
+            raise CellwrightError("no scene to draw")
         return self._renderer
 
     def _answer(self, number: int, value: object, error: str) -> None:

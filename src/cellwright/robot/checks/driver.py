@@ -35,8 +35,8 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
     try:
         driver = make(config)
     except Exception as error:  # user code
-        return [f"it cannot be made: {one_line(error)}"]
-    problems = _lacking(driver)
+        return [f"the driver cannot be made: {one_line(error)}"]
+    problems = _missing_members(driver)
     if problems:
         return problems
     try:
@@ -44,29 +44,29 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
     except DriverError as error:
         return [str(error)]
     try:
-        problems += _slow(live) + _moved(live, driver, config, within)
+        problems += _rate_problems(live) + _motion_problems(live, driver, config, within)
         if live.fault:
-            problems.append(f"it failed: {live.fault}")
+            problems.append(f"the driver failed: {live.fault}")
     finally:
         live.close()
     return problems
 
 
-def _lacking(driver: object) -> list[str]:
-    lacking = [name for name in ("command", "read", "close") if not callable(getattr(driver, name, None))]
-    problems = [f"it has no method {name}" for name in lacking]
-    return problems if hasattr(driver, "joints") else [*problems, "it has no attribute joints"]
+def _missing_members(driver: object) -> list[str]:
+    missing = [name for name in ("command", "read", "close") if not callable(getattr(driver, name, None))]
+    problems = [f"the driver has no method {name}" for name in missing]
+    return problems if hasattr(driver, "joints") else [*problems, "the driver has no attribute joints"]
 
 
-def _slow(live: LiveDriver) -> list[str]:
+def _rate_problems(live: LiveDriver) -> list[str]:
     """Check the rate of readings."""
-    before, begun = live.count, time.monotonic()
+    before, started = live.count, time.monotonic()
     _wait(lambda: bool(live.fault), _LOOK, live)
-    rate = (live.count - before) / (time.monotonic() - begun)
-    return [f"it can be read {rate:.0f} times a second, and {RATE} are needed"] if rate < RATE else []
+    rate = (live.count - before) / (time.monotonic() - started)
+    return [f"read() must work {RATE} times a second (got {rate:.0f})"] if rate < RATE else []
 
 
-def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float) -> list[str]:
+def _motion_problems(live: LiveDriver, driver: Driver, config: RobotConfig, within: float) -> list[str]:
     """Move each joint there and back, together with joints that mimic it."""
     problems = []
     robot, begin = config.robot, live.read().positions.copy()
@@ -77,20 +77,20 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
         nudge = _nudge(robot.joint(name).limits, begin[number])
         if abs(nudge) < MIN_RANGE:
             continue
-        there = begin.copy()
-        there[number] += nudge
+        target_positions = begin.copy()
+        target_positions[number] += nudge
         for each in robot.driven:
             if each.mimic and each.mimic.joint == name and each.name in driver.joints:  # others keep their positions
-                there[live.joints.index(each.name)] += each.mimic.multiplier * nudge
-        for targets, motion in ((there, "go"), (begin, "come back")):
+                target_positions[live.joints.index(each.name)] += each.mimic.multiplier * nudge
+        for targets, motion in ((target_positions, "move by"), (begin, "move back by")):
             live.command(targets)
             if not _wait(partial(_is_there, live, number, targets[number], abs(nudge) / 4), within, live):
                 problems.append(f"{name} did not {motion} {abs(nudge):.2g} within {within:g} s")
                 break
-            away = np.abs(live.read().positions - targets)
-            away[number] = 0.0
-            if away.max() > NUDGE / 2:
-                problems.append(f"{live.joints[int(away.argmax())]} moved along with {name}")
+            deviation = np.abs(live.read().positions - targets)
+            deviation[number] = 0.0
+            if deviation.max() > NUDGE / 2:
+                problems.append(f"{live.joints[int(deviation.argmax())]} moved together with {name}")
         if live.fault:
             break
     return problems

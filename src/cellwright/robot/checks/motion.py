@@ -58,13 +58,13 @@ def _inertias(rig: Rig) -> Array:
     dofs = np.array([model.joint(joint.name).dofadr[0] for joint in joints])
     lower = np.array([max(joint.limits.lower, -_MAX_POSITION) for joint in joints])
     upper = np.array([min(joint.limits.upper, _MAX_POSITION) for joint in joints])
-    chance, data = np.random.default_rng(0), mujoco.MjData(model)
+    rng, data = np.random.default_rng(0), mujoco.MjData(model)
     whole = np.zeros((model.nv, model.nv))
     found = np.empty((POSTURES + 1, len(joints), len(joints)))
     for number in range(POSTURES + 1):
         data.qpos[:] = first
         if number:
-            data.qpos[places] = lower + chance.random(len(joints)) * (upper - lower)
+            data.qpos[places] = lower + rng.random(len(joints)) * (upper - lower)
         mujoco.mj_forward(model, data)
         mujoco.mj_fullM(model, data, whole)
         found[number] = whole[np.ix_(dofs, dofs)]
@@ -75,26 +75,26 @@ def propose_accelerations(rig: Rig, joints: Sequence[str]) -> str:
     """Return configuration entries for the groups of some joints, and a figure for each joint without a group."""
     known = bearable_accelerations(rig)
     entries = [
-        f"{key}.max_acceleration: {_listed(rig.config, key, members, known)}"
+        f"{key}.max_acceleration: {_format_figures(rig.config, key, members, known)}"
         for key, members, _ in groups(rig.config)
         if set(members) & set(joints)
     ]
     grouped = {name for _, members, _ in groups(rig.config) for name in members}
-    alone = [f"{name} {_figure(known[name])}" for name in joints if name not in grouped]
+    alone = [f"{name} {_format_figure(known[name])}" for name in joints if name not in grouped]
     if alone:
         entries.append(f"max_acceleration of a group with {', '.join(alone)}")
-    return f"drives reach their limits of effort; write in the configuration: {'; '.join(entries)}"
+    return f"drives reach their effort limits; add to the configuration: {'; '.join(entries)}"
 
 
-def _listed(config: RobotConfig, key: str, members: tuple[str, ...], known: Mapping[str, float]) -> str:
+def _format_figures(config: RobotConfig, key: str, members: tuple[str, ...], known: Mapping[str, float]) -> str:
     """Format one figure for each place in the list of a group's joints; the head's has three."""
-    figures = [_figure(known[name]) for name in members]
+    figures = [_format_figure(known[name]) for name in members]
     if key == "head":
         figures = [figures[config.head_axes.index(axis)] if axis in config.head_axes else "1" for axis in range(3)]
     return f"[{', '.join(figures)}]"
 
 
-def _figure(value: float) -> str:
+def _format_figure(value: float) -> str:
     """Format a value with few digits, rounded down."""
     value = max(value, _MIN_ACCELERATION)
     scale = 10.0 ** (math.floor(math.log10(value)) - _DIGITS + 1)
@@ -129,7 +129,7 @@ class Worst:
     count: int = 0
     beyond: list[str] = field(default_factory=list)
 
-    def look(self, name: str, value: float, owner: str = "") -> None:
+    def add(self, name: str, value: float, owner: str = "") -> None:
         """Take a figure into account; with `owner`, a figure of another joint than the one at fault."""
         self.count += 1
         if value > self.limit:
@@ -147,7 +147,7 @@ class Response(NamedTuple):
     """Overshoot, as a share of the motion."""
     stray: float
     """Largest motion among the joints without commands [rad; m]."""
-    who: str
+    strayed_joint: str
 
 
 def check_joints(rig: Rig) -> Iterator[Finding]:
@@ -163,7 +163,7 @@ def check_joints(rig: Rig) -> Iterator[Finding]:
     drift = np.abs(positions - begin).max(axis=0)
     worst = int(drift.argmax())
     passed = bool(drift[worst] <= DRIFT)
-    yield Finding("holds where it is put up", 1e3 * drift[worst], 1e3 * DRIFT, "mrad; mm", names[worst], passed)
+    yield Finding("holds the initial posture", 1e3 * drift[worst], 1e3 * DRIFT, "mrad; mm", names[worst], passed)
     yield from _steps(rig)
     for number in range(len(rig.config.grippers)):
         yield _check_gripper(rig, number)
@@ -177,33 +177,37 @@ def _steps(rig: Rig) -> Iterator[Finding]:
     for joint in rig.config.robot.driven:
         if joint.mimic is not None:
             continue
-        why = _cannot(joint)
+        why = _immovable_reason(joint)
         if not why:
             response = _step_joint(rig, joint)
-            beyond.look(joint.name, response.beyond)
-            stray.look(joint.name, response.stray, response.who)
+            beyond.add(joint.name, response.beyond)
+            stray.add(joint.name, response.stray, response.strayed_joint)
             if math.isfinite(response.late):
-                late.look(joint.name, response.late)
+                late.add(joint.name, response.late)
                 continue
-            why = f"it does not come within {100 * SETTLED:.0f} % of its target"
+            why = f"it does not settle within {100 * SETTLED:.0f} % of the step"
         yield Finding(joint.name, math.inf, SETTLING_TIMEOUT, "s late", why, passed=False)
     if late.count:
-        yield Finding(f"{late.count} joints step and settle", late.value, SETTLING_TIMEOUT, "s late", late.name)
+        yield Finding(f"settling time of {late.count} joints", late.value, SETTLING_TIMEOUT, "s late", late.name)
     if not beyond.count:
         return
     to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
     remedy = propose_accelerations(rig, to_blame) if to_blame else ""
-    title, where, advice = "the farthest goes beyond", beyond.name, remedy if beyond.beyond else ""
-    yield Finding(title, 100 * beyond.value, 100 * OVERSHOOT, "% of way", where, not beyond.beyond, remedy=advice)
-    title, where, advice = "the farthest strays", stray.name if stray.value else "", "" if beyond.beyond else remedy
+    title, where, advice = "largest overshoot", beyond.name, remedy if beyond.beyond else ""
+    yield Finding(title, 100 * beyond.value, 100 * OVERSHOOT, "% of step", where, not beyond.beyond, remedy=advice)
+    title, where, advice = (
+        "largest motion of other joints",
+        stray.name if stray.value else "",
+        "" if beyond.beyond else remedy,
+    )
     yield Finding(title, 1e3 * stray.value, 1e3 * STRAY, "mrad; mm", where, not stray.beyond, remedy=advice)
 
 
-def _cannot(joint: Joint) -> str:
+def _immovable_reason(joint: Joint) -> str:
     """Return the reason why a joint cannot move at all."""
     limits = joint.limits
     if limits.upper <= limits.lower:
-        return f"its limits leave no way: {limits.lower:g} to {limits.upper:g}"
+        return f"its limits leave no range: {limits.lower:g} to {limits.upper:g}"
     for name, value in (("effort", limits.effort), ("velocity", limits.velocity)):
         if value <= 0.0:
             return f"its {name} limit is {value:g}"
@@ -217,7 +221,7 @@ def _step_joint(rig: Rig, joint: Joint) -> Response:
     begin = rig.positions
     others = np.array([each != joint.name and rig.config.robot.joint(each).mimic is None for each in rig.numbers])
     start = float(begin[number])
-    target = _aside(joint, start)
+    target = _nearby_position(joint, start)
     min_time = _min_time(abs(target - start), limits.velocity, rig.config.max_accelerations.get(joint.name, math.inf))
     rig.send({joint.name: target})
     settled, beyond, since = math.inf, 0.0, 0.0
@@ -280,13 +284,13 @@ def _check_gripper(rig: Rig, number: int) -> Finding:
 def _check_homing(rig: Rig) -> Finding:
     """Go home from another posture."""
     rig.begin()
-    rig.send({name: _aside(rig.config.robot.joint(name), value) for name, value in rig.config.home.items()})
+    rig.send({name: _nearby_position(rig.config.robot.joint(name), value) for name, value in rig.config.home.items()})
     rig.run(1.0)
-    took, why_not = rig.reset()
-    return Finding("goes home on a reset", took, HOMING_TIMEOUT, "s", why_not, not why_not)
+    duration, why_not = rig.reset()
+    return Finding("homing time", duration, HOMING_TIMEOUT, "s", why_not, not why_not)
 
 
-def _aside(joint: Joint, position: float) -> float:
+def _nearby_position(joint: Joint, position: float) -> float:
     """Return a reachable position near another [rad; m]."""
     limits = joint.limits
     whole = limits.upper - limits.lower

@@ -103,12 +103,12 @@ def read_reference(path: Path) -> ReferenceMotion:
     try:
         content = read_at_most(path, MAX_FILE_SIZE)
         if content is None:
-            raise UsageError(f"{path}: this is no recorded motion: larger than {MAX_FILE_SIZE >> 20} MiB")
+            raise UsageError(f"{path}: not a recorded motion: larger than {MAX_FILE_SIZE >> 20} MiB")
         return msgspec.json.decode(content, type=ReferenceMotion)
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
     except (msgspec.MsgspecError, RecursionError) as error:
-        message = f"this is no recorded motion: {error}"
+        message = f"not a recorded motion: {error}"
         raise UsageError(str(Problem(Place(0, str(path), 0), "", shortened(message, 300)))) from error
 
 
@@ -164,7 +164,7 @@ def _order(rig: Rig, reference: ReferenceMotion) -> Finding:
 def _hand(rig: Rig, hand: HandReference) -> Iterator[Finding]:
     if hand.link not in rig.config.robot.links:
         yield Finding(
-            f"{hand.link} at home", math.inf, 1e3 * HAND_POSITION, "mm", "there is no such link", passed=False
+            f"{hand.link} at home", math.inf, 1e3 * HAND_POSITION, "mm", "the robot has no such link", passed=False
         )
         return
     x, y, z, w = (np.array(hand.orientation) / np.linalg.norm(hand.orientation)).tolist()
@@ -181,7 +181,7 @@ def _mappings(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
             continue
         title = f"{_side(number)}, joints for {len(gripper.positions)} statuses"
         if number >= len(rig.config.grippers) or rig.config.grippers[number].joints != gripper.joints:
-            yield Finding(title, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "it has other joints", passed=False)
+            yield Finding(title, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "the gripper has other joints", passed=False)
             continue
         chosen, worst, where = [rig.numbers[name] for name in gripper.joints], -math.inf, ""
         for known in gripper.positions:
@@ -198,7 +198,7 @@ def _closing(rig: Rig, closing: Closing, at: Array, expected: Array) -> Finding:
     rig.begin()
     title = f"{_side(closing.gripper)}, to {closing.status:g}"
     if closing.gripper >= len(rig.config.grippers):
-        return Finding(title, math.inf, 100 * GRIPPER, "%", "there is no such gripper", passed=False)
+        return Finding(title, math.inf, 100 * GRIPPER, "%", "the robot has no such gripper", passed=False)
     gripper = rig.config.grippers[closing.gripper]
     chosen = [rig.numbers[name] for name in gripper.joints]
     ways = np.array([gripper.open_and_closed(rig.config.robot.joint(name)) for name in gripper.joints])
@@ -212,9 +212,9 @@ def _closing(rig: Rig, closing: Closing, at: Array, expected: Array) -> Finding:
 
 
 def _step(rig: Rig, step: StepTarget, at: Array, expected: Array) -> Finding:
-    title = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
+    title = f"{step.joint}, step {_format_short(step.start)} to {_format_short(step.target)}"
     if step.joint not in rig.numbers:
-        return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
+        return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "the robot has no such joint", passed=False)
     rig.begin()
     rig.send({step.joint: step.target})
     times, positions = rig.run(float(at[-1]))
@@ -226,7 +226,7 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
     """Compare the response to a sine; each target is sent at the first step at or after its time, as by a client."""
     title, period = f"{sine.joint}, sine at {sine.rate:g} commands/s", 1.0 / sine.rate
     if sine.joint not in rig.numbers:
-        return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
+        return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "the robot has no such joint", passed=False)
     rig.begin()
     _, targets, expected = np.array(sine.samples).T
     due: Array = np.arange(len(targets), dtype=np.float64) * period
@@ -280,7 +280,7 @@ def _angle(one: Pose, other: Pose) -> float:
     return 2 * math.atan2(math.hypot(*xyz), abs(w))
 
 
-def _short(value: float) -> str:
+def _format_short(value: float) -> str:
     return f"{round(value, 2) + 0.0:g}"
 
 

@@ -54,7 +54,7 @@ class Rig:
         self.node, self.config, self.numbers = node, node.config, node.commander.numbers
         self.joint_states: tuple[str, ...] = ()
         """Names in the newest joint states."""
-        self.node.bus.subscribe("/io_teleop/joint_states", self._hear, node=NODE)
+        self.node.bus.subscribe("/io_teleop/joint_states", self._on_joint_states, node=NODE)
         self.timestep = float(self.node.simulation.clock.timestep)
 
     def begin(self) -> None:
@@ -71,13 +71,13 @@ class Rig:
 
     def reset(self) -> tuple[float, str]:
         """Send the robot home; return the time [s] and the reason of a failure, empty for none."""
-        begun = self.node.simulation.time
+        started = self.node.simulation.time
         answer: Any = self.node.bus.call("/io_teleop_reset_robot", TriggerRequest(), node=NODE)
         if isinstance(answer, PendingResponse):
             while answer.response is None:
                 self.step()
             answer = answer.response
-        return self.node.simulation.time - begun, "" if answer.success else str(answer.message)
+        return self.node.simulation.time - started, "" if answer.success else str(answer.message)
 
     def step(self) -> Array:
         """Run one step; return the positions of the joints after it [rad; m]."""
@@ -107,5 +107,5 @@ class Rig:
     def _publish(self, topic: str, names: Sequence[str], positions: Sequence[float]) -> None:
         self.node.bus.publish(topic, joint_state(names, positions, time=self.node.simulation.now), node=NODE)
 
-    def _hear(self, message: object) -> None:
+    def _on_joint_states(self, message: object) -> None:
         self.joint_states = tuple(getattr(message, "name", ()))

@@ -49,7 +49,7 @@ class Evaluation:
     Args:
         store: stores the results, and holds those of earlier evaluations.
         on_result: called with each new result.
-        on_look: called periodically with the jobs in progress.
+        on_progress: called periodically with the jobs in progress.
     """
 
     def __init__(
@@ -60,16 +60,16 @@ class Evaluation:
         workers: int = 1,
         records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
-        on_look: Callable[[Sequence[Running]], None] = lambda _running: None,
+        on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
     ) -> None:
         if workers < 1:
-            raise UsageError(f"{workers} processes work nothing: give at least one")
+            raise UsageError(f"workers must be at least 1 (got {workers})")
         self._store = store
         self._limits = limits or RunLimits()
         self._workers = workers
         self._records = records
         self._on_result = on_result
-        self._on_look = on_look
+        self._on_progress = on_progress
         self._running: dict[WorkerProcess, Job] = {}
         self._wakes: SimpleQueue[Any] = SimpleQueue()
         self._stopped = False
@@ -96,7 +96,7 @@ class Evaluation:
             return worker.refused
         if worker.result is None:
             last = "".join(f"\n{line}" for line in worker.last_lines())
-            return f"{agent}: the process in which it was made did not live ({ending or 'it hung'}){last}"
+            return f"{agent}: the process that creates it ended early ({ending or 'timed out'}){last}"
         return ""
 
     def stop(self) -> None:
@@ -112,7 +112,7 @@ class Evaluation:
             False if it was stopped or failed before all jobs were done.
         """
         waiting = deque(job for job in jobs if not self.is_settled(job))
-        looked = 0.0
+        checked = 0.0
         try:
             while (waiting or self._running) and not self._stopped:
                 while waiting and len(self._running) < self._workers:
@@ -122,10 +122,10 @@ class Evaluation:
                     self._wakes.get(timeout=_CHECK_PERIOD)
                 for worker in [each for each in self._running if each.is_over]:
                     self._finish(worker)
-                if time.monotonic() - looked >= _CHECK_PERIOD:
-                    looked = time.monotonic()
+                if time.monotonic() - checked >= _CHECK_PERIOD:
+                    checked = time.monotonic()
                     self._enforce_limits()
-                    self._on_look([self._progress_of(worker, job) for worker, job in self._running.items()])
+                    self._on_progress([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
             self.failure = f"{error.filename or self._store.path}: {error.strerror or error}"
         finally:
@@ -160,19 +160,19 @@ class Evaluation:
         progress = worker.progress
         return Running(job, time.monotonic() - worker.started, progress.get("time", 0.0), progress.get("points", 0.0))
 
-    def _finish(self, worker: WorkerProcess, broken: tuple[Lost, str] | None = None) -> None:
+    def _finish(self, worker: WorkerProcess, exceeded: tuple[Lost, str] | None = None) -> None:
         """Store the result of a job whose worker has ended or has exceeded a limit."""
         job = self._running.pop(worker)
-        far = self._progress_of(worker, job)
+        progress = self._progress_of(worker, job)
         ending = worker.stop()
-        if worker.result is not None and broken is None:
+        if worker.result is not None and exceeded is None:
             result = self._reported(job, worker.result)
         else:
             since = time.monotonic() - (worker.begun or worker.started)
-            if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
-                broken = Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"
-            kind, reason = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
-            figures = {"points": 0.0, "wall": far.wall, "simulated": far.simulated}
+            if exceeded is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
+                exceeded = Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"
+            kind, reason = exceeded or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
+            figures = {"points": 0.0, "wall": progress.wall, "simulated": progress.simulated}
             result = Result.of(job, self._limits, outcome=kind.value, reason=reason, **figures)
         if not result.is_done:
             result = replace(result, log=worker.last_lines())
@@ -203,7 +203,7 @@ class Evaluation:
                 words = f"wrote more than {self._limits.log / MEBIBYTE:g} MiB to its log"
                 self._finish(worker, (Lost.LOG_LIMIT, words))
             elif now > begun + self._limits.wall:
-                self._finish(worker, (Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"))
+                self._finish(worker, (Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"))
 
     def _memory_words(self) -> str:
-        return f"wanted more than {self._limits.memory / MEBIBYTE:g} MiB of memory"
+        return f"needed more than {self._limits.memory / MEBIBYTE:g} MiB of memory"

@@ -115,8 +115,8 @@ def agent_digest(agent: str) -> str:
 
     The program is its file and the Python files beside it, or the whole package of its module.
     """
-    brought = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # agents of other packages
-    place = BUNDLED.get(agent, brought.get(agent, agent)).rpartition(":")[0]
+    installed = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # agents of other packages
+    place = BUNDLED.get(agent, installed.get(agent, agent)).rpartition(":")[0]
     return f"{agent} {_sources_digest(_sources(place))}"
 
 

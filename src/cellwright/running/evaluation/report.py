@@ -123,7 +123,7 @@ def timeline_picture(timeline: Mapping[str, Any]) -> str:
         parts.append(_row(index * _ROW, name, spans, end))
     lanes = {name: index for index, (name, _) in enumerate(rows)}
     parts += [_kit_mark(each, lanes.get(f"AGV {each['agv']}", 0) * _ROW, end) for each in timeline["kits"]]
-    return _svg(_WIDTH, height, "what happened when", "".join(parts), "timeline")
+    return _svg(_WIDTH, height, "timeline of the run", "".join(parts), "timeline")
 
 
 def _order(order: Mapping[str, Any]) -> list[tuple[float, float | None, str, str]]:
@@ -186,7 +186,7 @@ _OPEN = 3  # runs that the page shows opened, if they lost points
 _SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
 
 _LEGEND = (
-    ("order", "order, until it is complete"),
+    ("order", "order, until complete"),
     ("open", "order, never complete"),
     ("held", "a part in the gripper"),
     ("delivering", "AGV delivering"),
@@ -196,7 +196,7 @@ _LEGEND = (
 
 def report(results: Sequence[Result], threshold: Threshold | None) -> str:
     """Return the page."""
-    agents = ", ".join(sorted({result.agent for result in results})) or "nobody"
+    agents = ", ".join(sorted({result.agent for result in results})) or "no agent"
     known = ", ".join(f"{name} {version}" for name, version in versions().items())
     body = [
         f"<h1>{escape(agents)}</h1>",
@@ -204,7 +204,7 @@ def report(results: Sequence[Result], threshold: Threshold | None) -> str:
         f'<div class="tiles">{"".join(_tiles(results, threshold))}</div>',
         "<h2>Trials</h2>",
         _trials(results),
-        "<h2>Runs, the worst first</h2>",
+        "<h2>Runs, worst first</h2>",
         _legend(),
         *_runs(results, threshold),
         f'<p class="soft">{escape(known)}</p>',
@@ -220,7 +220,7 @@ def report(results: Sequence[Result], threshold: Threshold | None) -> str:
 def _subtitle(results: Sequence[Result], threshold: Threshold | None) -> str:
     trials, seeds = len({each.trial for each in results}), len({each.seed for each in results})
     varied = ", varied" if any(each.vary for each in results) else ""
-    requirement = "" if threshold is None else f"; every run was to reach {threshold}"
+    requirement = "" if threshold is None else f"; required of every run: {threshold}"
     return f"{_count(trials, 'trial')}, {_count(seeds, 'seed')}{varied}{requirement}"
 
 
@@ -232,10 +232,10 @@ def _tiles(results: Sequence[Result], threshold: Threshold | None) -> Iterator[s
     share = fmean(each.share for each in results) if results else 0.0
     passed = sum(not shortcoming(each, threshold) for each in results)
     lost = sum(each.is_lost for each in results)
-    yield _tile(f"{share:.1%}", "of the points within reach", _grade(share))
+    yield _tile(f"{share:.1%}", "of the attainable points", _grade(share))
     yield _tile(f"{passed} of {len(results)}", "runs passed", "good" if passed == len(results) else "bad")
-    yield _tile(str(sum(each.is_done for each in results)), "brought to the end")
-    yield _tile(str(lost), "lost: killed, died, out of bounds", "bad" if lost else "")
+    yield _tile(str(sum(each.is_done for each in results)), "runs completed")
+    yield _tile(str(lost), "lost: crashed, killed or over a limit", "bad" if lost else "")
     yield _tile(f"{real_time_factor(results):.0f} x", "real time")
 
 
@@ -244,7 +244,7 @@ def _tile(value: str, words: str, kind: str = "") -> str:
 
 
 def _trials(results: Sequence[Result]) -> str:
-    heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("min", "n"), ("max", "n"), ("within reach", "n")]
+    heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("min", "n"), ("max", "n"), ("attainable", "n")]
     heads += [("share", "n"), ("outcomes", ""), ("x real time", "n")]
     rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
     return f'<div class="card">{_table(heads, rows)}</div>'
@@ -304,21 +304,21 @@ def _inside(result: Result, threshold: Threshold | None) -> str:
         parts.append(f'<div class="scroll">{timeline_picture(result.timeline)}</div>')
     parts += [_kit(order, kit) for order in result.score.get("orders", ()) for kit in order["kits"]]
     if result.log:
-        parts.append(f"<h3>Last lines of its log</h3><pre>{escape(chr(10).join(result.log))}</pre>")
+        parts.append(f"<h3>Last lines of the log</h3><pre>{escape(chr(10).join(result.log))}</pre>")
     ending = f"{result.ending}; {result.simulated:.1f} s simulated in {result.wall:.1f} s"
     state = f"; state <code>{escape(result.state_hash)}</code>" if result.state_hash else ""
     parts.append(f'<p class="soft">{escape(ending)}{state}</p>')
     if result.command:
-        parts.append(f'<p class="soft">again: <code>{escape(result.command)}</code></p>')
+        parts.append(f'<p class="soft">rerun: <code>{escape(result.command)}</code></p>')
     return f'<div class="inside">{"".join(parts)}</div>'
 
 
 def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
     words, _, more = kit_words(kit).partition(": ")
     title = f"<h3>{escape(order['order_id'])}, kit {escape(kit['kit_type'])}: {escape(words)}</h3><p>{escape(more)}</p>"
-    heads = [("part", ""), ("there", "n"), ("pose", "n"), ("why", "")]
-    besides = "".join(f"<p>besides: {escape(each['name'])} ({escape(each['reason'])})</p>" for each in kit["extras"])
-    return f"{title}{_table(heads, map(_part, kit['parts']))}{besides}"
+    heads = [("part", ""), ("present", "n"), ("pose", "n"), ("why", "")]
+    extras = "".join(f"<p>extra: {escape(each['name'])} ({escape(each['reason'])})</p>" for each in kit["extras"])
+    return f"{title}{_table(heads, map(_part, kit['parts']))}{extras}"
 
 
 def _part(part: Mapping[str, Any]) -> str:

@@ -80,24 +80,24 @@ def find_misfit(value: object, form: Any, key: str = "") -> str:
             return "" if value in (None, {}) else find_misfit(value, form.form, key)
         case Each():
             if not isinstance(value, Mapping):
-                return f"{key} should be an object"
+                return f"{key} must be an object"
             return _first(find_misfit(each, form.form, f"{key}.{name}") for name, each in value.items())
         case [item]:
             if not isinstance(value, list):
-                return f"{key} should be a list"
+                return f"{key} must be a list"
             return _first(find_misfit(each, item, f"{key}[{number}]") for number, each in enumerate(value))
         case Mapping():
             if not isinstance(value, Mapping):
-                return f"{key} should be an object"
+                return f"{key} must be an object"
             prefix = f"{key}." if key else ""
             if missing := [name for name in form if name not in value]:
                 return f"{prefix}{missing[0]} is missing"
             return _first(find_misfit(value[name], inner, f"{prefix}{name}") for name, inner in form.items())
         case _:
-            return "" if _is_of(value, form) else f"{key} should be {_NAMES[form]}"
+            return "" if _is_of(value, form) else f"{key} must be {_NAMES[form]}"
 
 
-_NAMES = {str: "a text", bool: "true or false", int: "a whole number", float: "a finite number"}
+_NAMES = {str: "a string", bool: "true or false", int: "a whole number", float: "a finite number"}
 
 
 def _is_of(value: object, kind: type) -> bool:
@@ -248,13 +248,13 @@ class ResultsFile:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / RESULTS_NAME
         if self.path.exists() and not self.path.is_file():  # a device may be read without end
-            raise UsageError(f"{self.path}: no plain file; take another folder")
+            raise UsageError(f"{self.path}: not a regular file; use another folder")
         self._results: dict[str, Result] = {}
         self._file: FileIO = self.path.open("a+b", buffering=0)
         self._size = 0  # bytes that are known to be sound
         try:
             if not _lock(self._file.fileno()):
-                raise UsageError(f"{folder}: another evaluation is at work in this folder")
+                raise UsageError(f"{folder}: in use by another evaluation; use another folder")
             self._read()
         except BaseException:
             self._file.close()
@@ -277,7 +277,7 @@ class ResultsFile:
         size = self._size + len(rest)
         try:
             if not os.fstat(self._file.fileno()).st_nlink:
-                raise FileNotFoundError(errno.ENOENT, "it has been removed", str(self.path))
+                raise FileNotFoundError(errno.ENOENT, "file was removed", str(self.path))
             while rest:
                 rest = rest[self._file.write(rest) or 0 :]
             os.fsync(self._file.fileno())
@@ -305,7 +305,7 @@ class ResultsFile:
             try:
                 result = Result.from_json(json.loads(line))
             except (ValueError, RecursionError, ResultError) as error:
-                message = f"{error}; take another folder, or remove the file to begin anew"
+                message = f"{error}; use another folder, or remove the file to start over"
                 raise UsageError(str(Problem(Place(0, str(self.path), number), "", message))) from error
             self._results[result.key] = result
         self._file.truncate(self._size)

@@ -25,7 +25,7 @@ def evidence_lines(result: Result) -> Iterator[str]:
             for part in kit["parts"]:
                 yield f"  {part['presence'] + part['pose']:g} of 2  {part['type']}: {part['sentence']}"
             for extra in kit["extras"]:
-                yield f"  besides: {extra['name']} ({extra['reason']})"
+                yield f"  extra: {extra['name']} ({extra['reason']})"
 
 
 def kit_words(kit: Mapping[str, Any]) -> str:
@@ -33,9 +33,9 @@ def kit_words(kit: Mapping[str, Any]) -> str:
     count = len(kit["parts"])
     words = f"{kit['total']:g} of {kit['reachable']:g} points"
     if kit["reachable"] < kit["best"]:
-        words += f" within reach, {kit['best']:g} on paper"
+        words += f" attainable, {kit['best']:g} at most"
     if kit["submitted"]:
-        words += f": there {kit['part_presence']:g} of {count}, pose {kit['part_pose']:g} of {count}, "
+        words += f": present {kit['part_presence']:g} of {count}, pose {kit['part_pose']:g} of {count}, "
         words += f"bonus {kit['all_parts_bonus']:g} of {count} ({kit['bonus_reason']})"
     else:
         words += f": {kit['bonus_reason']}"
@@ -62,7 +62,9 @@ class Threshold:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise UsageError(f"{text}: give points, such as 8, or a share of those within reach, such as 75%")
+            raise UsageError(
+                f"{text}: give points (for example 8) or a share of the attainable points (for example 75%)"
+            )
         return cls(value / 100.0 if percent else value, percent)
 
     def is_reached(self, result: Result) -> bool:
@@ -78,7 +80,7 @@ def shortcoming(result: Result, threshold: Threshold | None) -> str:
     if not result.is_done:
         return result.reason
     if threshold is not None and not threshold.is_reached(result):
-        return f"{result.points:g} of {result.reachable:g} points, but {threshold} were asked for"
+        return f"{result.points:g} of {result.reachable:g} points, below the required {threshold}"
     return ""
 
 

@@ -56,7 +56,7 @@ class AgentProcess(ChildProcess):
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
         self._was_ended = False
-        self._said: AgentExit | str = ""
+        self._exit_report: AgentExit | str = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.running.remote.program"]
         if sys.platform == "linux":  # elsewhere the process ends with its connection
@@ -81,22 +81,22 @@ class AgentProcess(ChildProcess):
             self._process.terminate()
             self._ends_within(_LEAVE_TIMEOUT)
         super().end(_LEAVE_TIMEOUT)  # where there is a guard, it also kills what the agent has started
-        self._said = read_report(self._report)
+        self._exit_report = read_report(self._report)
         self._folder.cleanup()
 
-    def worked(self, *, was_there: bool) -> AgentExit:
+    def agent_exit(self, *, has_connected: bool) -> AgentExit:
         """Return how the agent left its cell, after the process has ended.
 
         Args:
-            was_there: whether the agent had connected to its cell: then it was made, whatever its process reports.
+            has_connected: whether the agent had connected to its cell: then it was made, whatever its process reports.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
         """
-        if isinstance(self._said, AgentExit):
-            return self._said
-        if self._said and not was_there:
-            raise AgentError(self._said)
+        if isinstance(self._exit_report, AgentExit):
+            return self._exit_report
+        if self._exit_report and not has_connected:
+            raise AgentError(self._exit_report)
         if self._was_ended:  # it did not notice that its run is over
             return AgentExit(ExitReason.RUN_ENDED)
         return AgentExit(ExitReason.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
@@ -107,11 +107,11 @@ def read_report(path: Path) -> AgentExit | str:
     with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return ""
-        said = json.loads(file.read(_MAX_REPORT))
-        if isinstance(said, dict) and isinstance(error := said.get("error"), str):
-            if said.get("parting") == REFUSED:
-                return printable(error) or "the agent could not be made"
-            return AgentExit(ExitReason(str(said.get("parting"))), printable(error))
+        document = json.loads(file.read(_MAX_REPORT))
+        if isinstance(document, dict) and isinstance(error := document.get("error"), str):
+            if document.get("parting") == REFUSED:
+                return printable(error) or "the agent could not be created"
+            return AgentExit(ExitReason(str(document.get("parting"))), printable(error))
     return ""
 
 
@@ -152,7 +152,7 @@ class RemoteAgent(Program):
         """
         server = session.server
         if server is None:
-            raise UsageError("an agent in a process of its own needs a session that serves clients: serve=True")
+            raise UsageError("agent: a RemoteAgent requires a session that serves clients; pass serve=True")
         if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
         over, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
@@ -165,31 +165,31 @@ class RemoteAgent(Program):
             on_message=self.on_message,
             environment=more,
         )
-        was_there = False
+        has_connected = False
 
-        def look_after() -> None:
-            nonlocal was_there
-            was_there = was_there or NODE in server.clients
+        def check_agent() -> None:
+            nonlocal has_connected
+            has_connected = has_connected or NODE in server.clients
             if not child.is_running:
                 session.stop.request(_HAS_ENDED)
 
-        session.on_poll.append(look_after)
+        session.on_poll.append(check_agent)
         session.loop.timeout = _EXIT_TIMEOUT
         try:
             # over a socket no time passes before the agent has connected
-            while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
+            while session.ros is None and child.is_running and not (has_connected or session.stop.is_requested):
                 server.wait(_POLL_PERIOD)
-                was_there = NODE in server.clients
+                has_connected = NODE in server.clients
             session.loop.pacer.begin()
             outcome, error = session.target.loop(session)
         finally:
-            session.on_poll.remove(look_after)
+            session.on_poll.remove(check_agent)
             server.dismiss("the run is over", keep=names.is_viewer)
             child.end()
-        return self._outcome(session, child, outcome, error, was_there=was_there)
+        return self._outcome(session, child, outcome, error, has_connected=has_connected)
 
     def _outcome(
-        self, session: Session, child: AgentProcess, outcome: str, error: str, *, was_there: bool
+        self, session: Session, child: AgentProcess, outcome: str, error: str, *, has_connected: bool
     ) -> tuple[Outcome, str]:
         cell, stop = session.node, session.stop
         if stop.is_requested:
@@ -197,7 +197,7 @@ class RemoteAgent(Program):
                 return Outcome.INTERRUPTED, ""
             stop.withdraw()
         has_begun = cell.competition.state is not CompetitionState.INIT  # the agent's name in ROS 1 is unknown here
-        ended = child.worked(was_there=was_there or has_begun)
+        ended = child.agent_exit(has_connected=has_connected or has_begun)
         if outcome == Outcome.UNSTABLE:
             return Outcome.UNSTABLE, error
         if ended.parting is ExitReason.CRASHED:

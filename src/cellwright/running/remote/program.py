@@ -78,17 +78,17 @@ def main(arguments: Sequence[str]) -> None:
         else:
             transport = SocketTransport((host, int(port)), node=node)
     except RunEndedError:  # the run was a short one
-        said = {"parting": ExitReason.RUN_ENDED, "error": ""}
+        document = {"parting": ExitReason.RUN_ENDED, "error": ""}
     except CellwrightError as error:
-        said = {"parting": REFUSED, "error": str(error)}
+        document = {"parting": REFUSED, "error": str(error)}
     else:
         log = logging.getLogger()
         log.addHandler(_SimulationTimeHandler(transport))
         log.setLevel(int(level))
-        worked = run_agent(agent, transport)
-        said = {"parting": worked.parting, "error": worked.error}
+        agent_exit = run_agent(agent, transport)
+        document = {"parting": agent_exit.parting, "error": agent_exit.error}
     sys.stdout.flush()
-    Path(report).write_text(json.dumps(said), encoding="utf-8")
+    Path(report).write_text(json.dumps(document), encoding="utf-8")
     end_despite_threads(before, 0)
 
 
@@ -99,7 +99,7 @@ class _SimulationTimeHandler(logging.Handler):
         super().__init__()
         self._transport = transport
         self._thread = get_ident()
-        self._known = 0
+        self._last_time = 0
 
     def emit(self, record: logging.LogRecord) -> None:
         for line in self.format(record).splitlines():
@@ -108,8 +108,8 @@ class _SimulationTimeHandler(logging.Handler):
     def _now(self) -> int:
         """Return the simulation time [ns]; only the agent's own thread may read it, others get the last one."""
         if get_ident() == self._thread:
-            self._known = self._transport.now()
-        return self._known
+            self._last_time = self._transport.now()
+        return self._last_time
 
 
 if __name__ == "__main__":

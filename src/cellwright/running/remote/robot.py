@@ -38,7 +38,7 @@ def main() -> int:
         node = RobotNode(configuration(order), stamp=time.time_ns, report=_report)
         server = Server(node, port=0, report=_report)
     except CellwrightError as error:
-        _say({"error": str(error)})
+        _write_answer({"error": str(error)})
         return 1
     RobotServices(node).offer(server)
     if order["window"]:
@@ -47,25 +47,25 @@ def main() -> int:
         except WindowError as error:  # the robot moves without it
             _report(str(error))
     host, port = server.address
-    _say({"host": host, "port": port})
+    _write_answer({"host": host, "port": port})
     _run(node, server, int(order["parent"]))
     return 0
 
 
 def _run(node: RobotNode, server: Server, parent: int) -> None:
     """Step the robot until the program is gone."""
-    begun, has_come = time.monotonic(), False
+    begun, has_connected = time.monotonic(), False
 
-    def look() -> None:
-        nonlocal has_come
-        is_here = OWNER in server.clients
-        has_come = has_come or is_here
-        is_late = not has_come and time.monotonic() - begun > _CONNECT_TIMEOUT
+    def check_owner() -> None:
+        nonlocal has_connected
+        is_connected = OWNER in server.clients
+        has_connected = has_connected or is_connected
+        is_late = not has_connected and time.monotonic() - begun > _CONNECT_TIMEOUT
         is_orphan = os.name == "posix" and os.getppid() != parent
-        if (has_come and not is_here) or is_late or is_orphan:
+        if (has_connected and not is_connected) or is_late or is_orphan:
             loop.stop.request()
 
-    loop = SimulationLoop(node.simulation, server, on_poll=look)
+    loop = SimulationLoop(node.simulation, server, on_poll=check_owner)
     try:
         loop.run()
         reason = "the program has ended"
@@ -84,7 +84,9 @@ def configuration(order: dict[str, Any]) -> RobotConfig:
     """
     configs = order["configs"]
     if not isinstance(configs, dict):
-        raise CellwrightError("configs: a robot configuration is a dictionary, as `yaml.safe_load` reads one")
+        raise CellwrightError(
+            f"configs: must be a dictionary, as `yaml.safe_load` returns it (got {type(configs).__name__})"
+        )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "configs.yml"
         file.write_text(yaml.safe_dump({**configs, "urdf_path": order["urdf"]}, sort_keys=False), encoding="utf-8")
@@ -95,7 +97,7 @@ def configuration(order: dict[str, Any]) -> RobotConfig:
             raise CellwrightError(place.sub("configs", str(error))) from None
 
 
-def _say(answer: dict[str, Any]) -> None:
+def _write_answer(answer: dict[str, Any]) -> None:
     sys.stdout.write(json.dumps(answer) + "\n")
     sys.stdout.flush()
 

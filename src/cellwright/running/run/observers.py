@@ -29,7 +29,7 @@ def keep_log(session: SessionState) -> Iterator[None]:
 
     target, log = session.target, session.options.log
     if not isinstance(target, CellTarget):
-        raise UsageError("a log is of a run of a cell, not of a robot or a recording")
+        raise UsageError("log: only a cell has a log of events; leave it out for a robot or a recording")
     cell = target.node
     if log is None:
         assert session.log is not None
@@ -155,7 +155,7 @@ class Pictures:
         ended = f"the run ended at {cell.simulation.time:g} s"
         for when, file in self._requests:
             if str(file) not in (*self.written, *self.missed):
-                self._miss(file, f"{file} was not taken: {ended}, before {float(when):g} s")
+                self._miss(file, f"{file}: picture not taken; {ended}, before {float(when):g} s")
 
     def take(self, file: Path, cell: Cell, progress: Progress | None = None) -> None:
         """Take a picture now."""

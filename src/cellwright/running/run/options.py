@@ -24,6 +24,11 @@ GRACE = 2.0
 class RecordOptions:
     """Options of a recording.
 
+    Example:
+        >>> options = RecordOptions([Path("run.mcap"), Path("run.bag")], {"agent": "my robot"})
+        >>> [path.suffix for path in options.paths]
+        ['.mcap', '.bag']
+
     Attributes:
         paths: files to write: `.mcap`, or `.bag` for the tools of ROS 1.
         about: further facts of the caller about the run, such as the agent's name.
@@ -44,6 +49,12 @@ class RecordOptions:
 @dataclass(frozen=True)
 class RunOptions:
     """Options of a run besides its cell and its agent.
+
+    Example:
+        >>> import cellwright
+        >>> options = cellwright.RunOptions(until=0.1, listen=["/clock"])
+        >>> cellwright.run_trial("lesson", None, options=options).heard
+        {'/clock': 50}
 
     Attributes:
         speed: simulated seconds a wall second; None: as fast as it goes.
@@ -74,6 +85,13 @@ class RunOptions:
 class ServerOptions:
     """Address at which a session serves clients.
 
+    Example:
+        >>> import cellwright
+        >>> from cellwright.running.run import ServerOptions
+        >>> with cellwright.Session("lesson", serve=ServerOptions(port=0)) as session:
+        ...     session.address[0]
+        '127.0.0.1'
+
     Attributes:
         host: address to listen at.
         port: port to listen at; 0: any that is free; None: 11399, or one of the next where it is in use.
@@ -86,6 +104,12 @@ class ServerOptions:
 @dataclass(frozen=True)
 class PageOptions:
     """Options of a session's page in a browser.
+
+    Example:
+        >>> from cellwright.running.run import PageOptions
+        >>> options = PageOptions(port=8090)
+        >>> (options.host, options.port, options.opens)
+        ('127.0.0.1', 8090, False)
 
     Attributes:
         host: address to listen at for browsers.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,16 @@ from cellwright.running.run.targets import SessionState, Target
 from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from contextlib import ExitStack
+
+    from cellwright.recording.format.format import RecordingHeader
+    from cellwright.rendering.video_options import VideoOptions
+    from cellwright.running.run.options import RecordOptions
+    from cellwright.viewer.filming import VideoRecorder
+
+_NO_RECORDING = "record: a recording cannot be recorded again; copy its file"
+_NO_VIDEO = "video: a session cannot film a recording; use `cellwright replay FILE --video OUT.mp4`"
 
 
 class PlaybackTarget(Target):
@@ -26,7 +36,7 @@ class PlaybackTarget(Target):
         at_end: whether playback then stops, pauses or repeats.
     """
 
-    acts, stopped, has_end = "see the recording", "the recording is over", True
+    acts, stopped, has_end = "view the recording", "the recording has ended", True
     node: Recorded
     # supplies the time; frames are those of the recording
     identity = Identity(REPLAY_NODE, "recording", makes_frames=False)
@@ -50,9 +60,9 @@ class PlaybackTarget(Target):
             UsageError: the session is to record or film it.
         """
         if session.record is not None:
-            raise UsageError("record: a recording is not recorded again; copy its file")
+            raise UsageError(_NO_RECORDING)
         if session.video is not None:
-            raise UsageError("video: a session films no recording; use `cellwright replay FILE --video OUT.mp4`")
+            raise UsageError(_NO_VIDEO)
         recording = self._recording
         if isinstance(recording, Path):
             recording = self._opened = RecordingFile(recording)
@@ -79,7 +89,31 @@ class PlaybackTarget(Target):
     def offer(self, session: SessionState) -> None:
         """Offer the services of a server for pages and other viewers."""
         assert session.server is not None
-        RecordingServices(self.playing).offer(session.server)
+        self._services.offer(session.server)
+
+    def panel(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the content of a panel as JSON values."""
+        return self._services.panel(request)
+
+    def film(self, _options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:  # noqa: ARG002
+        """Refuse: `cellwright replay` films recordings.
+
+        Raises:
+            UsageError: always.
+        """
+        raise UsageError(_NO_VIDEO)
+
+    def header(self, _session: SessionState, _record: RecordOptions) -> RecordingHeader:
+        """Refuse: a recording is not recorded again.
+
+        Raises:
+            UsageError: always.
+        """
+        raise UsageError(_NO_RECORDING)
+
+    @cached_property
+    def _services(self) -> RecordingServices:
+        return RecordingServices(self.playing)
 
     def ros_parameters(self) -> dict[str, Any]:
         """Parameters for the parameter server of ROS 1."""

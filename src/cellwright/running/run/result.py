@@ -158,7 +158,16 @@ def _shown(body: str) -> str:
 
 
 class Outcome(StrEnum):
-    """Outcome of a run."""
+    """Outcome of a run.
+
+    Example:
+        >>> import cellwright
+        >>> result = cellwright.run_trial("lesson", None, options=cellwright.RunOptions(until=0.1))
+        >>> result.outcome is cellwright.Outcome.UNTIL
+        True
+        >>> print(result.outcome)
+        stopped before the competition was done
+    """
 
     DONE = "done"
     TIME_LIMIT = "time limit"
@@ -172,6 +181,12 @@ class Outcome(StrEnum):
 @dataclass(kw_only=True)
 class SessionResult:
     """Result of a session's run. Times in seconds.
+
+    Example:
+        >>> import cellwright
+        >>> result = cellwright.Session("tandem").run(until=0.1)
+        >>> result.outcome, result.simulated
+        ('until', 0.1)
 
     Attributes:
         outcome: how it ended: an `Outcome` for a cell; else `stopped`, `until` (its time was over) or `unstable`.
@@ -208,6 +223,12 @@ class SessionResult:
 @dataclass(kw_only=True)
 class RunResult(SessionResult):
     """Result of a run of a cell: that of any session, and the referee's.
+
+    Example:
+        >>> import cellwright
+        >>> result = cellwright.run_trial("lesson", None, options=cellwright.RunOptions(until=0.1))
+        >>> print(result.competition_state, result.score.total, result.steps)
+        init 0 50
 
     Attributes:
         competition_state: the last one.

@@ -81,7 +81,7 @@ class RobotTarget(Target):
 
     def ready_note(self) -> str:
         """Note about a node that takes no commands yet."""
-        return "" if self.node.commander.is_enabled else ", takes no commands until /io_teleop/set_enabled says so"
+        return "" if self.node.commander.is_enabled else ", commands disabled until enabled with /io_teleop/set_enabled"
 
     def reset(self) -> None:
         """Move the robot to its home posture."""
@@ -96,9 +96,9 @@ class RobotTarget(Target):
     def refused(self) -> dict[str, str]:
         """Refused actions on its time, with the reasons: the time of a real robot cannot be controlled."""
         if self.node.made_with["driver"]:
-            return dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot keeps real time")
+            return dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot runs in real time")
         if not self.node.made_with["sim_time"]:
-            return {"speed": "messages carry the wall clock's time: --sim-time lets it go at another speed"}
+            return {"speed": "messages carry wall time; another speed requires --sim-time"}
         return {}
 
     def panel(self, request: dict[str, Any]) -> dict[str, Any]:

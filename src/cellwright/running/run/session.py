@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import locale
-import os
-import signal
-import sys
 import time
-import traceback
 import warnings
 import webbrowser
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Self, cast
-
-import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, find_agent, maker_of
@@ -28,7 +20,6 @@ from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import bundled as bundled_robots
 from cellwright.config.robot.robots import find_robot, is_robot_file
-from cellwright.config.trial import gear2017
 from cellwright.config.trial.catalogue import bundled as bundled_trials
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
@@ -36,19 +27,12 @@ from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
+from cellwright.running.run.agent_work import work_in_process
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import Outcome, RunResult, SessionResult, final_outcome
-from cellwright.running.run.targets import (
-    CellTarget,
-    SessionState,
-    Target,
-    cell_result,
-    load_robot,
-    load_trial,
-    warn_of,
-)
-from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UsageError, printable
+from cellwright.running.run.result import Outcome, SessionResult
+from cellwright.running.run.targets import CellTarget, SessionState, Target, load_robot, load_trial
+from cellwright.util.errors import CellwrightError, UsageError
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
@@ -60,20 +44,35 @@ _POLL_PERIOD = 0.1  # [s]
 _LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
 
 
-def _warn(line: str) -> None:
+def warn_at_runtime(line: str) -> None:
+    """Issue a line as a `RuntimeWarning`."""
     warnings.warn(line, RuntimeWarning, stacklevel=2)
 
 
 def _warn_of_name(old: str, new: str) -> None:
-    warnings.warn(f"cellwright.{old} is cellwright.{new} now", DeprecationWarning, stacklevel=3)
+    warnings.warn(f"cellwright.{old} is deprecated; use cellwright.{new}", DeprecationWarning, stacklevel=3)
 
 
 class Program(ABC):
-    """Program that works a session in place of an agent in this process, such as an agent in a process of its own."""
+    """Program that works a session in place of an agent in this process, such as an agent in a process of its own.
+
+    Example:
+        >>> import cellwright
+        >>> class Steps(Program):
+        ...     def work(self, session):
+        ...         session.node.simulation.step()
+        ...         return cellwright.Outcome.UNTIL, ""
+        >>> cellwright.Session("lesson").run(Steps()).steps
+        1
+    """
 
     @abstractmethod
     def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let time pass until the run is over; return how it ended, and the error."""
+        """Let time pass until the run is over.
+
+        Returns:
+            How the run ended, and the error in words; empty if there was none.
+        """
 
 
 class Session(SessionState):
@@ -82,7 +81,8 @@ class Session(SessionState):
     Its resources are open within a `with` block. A run of a cell starts at time 0; a session may have several runs.
 
     Example:
-        >>> with Session("lesson", until=0.1) as session:
+        >>> import cellwright
+        >>> with cellwright.Session("lesson", until=0.1) as session:
         ...     session.run().simulated
         0.1
 
@@ -139,7 +139,7 @@ class Session(SessionState):
         observers: Sequence[Callable[[Session], AbstractContextManager[Any]]] = (),
         options: RunOptions | None = None,
         on_ready: Callable[[Session], object] = lambda _: None,
-        report: Callable[[str], None] = _warn,
+        report: Callable[[str], None] = warn_at_runtime,
         notice: Callable[[str], None] | None = None,
         on_message: Callable[[str], None] = print,
     ) -> None:
@@ -228,7 +228,9 @@ class Session(SessionState):
         opened.callback(lambda: server.close(self._closing_reason()))
         opened.callback(self.target.close)  # closed first: it may answer what clients wait for
         if not server.is_local:
-            self.report(f"{options.host}: anybody who reaches this machine can {self.target.acts}")
+            self.report(
+                f"{options.host}: open to the network; every program that reaches this machine can {self.target.acts}"
+            )
         self.target.offer(self)
         if self._view:
             self.page = open_page(
@@ -282,9 +284,9 @@ class Session(SessionState):
                 return self.run(program, until=until)
         has_end = until is not None or self.stop.deadline != NEVER or self.target.has_end
         if program is None and self.server is None and not has_end:
-            raise UsageError("without an agent a run has no end: say until when")
+            raise UsageError("until: a run without an agent needs an end; pass a time, such as until=10.0")
         if program is not None and not isinstance(self.node, Cell):
-            raise UsageError("an agent works a cell; for a robot take session.client()")
+            raise UsageError("program: an agent needs a cell; for a robot use session.client()")
         if isinstance(program, str | type):
             program = find_agent(program)() if isinstance(program, str) else maker_of(program.__qualname__, program)()
         with ExitStack() as run:
@@ -310,6 +312,9 @@ class Session(SessionState):
 
         Args:
             node: its node name, as the cell or the robot sees it.
+
+        Returns:
+            A `Client` of a cell, or a `NodeClient` of a robot.
         """
         if self._run is None:
             self._run = ExitStack()
@@ -382,7 +387,7 @@ class Session(SessionState):
         """Restart the run while clients stay connected; an agent in this process is run again."""
         if self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent):
             self.restart_requested = True
-            self.stop.request("the run begins again")
+            self.stop.request("the run restarts")
             return
         simulation = self.node.simulation
         before, runs = simulation.now, simulation.runs
@@ -418,18 +423,20 @@ def open_page(
     """
     from cellwright.viewer.web.start import WebPage
 
-    def tell_end() -> None:
-        another = "" if key else f"; another one: cellwright view {address[0]}:{address[1]}"
-        on_message(f"the page has ended{another}")
+    def report_end() -> None:
+        another = "" if key else f"; open another one with: cellwright view {address[0]}:{address[1]}"
+        on_message(f"the page has stopped{another}")
 
     page = WebPage(
-        address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=tell_end
+        address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=report_end
     )
     on_message(f"page: {page.url}")
     if options.token:
-        on_message("it is open to the network: whoever has this address can look on, and do what the page lets one do")
+        on_message(
+            "the page is open to the network: this address gives access to everything that the page shows and controls"
+        )
     if options.opens and not (has_desktop() and webbrowser.open(page.url)):
-        on_message("there is no desktop here to open a browser on: open that address yourself")
+        on_message("no desktop found to open a browser on; open the address yourself")
     return page
 
 
@@ -472,168 +479,8 @@ def is_robot(word: str | Path) -> bool:
     """
     if word in bundled_robots():
         if word in bundled_trials():
-            raise UsageError(f"{word}: is the name of a trial and of a robot: give the path of its file")
+            raise UsageError(f"{word}: names both a trial and a robot; give the path of a file")
         return True
     with suppress(CellwrightError, OSError, ValueError):  # loading it reports the errors
         return Path(word).is_dir() or is_robot_file(find_robot(word))
     return False
-
-
-def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
-    """Run a cell from the start until it is over; without an agent, until `options.until`.
-
-    Raises:
-        UsageError: there is neither an agent nor a time to stop at.
-        UnknownNameError: a topic to listen to does not exist.
-        CheckpointError: the checkpoint to start from cannot be read, or is of another cell.
-    """
-    with Session(cell, options=options) as session:
-        return cell_result(session.run(agent))
-
-
-def run_trial(
-    trial: Trial | str | Path,
-    agent: Agent | type[Agent] | str | None = "kitter",
-    *,
-    seed: int | None = None,
-    record: str | Path | None = None,
-    options: RunOptions | None = None,
-) -> RunResult:
-    """Run a trial headless, as fast as it goes, until it is over.
-
-    Args:
-        trial: the trial, its name, or the path of its file.
-        agent: works the cell: an object with a method `run(client)` or its class, the name of a bundled agent, or
-            `"path.py:Class"`. None for no agent; `options` then holds the time to stop at.
-        seed: seed of all random streams; None takes the trial's own.
-        record: a file to record the run to, such as `run.mcap`. The recording of a trial that is given by name holds
-            its files too, and can be run again from that alone.
-        options: further options of the run.
-
-    Raises:
-        UnknownNameError: there is no such trial.
-        DescriptionError: the trial's file is not valid.
-        AgentError: there is no such agent, or it cannot be made. The result holds what it raises at work.
-        UsageError: there is neither an agent nor a time to stop at.
-    """
-    path = None if isinstance(trial, Trial) else find_trial(trial)
-    lines: list[object] = []
-
-    def make() -> Cell:
-        if isinstance(trial, Trial):
-            return Cell(trial, seed=seed)
-        loaded = gear2017.load_trial([find_trial(trial)])
-        lines.extend(loaded.warnings)
-        return Cell(loaded.trial, seed=seed)
-
-    recorded = None if record is None else RecordOptions([Path(record)], {"agent": _name_of(agent)}, report=_warn)
-    target = CellTarget(make, lambda: [] if path is None else [path])
-    with Session(target, record=recorded, options=options) as session:
-        warn_of(lines, 3)
-        return cell_result(session.run(agent))
-
-
-def _name_of(agent: Agent | type[Agent] | str | None) -> str:
-    """Return the name of an agent for a recording."""
-    if agent is None or isinstance(agent, str):
-        return agent or "none"
-    return agent.__qualname__ if isinstance(agent, type) else type(agent).__qualname__
-
-
-_SIGNALS = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
-)
-
-
-@contextmanager
-def restored_environment() -> Iterator[None]:
-    """Restore the working folder, numpy's error handling, signal handlers, locale, streams and other switches.
-
-    It leaves what it cannot restore: a folder that is gone, a handler that was not set in Python.
-    """
-    folder, errors, language = _folder(), np.geterr(), locale.setlocale(locale.LC_ALL)
-    streams, depth = (sys.stdin, sys.stdout, sys.stderr), sys.getrecursionlimit()
-    # only the main thread may set handlers; a program in another one has not changed any either
-    handlers = {each: signal.getsignal(each) for each in _SIGNALS} if current_thread() is main_thread() else {}
-    try:
-        yield
-    finally:
-        with suppress(OSError):
-            if folder and folder != _folder():
-                os.chdir(folder)
-        np.seterr(**errors)
-        with suppress(locale.Error):
-            locale.setlocale(locale.LC_ALL, language)
-        sys.stdin, sys.stdout, sys.stderr = streams
-        with suppress(RecursionError):
-            sys.setrecursionlimit(depth)
-        for number, handler in handlers.items():
-            if handler is not None and signal.getsignal(number) is not handler:
-                signal.signal(number, handler)
-
-
-def _folder() -> str:
-    """Return the working folder; empty if it is gone."""
-    try:
-        return os.getcwd()
-    except OSError:
-        return ""
-
-
-DRIVE = 30.0
-"""Simulation time [s] to wait for a kit that is on its way after the agent has returned."""
-
-
-def wait_for_kits(cell: Cell, client: Client) -> None:
-    """Wait for kits on their way after the agent has returned; the competition may still end."""
-    competition, agvs = cell.competition, tuple(cell.agvs.values())
-
-    def nothing_to_come() -> bool:
-        return competition.state == "done" or all(agv.state != "preparing_to_deliver" for agv in agvs)
-
-    client.wait_until(nothing_to_come, DRIVE)
-    client.wait_until(lambda: competition.state == "done", 0.1)
-
-
-_MAX_ERROR = 20_000  # characters of an error
-
-
-def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:
-    """Let an agent work a run in this process; return how it ended, and the error."""
-    client = Client(transport)
-    try:
-        with restored_environment():
-            call_agent(agent, client)
-        wait_for_kits(cell, client)
-    except RunEndedError:
-        pass  # the normal end of a program that works until it is stopped
-    except KeyboardInterrupt:
-        return Outcome.INTERRUPTED, ""
-    except SimulationError as error:
-        return Outcome.UNSTABLE, f"{error}\n"
-    except BaseException as raised:  # any error of an agent is reported, and the run still has its score
-        return Outcome.CRASHED, agent_traceback(raised)
-    finally:
-        client.close()
-    stopped = cell.simulation.now >= transport.stop.deadline
-    return final_outcome(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
-
-
-def call_agent(agent: Agent, client: Client) -> None:
-    """Let an agent work. A program may exit, and reports with its status whether it came to its end."""
-    try:
-        agent.run(client)
-    except SystemExit as stop:
-        if stop.code not in (None, 0):
-            raise
-
-
-def agent_traceback(error: BaseException, *files: str) -> str:
-    """Return the error with the agent's traceback, without frames of this file and of `files`."""
-    if isinstance(error, SystemExit):
-        code = error.code if isinstance(error.code, int | str) else type(error.code)
-        return printable(f"the agent exited with {code!r}", _MAX_ERROR) + "\n"
-    inner = error.__traceback__
-    while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
-        inner = inner.tb_next
-    return printable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _MAX_ERROR)

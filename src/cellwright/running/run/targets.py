@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
@@ -59,6 +60,13 @@ class DescriptionWarning(UserWarning):
 def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
     """Load a trial by its name or its files, or from a text. Notes for its author come as `DescriptionWarning`.
 
+    Example:
+        >>> import cellwright
+        >>> cellwright.load_trial("lesson").name
+        'lesson'
+        >>> cellwright.load_trial(text="time_limit: 60").time_limit
+        60.0
+
     Args:
         sources: a bundled trial (`"lesson"`) or the path of a YAML file; the texts of several are joined.
         text: the configuration itself, instead.
@@ -75,6 +83,11 @@ def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
 
 def load_robot(name_or_path: str | Path) -> RobotConfig:
     """Load a robot by its name or its file. Notes for the file's author come as `DescriptionWarning`.
+
+    Example:
+        >>> import cellwright
+        >>> cellwright.load_robot("tandem").name
+        'tandem'
 
     Args:
         name_or_path: a bundled robot (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
@@ -95,7 +108,7 @@ def warn_of(lines: Iterable[object], level: int) -> None:
         warnings.warn(str(line), DescriptionWarning, stacklevel=level)
 
 
-class SessionState:
+class SessionState(ABC):
     """State of a session for its target and its observers; `Session` documents each attribute."""
 
     target: Target
@@ -122,9 +135,9 @@ class SessionState:
     _first_tick = 0
     _begun = 0.0  # [s] of `time.perf_counter`
 
+    @abstractmethod
     def reset(self) -> None:
         """Restart the run while clients stay connected; an agent in this process is run again."""
-        raise NotImplementedError
 
     def measured(self) -> dict[str, Any]:
         """Return the common figures of the run so far, as keyword arguments of `SessionResult`."""
@@ -142,7 +155,7 @@ class SessionState:
         return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
 
 
-class Target:
+class Target(ABC):
     """Target of a session: a node whose time passes, and the particulars of its kind.
 
     Args:
@@ -182,12 +195,13 @@ class Target:
         """Files that were named to read it."""
         return []
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027
         """Release the node."""
 
-    def begin(self, session: SessionState, run: ExitStack) -> None:
+    def begin(self, session: SessionState, run: ExitStack) -> None:  # noqa: B027
         """Start a run; `run` restores the state before it."""
 
+    @abstractmethod
     def reset(self) -> None:
         """Start again while clients stay connected."""
 
@@ -217,7 +231,7 @@ class Target:
         """Note for the user when the target is ready."""
         return ""
 
-    def end(self, session: SessionState, result: SessionResult) -> None:
+    def end(self, session: SessionState, result: SessionResult) -> None:  # noqa: B027
         """End the run; its clients are still connected."""
 
     def restart_refusal(self) -> str:
@@ -228,9 +242,9 @@ class Target:
         """Refused actions on its time, with the reasons."""
         return {}
 
+    @abstractmethod
     def panel(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
-        raise NotImplementedError
 
     def offer(self, session: SessionState) -> None:
         """Offer the services of a server for pages and other viewers."""
@@ -250,17 +264,22 @@ class Target:
         """Parameters for the parameter server of ROS 1."""
         return {}
 
+    @abstractmethod
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:
         """Return a video of it, not started.
 
         Raises:
             RenderingError: the file cannot be written.
+            UsageError: it cannot be filmed, as a recording.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def header(self, session: SessionState, record: RecordOptions) -> RecordingHeader:
-        """Return the header of a recording."""
-        raise NotImplementedError
+        """Return the header of a recording.
+
+        Raises:
+            UsageError: it cannot be recorded, as a recording.
+        """
 
     def recorded_panel(self, _record: RecordOptions) -> dict[str, Any]:
         """Return the panel content for a recording."""
@@ -429,7 +448,7 @@ class CellTarget(Target):
         panel.collisions = lambda: None if self._collisions is None else self._collisions.panel()
         return panel
 
-    def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
+    def panel(self, _request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
         return self.cell_panel.panel()
 
@@ -536,11 +555,11 @@ def at(cell: Cell, when: Fraction, action: Callable[[Cell], None], run: ExitStac
         action(cell)
         return
 
-    def look(_: int) -> None:
+    def act(_: int) -> None:
         watch.cancel()
         action(cell)
 
-    watch = cell.simulation.watch("once", when, look)
+    watch = cell.simulation.watch("once", when, act)
     run.callback(watch.cancel)
 
 

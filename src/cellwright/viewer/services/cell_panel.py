@@ -44,7 +44,7 @@ def known_evidence(cell: Cell) -> Evidence:
     return evidence(trial, cell.competition.score(), cell.competition.process_time)
 
 
-IN_COMPETITION = "not in a competition: development mode (-d) allows it"
+IN_COMPETITION = "not available in competition mode; use development mode (-d)"
 """Reason why belt, reset and the like are refused."""
 
 OVER = "the run is over"
@@ -63,7 +63,7 @@ class CellPanel:
         """Returns the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None without a watch."""
         self._result: dict[str, Any] | None = None
         # slow to compute, and seldom different
-        self._could: dict[bool, AttainableScore] = {}
+        self._attainable: dict[bool, AttainableScore] = {}
         self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, AttainableScore], dict[str, Any]]] = {}
 
     def end(self, result: Mapping[str, Any]) -> None:
@@ -78,7 +78,7 @@ class CellPanel:
         """Return the panel as JSON values; times in s."""
         cell = self._cell
         competition, score = cell.competition, cell.competition.score()
-        could, intention = self._reach(), cell.intention
+        attainable, intention = self._reach(), cell.intention
         reason = OVER if self._result is not None else IN_COMPETITION if cell.in_competition else ""
         return {
             "kind": "cell",
@@ -89,9 +89,9 @@ class CellPanel:
             "end_reason": None if competition.referee.end_reason is None else str(competition.referee.end_reason),
             "time_limit": cell.trial.time_limit if cell.trial.time_limit >= 0 else None,
             "clock": self._clock(score),
-            "score": self._score(score, could),
+            "score": self._score(score, attainable),
             "orders": self._orders(),
-            "trays": [self._tray(number, could) for number in cell.trays],
+            "trays": [self._tray(number, attainable) for number in cell.trays],
             "agvs": [
                 {"number": number, "state": agv.state, "kit_type": agv.kit_type} for number, agv in cell.agvs.items()
             ],
@@ -120,10 +120,10 @@ class CellPanel:
             "orders": {order.order_id: order.time_taken / 1e9 for order in score.orders},
         }
 
-    def _score(self, score: GameScore, could: AttainableScore) -> dict[str, Any]:
+    def _score(self, score: GameScore, attainable: AttainableScore) -> dict[str, Any]:
         """Score with its evidence, without times, and without orders that are still secret."""
         fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they reveal the faulty parts
-        found = evidence_to_json(evidence(without_faults(self._cell), score, could=could, fates=fates))
+        found = evidence_to_json(evidence(without_faults(self._cell), score, could=attainable, fates=fates))
         for key in ("process_time", "part_travel_time"):
             del found[key]
         known = {order.order_id for order in known_orders(self._cell)}
@@ -137,9 +137,9 @@ class CellPanel:
     def _reach(self) -> AttainableScore:
         """Points attainable in the trial, as far as they may be known."""
         key = hides_ground_truth(self._cell)
-        if key not in self._could:
-            self._could[key] = attainable_score(without_faults(self._cell))
-        return self._could[key]
+        if key not in self._attainable:
+            self._attainable[key] = attainable_score(without_faults(self._cell))
+        return self._attainable[key]
 
     def _orders(self) -> list[dict[str, Any]]:
         competition = self._cell.competition
@@ -172,7 +172,7 @@ class CellPanel:
             return "open"
         return "active" if referee.active_orders[-1] == name else "interrupted"
 
-    def _tray(self, number: int, could: AttainableScore) -> dict[str, Any]:
+    def _tray(self, number: int, attainable: AttainableScore) -> dict[str, Any]:
         """Last report of a tray, and its points as each kit of the active orders if it were sent now."""
         contents = self._cell.competition.tray_objects(self._cell.trays[number])
         if hides_ground_truth(self._cell):  # which parts are faulty is a secret until the kit is judged
@@ -180,17 +180,17 @@ class CellPanel:
         return {
             "number": number,
             "parts": [{"name": each.name, "type": each.type, "faulty": each.is_faulty} for each in contents],
-            "as_kits": [self._as_kit(number, kit, contents, could) for kit in self._kits_asked_for()],
+            "as_kits": [self._as_kit(number, kit, contents, attainable) for kit in self._open_kits()],
         }
 
-    def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: AttainableScore) -> dict[str, Any]:
+    def _as_kit(self, number: int, kit: Kit, contents: TrayContents, attainable: AttainableScore) -> dict[str, Any]:
         known, found = self._as_kits.get((number, kit.kit_type), (None, {}))
-        if known != (kit, contents, could):
-            found = kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))
-            self._as_kits[number, kit.kit_type] = (kit, contents, could), found
+        if known != (kit, contents, attainable):
+            found = kit_to_json(kit_evidence(score_kit(kit, contents), attainable.kit(kit.kit_type)))
+            self._as_kits[number, kit.kit_type] = (kit, contents, attainable), found
         return found
 
-    def _kits_asked_for(self) -> list[Kit]:
+    def _open_kits(self) -> list[Kit]:
         referee = self._cell.competition.referee
         if referee.end_reason is not None:
             return []

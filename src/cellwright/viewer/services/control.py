@@ -44,7 +44,7 @@ class Reset:
     restart_refusal: Callable[[], str] = lambda: ""
 
 
-NO_RESET = Reset(lambda: None, lambda: "it cannot begin anew here")
+NO_RESET = Reset(lambda: None, lambda: "restart is not available here")
 
 
 class Control:
@@ -124,7 +124,7 @@ class Control:
 
 def _ticks(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_TICKS:
-        raise RejectedCommandError(f"ticks: a whole number from 1 to {MAX_TICKS}, not {value!r:.40}")
+        raise RejectedCommandError(f"ticks must be a whole number from 1 to {MAX_TICKS} (got {value!r:.40})")
     return value
 
 
@@ -133,7 +133,7 @@ def _speed(value: Any) -> float | None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not MIN_SPEED <= value <= MAX_SPEED:
         raise RejectedCommandError(
-            f'factor: a number from {MIN_SPEED:g} to {MAX_SPEED:g}, or "{UNLIMITED}", not {value!r:.40}'
+            f'factor must be a number from {MIN_SPEED:g} to {MAX_SPEED:g}, or "{UNLIMITED}" (got {value!r:.40})'
         )
     return float(value)
 

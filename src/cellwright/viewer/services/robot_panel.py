@@ -118,7 +118,7 @@ class RobotPanel:
         ]
 
     def state(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Return the current panel; `asked["robot"]` is the digest of the constants that the client has."""
+        """Return the current panel; `request["robot"]` is the digest of the constants that the client has."""
         node = self._node
         status = status_of(node.commander, node.bus)
         positions = node.driver.read().positions

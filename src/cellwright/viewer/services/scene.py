@@ -96,17 +96,17 @@ class ServedScene:
     @cached_property
     def scene(self) -> bytes:
         """See `SceneSource`."""
-        return encode_scene(self._taker.scene)
+        return encode_scene(self._capture.scene)
 
     def metadata(self) -> dict[str, Any]:
         """See `SceneSource`."""
-        return self._served.scene_metadata(self._taker.index)
+        return self._served.scene_metadata(self._capture.index)
 
     def frame(self) -> SceneFrame:
         """See `SceneSource`."""
         simulation = self._served.simulation
         simulation.refresh()
-        return self._taker.frame(simulation.data, simulation.now)
+        return self._capture.frame(simulation.data, simulation.now)
 
     def details(self, request: dict[str, Any]) -> dict[str, Any]:
         """See `SceneSource`."""
@@ -119,7 +119,7 @@ class ServedScene:
         return found
 
     @cached_property
-    def _taker(self) -> SceneCapture:
+    def _capture(self) -> SceneCapture:
         """Made for the first request: most simulations have no viewer."""
         return SceneCapture(self._served.simulation.model, name=self._served.name, hidden=self._served.hidden_bodies)
 
@@ -161,7 +161,9 @@ class SceneServices:
         return hashlib.sha256(self._source.scene).hexdigest()
 
 
-ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
+ITS_OWN_PAGE = (
+    "viewer services of a competition are for its own page only; start it with --view, or in development mode (-d)"
+)
 
 
 def offer_viewer_services(server: Server, served: ViewedNode, panel: PanelSource, control: Control) -> None:

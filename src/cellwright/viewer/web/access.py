@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from http.cookies import CookieError, SimpleCookie
+from importlib.metadata import version
 from ipaddress import ip_address
 from typing import Annotated, Any, TypeAlias
 from urllib.parse import parse_qs, urlsplit
@@ -38,6 +39,8 @@ from cellwright.util.errors import UsageError
 MAX_NUMBER = 1e9  # no joint, position or time is larger
 MAX_TEXT = 1000  # characters
 MAX_RATE = 200.0  # messages per second that act, of all browsers together
+
+_UNSUPPORTED = f"viser {version('viser')} is not supported; reinstall cellwright to get a version that is"
 
 _Number: TypeAlias = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 _Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
@@ -128,7 +131,7 @@ class Incoming:
         """
         elements = getattr(gui, "_gui_input_handle_from_uuid", None)
         if not isinstance(elements, dict):
-            raise UsageError("the page cannot be guarded with this version of viser")
+            raise UsageError(_UNSUPPORTED)
         self._elements = elements
 
     def delay(self, data: bytes | str) -> float | None:
@@ -167,6 +170,7 @@ def _holds(element: Any, value: object) -> bool:
 
 
 MAX_CONNECTIONS = 32  # browsers at once
+_TOO_MANY = f"too many browsers (at most {MAX_CONNECTIONS})\n"
 MAX_UNFINISHED = 32  # connections without a whole request; the oldest makes room for another
 MAX_MESSAGE_BYTES = 4 << 20  # bytes of a browser's message
 TOKEN = "token"  # noqa: S105 (its name in the page's address)
@@ -194,7 +198,7 @@ class AccessGuard:
         self.token = token
         if not (token or ip_address(self.host).is_loopback):
             self.socket.close()
-            raise UsageError(f"{host} is open to the network: a page there needs a token")
+            raise UsageError(f"{host}: a page that is open to the network requires a token")
         self.incoming = Incoming()
         """Filter for the messages of admitted browsers."""
         self._count = 0
@@ -210,15 +214,15 @@ class AccessGuard:
     def refusal(self, path: str, headers: Headers) -> str:
         """Return why a request is refused; empty if it is not."""
         if len(headers.get_all("Host")) != 1 or len(headers.get_all("Origin")) > 1:
-            return "a request names one host"
+            return "request must have one Host header and at most one Origin header"
         host = headers["Host"]
         if not self.token and _parts(f"//{host}")[1] not in _OWN_NAMES | {self.host}:
-            return f"this page is not at {host:.80}"
+            return f"unknown host {host:.80}; use the address that Cellwright printed"
         origin = headers.get("Origin")
         if origin is not None and _parts(origin)[0] != host.lower():
-            return f"a page of {origin:.80} has no business here"
+            return f"requests from {origin:.80} are not allowed"
         if self.token and not self._has_token(path, headers):
-            return "this page needs the token that is in its address, as it was printed where the cell was started"
+            return "missing or wrong token; use the whole address that Cellwright printed"
         return ""
 
     @contextmanager
@@ -247,7 +251,7 @@ class AccessGuard:
         finally:
             websockets.asyncio.server.serve = serve  # type: ignore[misc]
         if not is_used:
-            raise UsageError("the page cannot be guarded with this version of viser")
+            raise UsageError(_UNSUPPORTED)
 
     def _connection(self, *arguments: Any, **options: Any) -> websockets.asyncio.server.ServerConnection:
         """Connection without a request so far."""
@@ -263,7 +267,7 @@ class AccessGuard:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
             is_page = request.headers.get("Upgrade", "").lower() != "websocket"
             if not is_page and self._count >= MAX_CONNECTIONS:
-                return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, "too many look on already\n")  # type: ignore[no-any-return]
+                return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, _TOO_MANY)  # type: ignore[no-any-return]
             response: Response | None = None if answer is None else answer(connection, request)
             if is_page and response is not None:
                 response.headers["Referrer-Policy"] = "no-referrer"
@@ -282,7 +286,7 @@ class AccessGuard:
             try:
                 await handler(connection)
             except Exception:  # of a message that makes no sense; only its browser suffers
-                await connection.close(1008, "that was no message of this page")
+                await connection.close(1008, "invalid message")
             finally:
                 self._count -= 1
 

@@ -57,7 +57,7 @@ def game_html(panel: Panel) -> str:
     """Elapsed and remaining time of the game."""
     spent, limit = panel["clock"]["process_time"], panel["time_limit"]
     if panel["state"] in ("init", "ready"):
-        return widgets.block(widgets.dim("the competition has not begun"))
+        return widgets.block(widgets.dim("the competition has not started"))
     carried = f"parts carried for {panel['clock']['part_travel_time']:.0f} s"
     if limit is None:
         return widgets.block(widgets.row("game", f"{spent:.0f} s, {carried}"))
@@ -90,7 +90,7 @@ def result_html(panel: Panel) -> str:
 def orders_html(panel: Panel) -> str:
     """Orders with their kits, and a tick for each part on its tray."""
     if not panel["orders"]:
-        return widgets.block(widgets.dim("no order has been announced yet"))
+        return widgets.block(widgets.dim("no order announced yet"))
     judged = {kit["kit_type"]: kit for order in panel["score"]["orders"] for kit in order["kits"]}
     return "".join(_order(order, panel, judged) for order in panel["orders"])
 
@@ -106,15 +106,15 @@ def evidence_html(panel: Panel) -> str:
     parts = [widgets.dim(score["reachable_reason"])] if score["reachable_reason"] else []
     kits = [kit for order in score["orders"] for kit in order["kits"]]
     if not kits:
-        parts.append(widgets.dim("nothing has been ordered yet"))
+        parts.append(widgets.dim("no orders yet"))
     return widgets.block(*parts) + "".join(map(_judged, kits))
 
 
 def floor_html(panel: Panel) -> str:
     """Belt, gripper, AGVs, and collisions of the arm, the newest first."""
     belt, gripper = panel["belt"], panel["gripper"]
-    parts = [widgets.dim("as it stood at the end")] if _is_over(panel) else []
-    come = "" if belt["population"] is None else ", parts come" if belt["population"] else ", no parts come"
+    parts = [widgets.dim("state at the end of the run")] if _is_over(panel) else []
+    come = "" if belt["population"] is None else ", parts arriving" if belt["population"] else ", no parts arriving"
     parts.append(widgets.row("belt", f"{belt['power']:g} %{come}"))
     if gripper is not None:
         held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
@@ -125,18 +125,18 @@ def floor_html(panel: Panel) -> str:
     floor = widgets.block(*parts)
     if (found := panel.get("collisions")) is None:
         return floor
-    parts = [widgets.title("Collisions of the arm", widgets.text(found["count"]))]
+    parts = [widgets.title("Arm collisions", widgets.text(found["count"]))]
     parts += [widgets.mark("✸", RED, widgets.text(_collision(each))) for each in reversed(found["latest"])]
     if len(found["latest"]) < found["count"]:
-        parts.append(widgets.dim(f"and {found['count'] - len(found['latest'])} before"))
+        parts.append(widgets.dim(f"and {found['count'] - len(found['latest'])} earlier"))
     return floor + widgets.block(*parts)
 
 
 def _collision(each: Panel) -> str:
     """Text of a collision; one that still lasts has no end."""
     lasted = "" if each["end"] is None else f" for {each['end'] - each['begin']:.1f} s"
-    held_up = f"; tool held up {each['deviation'] * 1e3:.0f} mm" if each["deviation"] > MIN_DEVIATION else ""
-    return f"t {each['begin']:.1f} s  {each['link']} against {each['obstacle']}{lasted}{held_up}"
+    deviation = f"; tool {each['deviation'] * 1e3:.0f} mm from its goal" if each["deviation"] > MIN_DEVIATION else ""
+    return f"t {each['begin']:.1f} s  {each['link']} against {each['obstacle']}{lasted}{deviation}"
 
 
 def _is_over(panel: Panel) -> bool:
@@ -213,7 +213,7 @@ def _of_how_many(score: Panel) -> str:
         return "points"
     if score["reachable"] == score["best"]:
         return f"of {score['best']:g} points"
-    return f"of {score['best']:g} points; {score['reachable']:g} can be had"
+    return f"of {score['best']:g} points; {score['reachable']:g} attainable"
 
 
 def _judged(kit: Panel) -> str:
@@ -221,7 +221,7 @@ def _judged(kit: Panel) -> str:
     if not kit["submitted"]:
         parts.append(widgets.dim("not submitted: no points"))
         return widgets.block(*parts)
-    points = f"there {kit['part_presence']:g}, pose {kit['part_pose']:g}, bonus {kit['all_parts_bonus']:g}"
+    points = f"presence {kit['part_presence']:g}, pose {kit['part_pose']:g}, bonus {kit['all_parts_bonus']:g}"
     parts.append(widgets.dim(f"{points} ({kit['bonus_reason']})"))
     for part in kit["parts"]:
         points = part["presence"] + part["pose"]
@@ -266,10 +266,10 @@ class CellPanels(Feature):
         is_recorded = panel.get("kind") != "cell"
         try:
             self._show(cell)
-            notice = "this is a recording: nothing can be changed any more" if is_recorded else ""
+            notice = "recordings are read-only" if is_recorded else ""
             self._offer(notice or cell["refused"].get("belt", ""))
         except STRANGE as error:
-            notice = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
+            notice = widgets.dim(f"Panel of another version cannot be shown: {error!r}")
             self._head.content = widgets.block(notice)
 
     def on_disconnect(self, reason: str) -> None:
@@ -292,7 +292,7 @@ class CellPanels(Feature):
             self._game = gui.add_button_group("competition", (START, END))
             self._belt = gui.add_slider("belt [%]", min=0.0, max=100.0, step=1.0, initial_value=0.0)
             self._kit = gui.add_dropdown("kit", ("(none)",))
-            self._send = gui.add_button_group("send as that kit", ("AGV 1", "AGV 2"))
+            self._send = gui.add_button_group("send as kit", ("AGV 1", "AGV 2"))
             self._clear = gui.add_button_group("clear tray", ("tray 1", "tray 2"))
         self._doing = (self._game, self._belt, self._kit, self._send, self._clear)
         self._game.on_click(lambda event: self._call(_GAME[str(event.target.value)], TriggerRequest()))
@@ -337,7 +337,7 @@ class CellPanels(Feature):
             self.page.notify(f"{service}: refused", str(error), is_bad=True)
             return
         if not response.success:
-            notice = getattr(response, "message", "") or "not now"
+            notice = getattr(response, "message", "") or "no reason given"
             self.page.notify(f"{service}: refused", str(notice), is_bad=True)
 
 

@@ -97,7 +97,9 @@ class ServerConnection:
             raise UnknownNameError("service", service, types)
         answer = self._ask(Frame(FrameKind.CALL, 0, service, name, payload=to_cdr(request)))
         if answer.kind is FrameKind.DONE:
-            raise CellwrightError(f"{service} answers when time has passed, which nobody waits for here")
+            raise CellwrightError(
+                f"{service} responds only after simulation time has passed; the page does not wait for it"
+            )
         return from_cdr(answer.payload, service_type(types[service]).response)
 
     def close(self) -> None:
@@ -123,7 +125,7 @@ class ServerConnection:
                 return self._connection.ask(replace(frame, number=self._connection.number()))
             except RunEndedError as ended:
                 self.close()
-                raise AwayError(str(ended) or "the other end is gone") from None
+                raise AwayError(str(ended) or "the server has closed the connection") from None
 
 
 log = logging.getLogger(__name__)
@@ -163,7 +165,7 @@ class StatePoller:
         self._panel_due = 0.0
         self._wake = threading.Event()
         self._is_over = False
-        self._thread = threading.Thread(target=self._run, name="asking", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="poller", daemon=True)
 
     def start(self) -> None:
         """Start polling."""
@@ -181,7 +183,7 @@ class StatePoller:
     def _run(self) -> None:
         while not self._is_over:
             self._wake.clear()
-            begun = time.perf_counter()
+            started_at = time.perf_counter()
             try:
                 self._ask()
                 pause = _FRAMES if self.is_watched else _IDLE
@@ -189,12 +191,12 @@ class StatePoller:
                 if isinstance(error, AwayError):
                     self._has_panel, self._panel_due = True, 0.0
                 elif not isinstance(error, CellwrightError):
-                    log.exception("what %s:%d answers cannot be shown", *self._link.address)
+                    log.exception("invalid answer from %s:%d", *self._link.address)
                 self._newest = None
                 self._link.close()
                 self.found.put(error if isinstance(error, AwayError) else AwayError(str(error)))
                 pause = _AWAY
-            spent = time.perf_counter() - begun
+            spent = time.perf_counter() - started_at
             self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
         self._link.close()
 
@@ -207,12 +209,14 @@ class StatePoller:
         frame = decode_frame(data, None if self._newest is None else self._newest[1])
         if len(frame.poses) != self._bodies:
             self._digest = ""  # so that the scene is requested again
-            raise MessageError("the frame is not one of the scene")
+            raise MessageError(
+                f"{FRAME}: frame must have the bodies of the scene (got {len(frame.poses)} of {self._bodies})"
+            )
         try:
             int(answer.get("run", 0))
             self._newest = int(answer["sequence"]), frame
         except (KeyError, TypeError, ValueError):
-            raise MessageError("the answer holds no frame") from None
+            raise MessageError(f"{FRAME}: answer has no frame") from None
         self.found.put((time.perf_counter(), frame, answer))
         if self._has_panel and self.is_watched and (now := time.perf_counter()) >= self._panel_due:
             self._panel_due = now + _PANELS
@@ -229,7 +233,7 @@ class StatePoller:
         answer, data = self._link.ask_data(SCENE)
         scene = decode_scene(bytes(data))
         if not isinstance(digest := answer.get("digest"), str):
-            raise MessageError("the answer holds no scene")
+            raise MessageError(f"{SCENE}: answer has no scene")
         self._digest, self._bodies = digest, len(scene.bodies)
         metadata = answer.get("about")
         self.found.put((scene, metadata if isinstance(metadata, dict) else {}))

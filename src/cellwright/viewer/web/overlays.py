@@ -143,7 +143,7 @@ class Contacts(Overlay):
     """Arrow for each contact, as long as its force is strong."""
 
     LABEL = "Contacts and forces"
-    HINT = "A centimetre is a newton; what is at rest sleeps, and is not told of"
+    HINT = "Arrows of 1 cm per newton; sleeping bodies have none"
     REQUEST = "contacts"
 
     def draw(self, found: Any) -> None:
@@ -181,7 +181,7 @@ class Beams(Overlay):
     """Lines for the view of each sensor."""
 
     LABEL = "Sensors"
-    HINT = "What they look at; red where they see something"
+    HINT = "Field of view of each sensor, red while it detects something"
     REQUEST = "sensors"
 
     def __init__(self) -> None:
@@ -282,7 +282,7 @@ _PATH_COLOURS = ((0.93, 0.35, 0.12), (0.1, 0.45, 0.75))
 class ToolPaths(Overlay):
     """Line behind each tool."""
 
-    LABEL = "Path of the tool"
+    LABEL = "Tool path"
 
     def __init__(self) -> None:
         super().__init__()

@@ -227,7 +227,7 @@ class Page:
         self._poller.start()
         try:
             while not self._is_over:
-                begun = time.perf_counter()
+                started_at = time.perf_counter()
                 while self._take_next(0.0):
                     pass
                 if not self._poller.is_watched:
@@ -236,11 +236,11 @@ class Page:
                 moment = self._interpolator.at(time.perf_counter())
                 if moment is not None:
                     self._show(moment)
-                spent = time.perf_counter() - begun
+                spent = time.perf_counter() - started_at
                 time.sleep(max(_PERIOD - spent, spent / 2))  # leave part of a core free
         finally:
             if self.server.get_clients():
-                self._say_that_it_ends()
+                self._announce_end()
             self._poller.close()
             self.link.close()
 
@@ -300,19 +300,19 @@ class Page:
     def _lose(self, reason: str) -> None:
         if self._away_reason is None:
             self._interpolator.cut()
-            self.notify("Gone", f"{reason}. This page looks for it and goes on when it is back.", is_bad=True)
+            self.notify("Disconnected", f"{reason}. The page reconnects when the server is back.", is_bad=True)
             self._notice = self.server.gui.add_markdown(
-                f"**Not connected:** {reason}. This page goes on when it is back.", order=-1.0
+                f"**Not connected:** {reason}. The page reconnects when the server is back.", order=-1.0
             )
             self._each(lambda feature: feature.on_disconnect(reason))
         self._away_reason = reason
 
-    def _say_that_it_ends(self) -> None:
+    def _announce_end(self) -> None:
         """Leave browsers with the last state, the reason of the end, and no controls."""
         reason = self._last_word() if self._away_reason is None else self._away_reason
         if self._away_reason is not None:
             self._notice.remove()
-        self.server.gui.add_markdown(f"**This page has ended:** {reason}. It shows how all stood last.", order=-1.0)
+        self.server.gui.add_markdown(f"**This page has ended:** {reason}. It shows the last state.", order=-1.0)
         self._each(lambda feature: feature.on_disconnect(reason))
         self.server.flush()
         time.sleep(_ON_ITS_WAY)
@@ -329,13 +329,13 @@ class Page:
             if isinstance(found, AwayError):
                 return str(found)
             self._take(found)
-        return "it was closed"
+        return "the viewer was closed"
 
     def _find_again(self) -> None:
         if self._away_reason is not None:
             self._away_reason = None
             self._notice.remove()
-            self.notify("Back", "What was gone is there again.")
+            self.notify("Connected", "The server is back.")
 
     def _each(self, do: Callable[[Feature], None]) -> None:
         """Call a function for each feature. One that raises is dropped; the others go on."""
@@ -343,7 +343,7 @@ class Page:
             try:
                 do(feature)
             except Exception:
-                log.exception("%s is left out of the page", type(feature).__name__)
+                log.exception("%s failed and was removed from the page", type(feature).__name__)
                 self.features = tuple(each for each in self.features if each is not feature)
 
     def _on_connect(self, _client: viser.ClientHandle) -> None:

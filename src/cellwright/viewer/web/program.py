@@ -57,17 +57,17 @@ def main() -> int:
         return 0
     options: dict[str, Any] = json.loads(line)
     try:
-        door = AccessGuard(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
-        with door.guards_viser():
-            server = ViserServer(door.host, door.port, label=str(options.get("title", "Cellwright")), verbose=False)
-        door.incoming.follow(server.gui)
+        guard = AccessGuard(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
+        with guard.guards_viser():
+            server = ViserServer(guard.host, guard.port, label=str(options.get("title", "Cellwright")), verbose=False)
+        guard.incoming.follow(server.gui)
     except CellwrightError as error:
         _answer(out, {"error": str(error)})
         return 1
     host, port = options["address"]
     page = Page(server, (str(host), int(port)), features(), key=str(options.get("key", "")))
     threading.Thread(target=_end_with_parent, args=(page,), daemon=True).start()
-    _answer(out, {"url": door.url})
+    _answer(out, {"url": guard.url})
     page.run()
     server.stop()
     return 0

@@ -41,7 +41,7 @@ class Bodies(Feature):
         if self._box is None:
             with self.page.tab(TAB):
                 self._box = self.page.server.gui.add_checkbox(
-                    "Collision shapes", initial_value=False, hint="What the engine takes the bodies for"
+                    "Collision shapes", initial_value=False, hint="Shapes that the physics engine uses"
                 )
             self._box.on_update(lambda _event: self.show_touched(self._box.value))
         if self._box.value:
@@ -54,17 +54,17 @@ class Bodies(Feature):
             if nodes is not None:
                 nodes.show(moment)
 
-    def show_touched(self, is_wanted: bool) -> None:  # noqa: FBT001
+    def show_touched(self, is_on: bool) -> None:  # noqa: FBT001
         """Show the collision shapes of the bodies in place of their looks."""
         if self._looks is None or self.page.scene is None:
             return
-        if is_wanted and self._touched is None:
+        if is_on and self._touched is None:
             self._touched = BodyNodes(self.page, self.page.scene, "touched", TOUCHED)
             if self._newest is not None:
                 self._touched.show(TimelineFrame.of(self._newest))
         if self._touched is not None:
-            self._touched.set_visible(is_wanted)
-        self._looks.set_visible(not is_wanted)
+            self._touched.set_visible(is_on)
+        self._looks.set_visible(not is_on)
 
 
 class BodyNodes:
@@ -91,7 +91,7 @@ class BodyNodes:
                     self._singles.append((body, self._scene.add_glb(path, data, cast_shadow=False)))
             else:
                 handle = self._scene.add_batched_glb(
-                    f"{paths[0]} and others alike",
+                    f"{paths[0]} and copies",
                     data,
                     batched_wxyzs=np.tile((1.0, 0.0, 0.0, 0.0), (len(bodies), 1)),
                     batched_positions=np.zeros((len(bodies), 3)),
@@ -263,7 +263,7 @@ class Environment(Feature):
         )
         with page.tab(TAB):
             box = server.gui.add_checkbox(
-                "Shadows", initial_value=not self._is_plain, hint="They cost a slow computer most"
+                "Shadows", initial_value=not self._is_plain, hint="Turn off on a slow computer"
             )
 
         @box.on_update

@@ -54,7 +54,7 @@ class WebPage(ChildProcess):
             answer = {"error": "its process has ended"}
         if "url" not in answer:
             self.close()
-            raise UsageError(f"no page can be shown: {answer['error']}")
+            raise UsageError(f"page cannot start: {answer['error']}")
         self.url = str(answer["url"])
         Thread(target=self._watch, args=(on_gone,), name="page", daemon=True).start()
 

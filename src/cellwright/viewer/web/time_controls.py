@@ -37,9 +37,9 @@ class SeenPace:
         return (time_now - time) / (wall_now - wall) if wall_now > wall else None
 
 
-PAUSE, GO_ON, TICK, SECOND = "Pause", "Go on", "Tick", "1 s"
+PAUSE, RESUME, STEP, SECOND = "Pause", "Resume", "Step", "1 s"
 SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
-RESET, REALLY = "Begin anew", "Click again to begin anew"
+RESTART, CONFIRM_RESTART = "Restart", "Click again to restart"
 
 _ORDER = -10.0  # above all but the head of a cell
 _SURE = 4.0  # [s] for the confirming click
@@ -68,12 +68,15 @@ class TimeControls(Feature):
         self._is_up, gui = True, self.page.server.gui
         self._clock = gui.add_html("", order=_ORDER)
         self._steps = gui.add_button_group(
-            "time", (PAUSE, GO_ON, TICK, SECOND), order=_ORDER + 1, hint="Let time stand, pass, or pass for so long"
+            "time",
+            (PAUSE, RESUME, STEP, SECOND),
+            order=_ORDER + 1,
+            hint="Pause, resume, or advance by one step or one second",
         )
         self._speeds = gui.add_button_group(
-            "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds a second; max: as fast as it goes"
+            "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds per second; max: as fast as possible"
         )
-        self._reset = gui.add_button(RESET, order=_ORDER + 3, color="gray", visible=False)
+        self._reset = gui.add_button(RESTART, order=_ORDER + 3, color="gray", visible=False)
         self._steps.on_click(lambda event: self._step(str(event.target.value)))
         self._speeds.on_click(lambda event: self._set_speed(str(event.target.value)))
         self._reset.on_click(lambda _: self._on_reset())
@@ -108,11 +111,11 @@ class TimeControls(Feature):
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
         button = self._reset
         is_sure = time.perf_counter() - self._first_click < _SURE
-        button.label = REALLY if is_sure else RESET
+        button.label = CONFIRM_RESTART if is_sure else RESTART
         button.color = "red" if is_sure else "gray"
         button.visible = panel.get("kind") != "robot"  # whose own controls send it home
         button.disabled = bool(reason)
-        button.hint = reason or "Back to the start: what has happened is gone"
+        button.hint = reason or "Restart the run; its progress is lost"
 
     def _show_timeline(self, panel: dict[str, Any], now: float) -> None:
         begin, end = panel.get("begin"), panel.get("end")
@@ -123,7 +126,7 @@ class TimeControls(Feature):
         last = max(end, begin + 0.1)
         if self._slider is None:
             self._slider = self.page.server.gui.add_slider(
-                "at [s]", min=begin, max=last, step=0.1, initial_value=begin, order=_ORDER + 0.5
+                "time [s]", min=begin, max=last, step=0.1, initial_value=begin, order=_ORDER + 0.5
             )
             self._slider.on_update(self._seek)
         self._slider.visible = True
@@ -135,10 +138,10 @@ class TimeControls(Feature):
     def _step(self, word: str) -> None:
         if word == PAUSE:
             self._ask(action="pause")
-        elif word == GO_ON:
+        elif word == RESUME:
             self._ask(action="resume")
         else:
-            self._ask(action="step", ticks=1 if word == TICK else max(1, round(1.0 / self._timestep)))
+            self._ask(action="step", ticks=1 if word == STEP else max(1, round(1.0 / self._timestep)))
 
     def _set_speed(self, word: str) -> None:
         self._ask(action="speed", factor="max" if word == "max" else float(word))
@@ -150,7 +153,7 @@ class TimeControls(Feature):
             self._ask(action="reset")
         else:
             self._first_click = now
-            self._reset.label = REALLY
+            self._reset.label = CONFIRM_RESTART
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not when it follows time
@@ -175,14 +178,14 @@ def seconds_of(panel: dict[str, Any]) -> float:
 def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
     """Clock as HTML: a simulation time [s], and the requested and measured real-time factor."""
     if control.get("over"):
-        return _standing(now, "over", f"{control['over']}: all is shown as it stood at the end")
+        return _standing(now, "over", f"{control['over']}: the page shows the final state")
     if control["paused"]:
-        label = widgets.chip("a step" if control["ticks_left"] else "paused", AMBER)
+        label = widgets.chip("stepping" if control["ticks_left"] else "paused", AMBER)
     elif control["lockstep"]:
         label = widgets.chip("lockstep", BLUE)
     else:
         label = widgets.chip("running", GREEN)
-    requested = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
+    requested = "as fast as possible" if control["speed"] == "max" else f"target {control['speed']:g} ×"
     seen = "" if pace is None or control["paused"] else f"{pace:.1f} × real time, "
     return widgets.block(
         widgets.row(widgets.big(f"{now:.2f}", "s"), label, "align-items:center"), widgets.figures(f"{seen}{requested}")

@@ -9,37 +9,37 @@ from hypothesis import strategies as st
 from cellwright.cli.launchers.gear.launcher import OUTPUT, parse, without_remappings
 
 
-def said(arguments: list[str]) -> tuple[object, ...]:
+def parsed(arguments: list[str]) -> tuple[object, ...]:
     found = parse(arguments, {})
     return found.config, found.file, found.dry_run, found.verbose, found.output, found.competition
 
 
-def test_nothing_is_a_competition_without_a_configuration() -> None:
-    assert said([]) == ("", [], False, False, Path("/tmp/ariac"), True)
+def test_empty_command_line_is_competition_without_configuration() -> None:
+    assert parsed([]) == ("", [], False, False, Path("/tmp/ariac"), True)
     assert Path("/tmp/ariac") == OUTPUT
 
 
 @pytest.mark.parametrize("development", ["-d", "--development-mode"])
 @pytest.mark.parametrize("file", ["-f", "--file"])
-def test_the_options(development: str, file: str) -> None:
+def test_options_are_parsed(development: str, file: str) -> None:
     given = [development, file, "a.yaml", "b.yaml", "-n", "--verbose", "-o", "/there", "--no-gui"]
-    assert said(given) == ("", ["a.yaml", "b.yaml"], True, True, Path("/there"), False)
+    assert parsed(given) == ("", ["a.yaml", "b.yaml"], True, True, Path("/there"), False)
 
 
-def test_files_given_one_by_one() -> None:
+def test_repeated_file_options_are_joined() -> None:
     assert parse(["-f", "a.yaml", "-f", "b.yaml"], {}).file == ["a.yaml", "b.yaml"]
 
 
-def test_a_configuration_in_words() -> None:
+def test_configuration_as_text_is_accepted() -> None:
     assert parse(["arm: {type: ur10}", "-d"], {}).config == "arm: {type: ur10}"
 
 
-def test_the_environment_may_ask_for_a_competition() -> None:
+def test_competition_variable_forces_competition() -> None:
     assert parse(["-d"], {"ARIAC_COMPETITION": ""}).competition
     assert not parse(["-d"], {"ARIAC": "1"}).competition
 
 
-def test_arguments_of_a_launch_file_are_dropped() -> None:
+def test_remappings_of_launch_file_are_dropped() -> None:
     given = ["-f", "a.yaml", "__name:=ariac_node", "__log:=/tmp/a.log", "/a:=/b", "_rate:=3"]
     assert parse(given, {}).file == ["a.yaml"]
 
@@ -53,7 +53,7 @@ def test_only_remappings_are_dropped(arguments: list[str]) -> None:
 
 
 @pytest.mark.parametrize("wrong", [["a: 1", "-f", "a.yaml"], ["--competition"], ["a", "b"], ["-f"]])
-def test_what_cannot_be_read(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_command_line_exits_with_usage(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         parse(wrong, {})
     assert ended.value.code == 2

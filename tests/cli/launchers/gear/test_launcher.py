@@ -20,7 +20,7 @@ def at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_a_dry_run_prints_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_dry_run_prints_files_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["-n", "-d", "-f", SAMPLE, "-o", str(tmp_path / "out")], {}) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -31,7 +31,7 @@ def test_a_dry_run_prints_and_writes_nothing(tmp_path: Path, capsys: pytest.Capt
     assert list(tmp_path.iterdir()) == []
 
 
-def test_files_are_one_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_several_files_are_joined(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.yaml").write_text("time_limit: 5\nsensors:\n")
     (tmp_path / "b.yaml").write_text("  beam:\n    type: break_beam\n    pose: {xyz: [1, 2, 1]}\n")
     assert main(["-n", "-f", "a.yaml", "b.yaml"], {}) == 0
@@ -40,7 +40,7 @@ def test_files_are_one_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert yaml.safe_load(resolved)["sensors"]["beam"]["type"] == "break_beam"
 
 
-def test_an_empty_configuration_is_a_cell(capsys: pytest.CaptureFixture[str]) -> None:
+def test_empty_configuration_starts_cell(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["-n"], {}) == 0
     assert "arm: false\nsensors: {}\n" in capsys.readouterr().out
 
@@ -53,7 +53,7 @@ def test_an_empty_configuration_is_a_cell(capsys: pytest.CaptureFixture[str]) ->
         (["a: ["], ["<text>:1: invalid YAML"]),
     ],
 )
-def test_errors_are_a_line_each_and_status_1(
+def test_errors_are_printed_per_line_with_status_1(
     given: list[str], expected: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(given, {}) == 1
@@ -65,14 +65,14 @@ def test_errors_are_a_line_each_and_status_1(
         assert line.startswith(f"Error: {text}")
 
 
-def test_warnings_do_not_end_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_warnings_do_not_end_launcher(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["-n", "arm: {type: ur10, colour: red}"], {}) == 0
     out, err = capsys.readouterr()
     assert err.startswith("Warning: <text>:1: arm.colour: ")
     assert "# file: gear.launch" in out
 
 
-def test_a_machine_without_ros(
+def test_missing_ros_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It writes everything, then it cannot start the cell: status 1, and one line."""
@@ -84,7 +84,7 @@ def test_a_machine_without_ros(
     assert (tmp_path / "out" / "gear.launch").is_file()
 
 
-def test_an_output_that_cannot_be_written_is_a_warning(
+def test_unwritable_output_folder_is_a_warning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("CELLWRIGHT_ROS1_PYTHON", str(tmp_path / "no-python"))
@@ -96,7 +96,7 @@ def test_an_output_that_cannot_be_written_is_a_warning(
 
 
 @pytest.mark.parametrize(("variables", "speed"), [({}, 1.0), ({SPEED: "2.5"}, 2.5), ({SPEED: "max"}, None)])
-def test_speed_comes_from_the_environment(
+def test_speed_is_read_from_environment(
     variables: dict[str, str], speed: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     served: list[float | None] = []
@@ -111,7 +111,7 @@ def test_speed_comes_from_the_environment(
     assert served == [speed]
 
 
-def test_a_wrong_speed_starts_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_invalid_speed_starts_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["-o", "out"], {SPEED: "fast"}) == 1
     assert capsys.readouterr().err.startswith("Error: CELLWRIGHT_SPEED fast: ")
     assert not (tmp_path / "out").exists()

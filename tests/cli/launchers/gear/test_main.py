@@ -13,7 +13,7 @@ from tests.waiting import TIMEOUT, wait_until
 
 
 @pytest.mark.slow
-def test_the_module_is_the_launcher() -> None:
+def test_module_runs_launcher() -> None:
     ran = subprocess.run(
         [sys.executable, "-m", "cellwright.cli.launchers.gear", "-n", "foo: 1"],
         capture_output=True,
@@ -26,7 +26,7 @@ def test_the_module_is_the_launcher() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
-def test_ctrl_c_while_it_is_being_loaded_says_nothing(tmp_path: Path) -> None:
+def test_ctrl_c_during_import_prints_nothing(tmp_path: Path) -> None:
     # it sleeps for longer than the bound of the wait: only the signal can have ended it in time
     (tmp_path / "numpy.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(100_000)\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
@@ -42,7 +42,7 @@ def test_ctrl_c_while_it_is_being_loaded_says_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
-def test_ctrl_c_before_there_is_a_cell(tmp_path: Path) -> None:
+def test_ctrl_c_before_cell_exists_ends_launcher(tmp_path: Path) -> None:
     """It waits for the rest of a configuration that never comes, until it is interrupted."""
     from fcntl import ioctl
     from termios import FIONREAD

@@ -35,7 +35,7 @@ def refuse_to_report(line: str) -> None:
     raise AssertionError(line)
 
 
-def test_the_block_of_the_score() -> None:
+def test_score_block_has_format_of_original() -> None:
     assert list(score_lines(GAME, 20_000_000_000)) == [
         "<game_score>",
         "Total game score: [5]",
@@ -66,7 +66,7 @@ def test_the_block_of_the_score() -> None:
     ]
 
 
-def test_a_trial_in_lines(tmp_path: Path) -> None:
+def test_log_of_trial_has_line_for_each_event(tmp_path: Path) -> None:
     path = log_path(tmp_path)
     assert path == tmp_path / ".ariac" / "log" / "performance.log"
     log = PerformanceLog(path, refuse_to_report)
@@ -99,7 +99,7 @@ def test_a_trial_in_lines(tmp_path: Path) -> None:
     assert text.endswith("</game_score>\n")
 
 
-def test_a_trial_that_was_broken_off_has_its_score(tmp_path: Path) -> None:
+def test_log_of_interrupted_trial_has_score(tmp_path: Path) -> None:
     log = PerformanceLog(tmp_path / "log", refuse_to_report)
     log.score(GAME, 0)
     log.close()
@@ -107,7 +107,7 @@ def test_a_trial_that_was_broken_off_has_its_score(tmp_path: Path) -> None:
     assert (tmp_path / "log").read_text().startswith("<game_score>\nTotal game score: [5]\n")
 
 
-def test_a_new_log_replaces_an_old_link(tmp_path: Path) -> None:
+def test_new_log_replaces_old_link(tmp_path: Path) -> None:
     path = log_path(tmp_path)
     path.parent.mkdir(parents=True)
     elsewhere = tmp_path / "default.log"
@@ -118,20 +118,20 @@ def test_a_new_log_replaces_an_old_link(tmp_path: Path) -> None:
     assert elsewhere.read_text() == "of another user\n"
 
 
-def test_a_place_that_cannot_be_written_is_reported_once(tmp_path: Path) -> None:
+def test_unwritable_log_is_reported_once(tmp_path: Path) -> None:
     (tmp_path / ".ariac").touch()
-    said: list[str] = []
-    log = PerformanceLog(log_path(tmp_path), said.append)
+    warnings: list[str] = []
+    log = PerformanceLog(log_path(tmp_path), warnings.append)
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.close()
-    assert len(said) == 1
-    assert "there will be no score log: " in said[0]
+    assert len(warnings) == 1
+    assert "score log cannot be written: " in warnings[0]
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-def test_a_full_disk_is_reported_once(tmp_path: Path) -> None:
-    said: list[str] = []
-    log = PerformanceLog(Path("/dev/full"), said.append)
+def test_full_disk_is_reported_once(tmp_path: Path) -> None:
+    warnings: list[str] = []
+    log = PerformanceLog(Path("/dev/full"), warnings.append)
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.effect(StateChanged(CompetitionState.DONE), 1)
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert warnings == ["/dev/full: cannot be written any more: No space left on device"]

@@ -76,7 +76,7 @@ def is_registered(master: Ground) -> bool:
     return any(nodes for role in graph(master) for nodes in role.values())
 
 
-def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) -> None:
+def test_graph_with_robot_state_publisher_matches_original(master: Ground, cell: FakeCell) -> None:
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM, cold=True)
     publishers, subscribers, services = graph(master)
@@ -107,7 +107,7 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     wait_until(lambda: not bridge.relatives(), "end of its child")
 
 
-def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: FakeCell, tmp_path: Path) -> None:
+def test_bridge_is_ready_when_robot_state_publisher_subscribes(master: Ground, cell: FakeCell, tmp_path: Path) -> None:
     """robot_state_publisher registers its frames before it subscribes; programs that count subscribers must wait."""
     program = tmp_path / "late_listener"
     program.write_text(f"#!{ros_python()}\n{LATE_LISTENER}")
@@ -116,7 +116,7 @@ def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: Fak
     assert graph(master)[1]["/ariac/joint_states"] == ["/robot_state_publisher"]
 
 
-def test_its_names_are_absolute(master: Ground, cell: FakeCell) -> None:
+def test_bridge_names_ignore_ros_namespace(master: Ground, cell: FakeCell) -> None:
     """A namespace of the shell, or of a group in a launch file, does not change them."""
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM, ROS_NAMESPACE="/group")
@@ -127,35 +127,35 @@ def test_its_names_are_absolute(master: Ground, cell: FakeCell) -> None:
     assert "new ROS master" not in bridge.said
 
 
-def test_a_name_of_its_own_in_a_namespace(master: Ground, cell: FakeCell) -> None:
+def test_bridge_with_own_name_in_namespace_registers_it(master: Ground, cell: FakeCell) -> None:
     start_bridge(master, cell, "--name", "/left/gazebo", ROS_NAMESPACE="/group")
     assert graph(master)[2]["/ariac/start_competition"] == ["/left/gazebo"]
 
 
-def test_the_graph_without_it(master: Ground, cell: FakeCell) -> None:
+def test_graph_without_robot_state_publisher_matches_original(master: Ground, cell: FakeCell) -> None:
     start_bridge(master, cell)
     publishers, subscribers, _ = graph(master)
     assert publishers["/tf"] == publishers["/tf_static"] == ["/gazebo"]
     assert subscribers["/ariac/joint_states"] == ["/gazebo"]
 
 
-def test_robot_state_publisher_is_started_again(master: Ground, cell: FakeCell) -> None:
+def test_robot_state_publisher_that_ends_is_restarted(master: Ground, cell: FakeCell) -> None:
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM)
     (child,) = [pid for pid in bridge.relatives() if "robot_state_publisher" in name_of(pid)]
     os.kill(child, signal.SIGKILL)
-    bridge.wait_for("robot_state_publisher has ended with status -9; it is started again in 2 s")
+    bridge.wait_for("robot_state_publisher ended with status -9; restarting it in 2 s")
     wait_until(lambda: any(pid != child for pid in bridge.relatives()), "second one")
 
 
-def test_without_a_description_it_says_so_and_goes_on(master: Ground, cell: FakeCell) -> None:
+def test_bridge_without_robot_description_warns_and_goes_on(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell, frames=PROGRAM)
-    bridge.wait_for("until it does, the frames of the arm are missing")
+    bridge.wait_for("the frames of the arm are missing until it does")
     bridge.wait_for("robot_state_publisher: .*robot_description")
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
-def test_ready_is_said_when_all_is_there(master: Ground, cell: FakeCell) -> None:
+def test_bridge_is_ready_when_all_is_registered(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     assert bridge.out == "ready\n"
     assert bridge.err == ""
@@ -163,7 +163,7 @@ def test_ready_is_said_when_all_is_there(master: Ground, cell: FakeCell) -> None
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) -> None:
+def test_signal_ends_bridge_and_unregisters(number: int, master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     subscribe(master, "/ariac/joint_states")
     bridge.signal(number)
@@ -172,7 +172,7 @@ def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) 
     assert bridge.err == ""
 
 
-def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> None:
+def test_signal_during_start_ends_bridge(master: Ground, cell: FakeCell) -> None:
     for delay in (0.1, 0.2, 0.3, 0.4, 0.5, 0.7):
         bridge = start_bridge(master, cell, frames=PROGRAM, ready=False, cold=True)
         time.sleep(delay)  # noqa: TID251 - no condition: the signal is to meet any moment
@@ -182,7 +182,7 @@ def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> 
         wait_until(lambda bridge=bridge: not bridge.relatives(), "end of its child")  # type: ignore[misc]
 
 
-def test_it_ends_with_the_cell(master: Ground, cell: FakeCell) -> None:
+def test_bridge_ends_with_cell(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     cell.send(Frame(FrameKind.ENDED, payload=b"the run is over"))
     assert bridge.finish() == 0
@@ -190,7 +190,7 @@ def test_it_ends_with_the_cell(master: Ground, cell: FakeCell) -> None:
     assert not is_registered(master)
 
 
-def test_it_ends_when_the_cell_is_gone(master: Ground, cell: FakeCell) -> None:
+def test_bridge_ends_when_connection_to_cell_is_lost(master: Ground, cell: FakeCell) -> None:
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM)
     cell.hang_up()
@@ -199,14 +199,14 @@ def test_it_ends_when_the_cell_is_gone(master: Ground, cell: FakeCell) -> None:
     wait_until(lambda: not bridge.relatives(), "end of its child")
 
 
-def test_it_ends_when_the_cell_talks_nonsense(master: Ground, cell: FakeCell) -> None:
+def test_bridge_ends_on_invalid_data_from_cell(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     cell.send_bytes(b"\xff" * 100)
     assert bridge.finish() == 0
-    assert "what the cell says makes no sense" in bridge.err
+    assert "invalid data from the cell" in bridge.err
 
 
-def test_killed_and_started_again_it_takes_the_name_over(master: Ground, cell: FakeCell) -> None:
+def test_bridge_started_after_kill_takes_over_name(master: Ground, cell: FakeCell) -> None:
     first = start_bridge(master, cell, frames=PROGRAM)
     first.signal(signal.SIGKILL)
     first.finish()
@@ -218,18 +218,18 @@ def test_killed_and_started_again_it_takes_the_name_over(master: Ground, cell: F
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
-def test_another_node_of_its_name_replaces_it(master: Ground, cell: FakeCell, make_cell: MakeCell) -> None:
+def test_bridge_ends_when_other_node_takes_name(master: Ground, cell: FakeCell, make_cell: MakeCell) -> None:
     first = start_bridge(master, cell)
     start_bridge(master, make_cell(TOPICS, SERVICES))
     assert first.finish() == 0
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
-def test_a_master_that_goes_and_comes_back(master: Ground, cell: FakeCell) -> None:
+def test_bridge_registers_again_at_returning_master(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     joints = subscribe(master, "/ariac/joint_states")
     master.stop_master(signal.SIGKILL)
-    bridge.wait_for("the ROS master at .* is gone, and with it all parameters")
+    bridge.wait_for("the ROS master at .* is gone, with all parameters")
     cell.say("/ariac/joint_states", bytes(20))
     assert joints.piece()  # existing connections go on
     master.start_master()
@@ -239,24 +239,24 @@ def test_a_master_that_goes_and_comes_back(master: Ground, cell: FakeCell) -> No
     start_bridge(master, cell)
 
 
-def test_a_master_that_was_restarted_unseen(master: Ground, cell: FakeCell) -> None:
+def test_bridge_registers_again_at_master_restarted_unseen(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     master.stop_master(signal.SIGKILL)
     master.start_master()
     assert bridge.finish() == 75
 
 
-def test_a_master_that_only_sleeps_is_no_new_one(master: Ground, cell: FakeCell) -> None:
+def test_bridge_keeps_registrations_at_stopped_master(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     assert master.process is not None
     master.process.signal(signal.SIGSTOP)
     bridge.wait_for("is gone")
     master.process.signal(signal.SIGCONT)
-    bridge.wait_for("answers again, and has forgotten nothing")
+    bridge.wait_for("answers again and still knows all registrations")
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
-def test_it_ends_in_time_though_the_master_sleeps(master: Ground, cell: FakeCell) -> None:
+def test_bridge_ends_in_time_with_stopped_master(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     assert master.process is not None
     master.process.signal(signal.SIGSTOP)
@@ -265,21 +265,21 @@ def test_it_ends_in_time_though_the_master_sleeps(master: Ground, cell: FakeCell
     master.process.signal(signal.SIGCONT)
 
 
-def test_without_a_master_it_says_so(no_master: Ground, cell: FakeCell) -> None:
+def test_bridge_without_master_prints_error(no_master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(no_master, cell, ready=False)
     assert bridge.finish() == 1
     assert bridge.err.startswith(f"no ROS master answers at {no_master.uri}")
     assert len(bridge.err.splitlines()) == 1
 
 
-def test_without_a_cell_it_says_so(master: Ground, cell: FakeCell) -> None:
+def test_bridge_without_cell_prints_error(master: Ground, cell: FakeCell) -> None:
     cell.close()
     bridge = start_bridge(master, cell, ready=False)
     assert bridge.finish() == 1
     assert bridge.err.startswith(f"no cell answers at {cell.address}")
 
 
-def test_what_is_no_cell_is_said_so(master: Ground, cell: FakeCell) -> None:
+def test_bridge_with_other_program_at_address_prints_error(master: Ground, cell: FakeCell) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         cell.address = f"127.0.0.1:{listener.getsockname()[1]}"
         bridge = start_bridge(master, cell, ready=False)
@@ -287,17 +287,17 @@ def test_what_is_no_cell_is_said_so(master: Ground, cell: FakeCell) -> None:
         with connection:
             connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
             assert bridge.finish() == 1
-    assert bridge.err.startswith(f"what answers at {cell.address} is no cell")
+    assert bridge.err.startswith(f"the program at {cell.address} is not a cell")
 
 
-def test_it_listens_on_loopback_when_the_master_does(master: Ground, cell: FakeCell) -> None:
+def test_bridge_listens_on_loopback_if_master_does(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell, ROS_IP="")
     assert addresses(bridge.pid) == {"127.0.0.1"}
 
 
 @pytest.mark.parametrize("address", ["nowhere", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", ":5"])
-def test_a_bad_address_is_refused(address: str, no_master: Ground, cell: FakeCell) -> None:
+def test_bridge_with_invalid_address_is_refused(address: str, no_master: Ground, cell: FakeCell) -> None:
     cell.address = address
     bridge = start_bridge(no_master, cell, ready=False)
     assert bridge.finish() == 2
-    assert "is no address: it must look like 127.0.0.1:11399" in bridge.err
+    assert "is not an address; write it like 127.0.0.1:11399" in bridge.err

@@ -70,7 +70,7 @@ def line() -> Iterator[Line]:
 
 
 @given(st.lists(st.integers(1, 9000), max_size=12))
-def test_everything_comes_out_in_order(sizes: list[int]) -> None:
+def test_connection_sends_everything_in_order(sizes: list[int]) -> None:
     line = Line()
     pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
     for piece in pieces:
@@ -79,7 +79,7 @@ def test_everything_comes_out_in_order(sizes: list[int]) -> None:
     line.close()
 
 
-def test_the_oldest_piece_makes_room_and_none_is_torn() -> None:
+def test_connection_beyond_limit_drops_oldest_whole_piece() -> None:
     line = Line(limit=3)
     pieces = [bytes([number]) * 50_000 for number in range(10)]
     for piece in pieces:
@@ -89,7 +89,7 @@ def test_the_oldest_piece_makes_room_and_none_is_torn() -> None:
     line.close()
 
 
-def test_closed_once_all_is_out(line: Line) -> None:
+def test_close_when_empty_sends_everything_first(line: Line) -> None:
     line.connection.send(b"x" * 100_000)
     line.connection.close_when_empty()
     closed = [line.connection.is_closed]
@@ -107,20 +107,20 @@ def test_closed_once_all_is_out(line: Line) -> None:
     line.connection.send(b"into the void")
 
 
-def test_closed_at_once_when_nothing_waits(line: Line) -> None:
+def test_close_when_empty_closes_idle_connection_at_once(line: Line) -> None:
     line.connection.close_when_empty()
     assert line.connection.is_closed
     line.connection.close()
 
 
-def test_the_other_end_may_be_gone(line: Line) -> None:
+def test_connection_with_closed_peer_ends(line: Line) -> None:
     line.there.close()
     for _ in range(3):
         line.connection.send(b"hello")
     assert line.connection.is_empty
 
 
-def test_what_comes_is_handed_on_and_then_the_end(line: Line) -> None:
+def test_connection_passes_on_received_data_and_end(line: Line) -> None:
     line.there.sendall(b"a word")
     line.there.close()
     line.loop.run()
@@ -130,7 +130,7 @@ def test_what_comes_is_handed_on_and_then_the_end(line: Line) -> None:
 
 
 @given(st.lists(st.integers(1, 60_000), min_size=1, max_size=12))
-def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> None:
+def test_connection_keeps_newest_bytes_within_limit(sizes: list[int]) -> None:
     line = Line(max_bytes=100_000)
     pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
     for piece in pieces:
@@ -142,7 +142,7 @@ def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> N
     line.close()
 
 
-def test_one_piece_may_wait_however_large_it_is() -> None:
+def test_connection_keeps_one_piece_beyond_byte_limit() -> None:
     line = Line(max_bytes=1000)
     pieces = [bytes([number]) * 50_000 for number in range(4)]
     for piece in pieces:

@@ -21,7 +21,7 @@ from cellwright.middleware.ros1.bridge.message_bytes import has_header
         ("rosgraph_msgs/Clock", False),
     ],
 )
-def test_of_the_types_of_the_contract(name: str, expected: bool) -> None:
+def test_has_header_of_contract_types(name: str, expected: bool) -> None:
     assert has_header(definition(name)) is expected
 
 
@@ -36,5 +36,5 @@ def test_of_the_types_of_the_contract(name: str, expected: bool) -> None:
         ("other_msgs/Header header", False),
     ],
 )
-def test_however_it_is_written(text: str, expected: bool) -> None:
+def test_has_header_of_definition_texts(text: str, expected: bool) -> None:
     assert has_header(text) is expected

@@ -26,7 +26,7 @@ def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
 
 
 @given(st.lists(st.integers(0, 10), max_size=8))
-def test_timers_fall_due_in_order(delays: list[int]) -> None:
+def test_timers_are_called_in_order_of_due_time(delays: list[int]) -> None:
     loop = EventLoop()
     called: list[int] = []
     now = time.monotonic()  # noqa: TID251 - only the start of a clock that then stands still
@@ -40,7 +40,7 @@ def test_timers_fall_due_in_order(delays: list[int]) -> None:
     loop.close()
 
 
-def test_calls_of_other_threads_come_in_their_order() -> None:
+def test_calls_of_other_threads_keep_their_order() -> None:
     loop = EventLoop()
     called: list[tuple[int, int]] = []
 
@@ -64,19 +64,19 @@ def test_calls_of_other_threads_come_in_their_order() -> None:
     loop.close()
 
 
-def test_a_call_that_comes_just_as_it_listens_is_not_the_last_that_it_hears(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_call_during_wake_up_does_not_lose_later_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = EventLoop()
     called: list[str] = []
-    ear = loop._ear
+    reader = loop._wake_reader
 
-    class Ear:
+    class Reader:
         def recv(self, size: int) -> bytes:
             if called == []:
                 loop.call(called.append, "as it listens")
-            return ear.recv(size)
+            return reader.recv(size)
 
     with monkeypatch.context() as patch:
-        patch.setattr(loop, "_ear", Ear())
+        patch.setattr(loop, "_wake_reader", Reader())
         loop.call(called.append, "before")
 
         def stop() -> None:
@@ -92,7 +92,7 @@ def test_a_call_that_comes_just_as_it_listens_is_not_the_last_that_it_hears(monk
     loop.close()
 
 
-def test_a_stop_from_another_thread_wakes_it_and_the_first_counts() -> None:
+def test_stop_from_other_thread_ends_run_with_first_status() -> None:
     loop = EventLoop()
 
     def stop() -> None:
@@ -107,7 +107,7 @@ def test_a_stop_from_another_thread_wakes_it_and_the_first_counts() -> None:
     loop.close()
 
 
-def test_reading_and_writing(pair: tuple[socket.socket, socket.socket]) -> None:
+def test_watch_calls_on_read_and_on_write(pair: tuple[socket.socket, socket.socket]) -> None:
     here, there = pair
     loop = EventLoop()
     heard: list[bytes] = []
@@ -129,7 +129,7 @@ def test_reading_and_writing(pair: tuple[socket.socket, socket.socket]) -> None:
     loop.close()
 
 
-def test_a_source_is_forgotten_once_and_again(pair: tuple[socket.socket, socket.socket]) -> None:
+def test_forget_of_source_may_be_repeated(pair: tuple[socket.socket, socket.socket]) -> None:
     here, there = pair
     loop = EventLoop()
     loop.watch(here, lambda: loop.stop(1))
@@ -141,7 +141,7 @@ def test_a_source_is_forgotten_once_and_again(pair: tuple[socket.socket, socket.
     loop.close()
 
 
-def test_defect_is_reported_in_a_line_and_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_exception_in_callback_is_reported_in_a_line_and_loop_goes_on(capsys: pytest.CaptureFixture[str]) -> None:
     loop = EventLoop()
 
     def fail() -> None:
@@ -150,5 +150,5 @@ def test_defect_is_reported_in_a_line_and_ends_nothing(capsys: pytest.CaptureFix
     loop.call(fail)
     loop.call(loop.stop, 0)
     assert loop.run() == 0
-    assert capsys.readouterr().err == "a defect, please report it: KeyError: 'x'\n"
+    assert capsys.readouterr().err == "internal error, please report it: KeyError: 'x'\n"
     loop.close()

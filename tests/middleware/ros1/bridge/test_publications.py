@@ -35,7 +35,7 @@ def word(connection: Connection) -> str:
     return from_ros1(connection.piece(), String).data
 
 
-def test_typed_on_the_wire(master: Ground, make_cell: MakeCell) -> None:
+def test_publication_header_has_type_checksum_and_latch(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words"), out("/last", latch=True, on_event=True)])
     start_bridge(master, cell)
     plain = subscribe(master, "/words", md5sum=md5("std_msgs/String"), type="std_msgs/String").header
@@ -50,7 +50,7 @@ def test_typed_on_the_wire(master: Ground, make_cell: MakeCell) -> None:
     assert subscribe(master, "/last").header["latching"] == "1"
 
 
-def test_another_type_is_refused_with_the_reason(master: Ground, make_cell: MakeCell) -> None:
+def test_subscriber_of_other_type_is_refused_with_reason(master: Ground, make_cell: MakeCell) -> None:
     bridge = start_bridge(master, make_cell([out("/words")]))
     refused = subscribe(master, "/words", type="std_msgs/Float32", md5sum=md5("std_msgs/Float32"))
     assert refused.header == {"error": "/words has type std_msgs/String, not std_msgs/Float32"}
@@ -60,7 +60,7 @@ def test_another_type_is_refused_with_the_reason(master: Ground, make_cell: Make
     bridge.wait_for("/test cannot connect: /words has type")
 
 
-def test_bridge_subscribes_only_while_it_has_a_subscriber(master: Ground, make_cell: MakeCell) -> None:
+def test_bridge_subscribes_only_while_it_has_subscribers(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words"), out("/once", latch=True, on_event=True)])
     start_bridge(master, cell)
     cell.wait_for_listener("/once")
@@ -77,7 +77,7 @@ def test_bridge_subscribes_only_while_it_has_a_subscriber(master: Ground, make_c
     assert cell.listeners("/once") == 1
 
 
-def test_a_late_subscriber_gets_the_newest_once(master: Ground, make_cell: MakeCell) -> None:
+def test_late_subscriber_of_latched_topic_gets_newest_once(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words", latch=True)])
     start_bridge(master, cell)
     first = subscribe(master, "/words", caller="/a")
@@ -90,7 +90,7 @@ def test_a_late_subscriber_gets_the_newest_once(master: Ground, make_cell: MakeC
     assert word(first) == "newest"
 
 
-def test_a_subscriber_is_there_when_the_cell_has_answered(master: Ground, make_cell: MakeCell) -> None:
+def test_handshake_is_answered_after_latched_messages(master: Ground, make_cell: MakeCell) -> None:
     """Latched messages come before the answer, so that a program has them before it connects to another topic."""
     cell = make_cell([out("/words", latch=True)])
     asked: list[Frame] = []
@@ -113,7 +113,7 @@ def test_a_subscriber_is_there_when_the_cell_has_answered(master: Ground, make_c
     assert len(asked) == 1
 
 
-def test_what_grew_old_unheard_is_not_latched(master: Ground, make_cell: MakeCell) -> None:
+def test_latched_message_is_outdated_after_last_subscriber_left(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words", latch=True)])
     start_bridge(master, cell)
     first = subscribe(master, "/words")
@@ -126,7 +126,7 @@ def test_what_grew_old_unheard_is_not_latched(master: Ground, make_cell: MakeCel
     assert word(late) == "fresh"  # and nothing before it
 
 
-def test_an_order_comes_to_everyone_exactly_once(master: Ground, make_cell: MakeCell) -> None:
+def test_latched_message_reaches_each_subscriber_once(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/orders", latch=True, on_event=True)])
     start_bridge(master, cell)
     subscribers = []
@@ -140,7 +140,7 @@ def test_an_order_comes_to_everyone_exactly_once(master: Ground, make_cell: Make
     assert {word(subscriber) for subscriber in subscribers} == {"order_1"}
 
 
-def test_headers_are_counted_by_publisher(master: Ground, make_cell: MakeCell) -> None:
+def test_header_sequence_is_counted_by_publisher(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/heads", "std_msgs/Header"), out("/stamped", "sensor_msgs/Range")])
     start_bridge(master, cell)
     plain, stamped = subscribe(master, "/heads"), subscribe(master, "/stamped")
@@ -154,7 +154,7 @@ def test_headers_are_counted_by_publisher(master: Ground, make_cell: MakeCell) -
     assert {data[4:] for data in counted} == {(bare + bytes(17))[4:]}
 
 
-def test_slow_subscriber_blocks_no_other_and_loses_the_oldest(master: Ground, make_cell: MakeCell) -> None:
+def test_slow_subscriber_loses_oldest_and_blocks_no_other(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words")])
     bridge = start_bridge(master, cell)
     stalled = subscribe(master, "/words", caller="/stalled", receive_buffer=4096)
@@ -164,7 +164,7 @@ def test_slow_subscriber_blocks_no_other_and_loses_the_oldest(master: Ground, ma
     for number in range(count):
         cell.say_heard("/words", text(f"{number} {filler}"))
         assert word(reading).startswith(f"{number} ")
-    bridge.wait_for(r"\d+ messages for /stalled on /words dropped")
+    bridge.wait_for(r"subscriber /stalled on /words is too slow: \d+ messages dropped")
     got = [int(word(stalled).split()[0])]
     while got[-1] < count - 1:
         got.append(int(word(stalled).split()[0]))
@@ -173,7 +173,7 @@ def test_slow_subscriber_blocks_no_other_and_loses_the_oldest(master: Ground, ma
     assert got[-1000:] == list(range(count - 1000, count))  # the newest are all there
 
 
-def test_messages_of_other_nodes_are_left_to_them(master: Ground, make_cell: MakeCell) -> None:
+def test_publication_omits_messages_of_other_nodes(master: Ground, make_cell: MakeCell) -> None:
     both = out("/tf", "tf2_msgs/TFMessage") | {"publishers": ["/robot_state_publisher", "/gazebo"]}
     cell = make_cell([both])
     start_bridge(master, cell)  # without robot_state_publisher the bridge publishes everything
@@ -193,7 +193,7 @@ def hear_with_rospy(topic: str, count: int) -> list[str]:
     return heard
 
 
-def test_a_thousand_at_once_reach_rospy_without_loss(master: Ground, make_cell: MakeCell) -> None:
+def test_thousand_messages_at_once_reach_rospy_without_loss(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words")])
     start_bridge(master, cell)
     count = QUEUE  # more may be dropped if rospy does not keep up
@@ -204,7 +204,7 @@ def test_a_thousand_at_once_reach_rospy_without_loss(master: Ground, make_cell: 
     assert client.value() == [str(number) for number in range(count)]
 
 
-def test_the_tools_know_it(master: Ground, make_cell: MakeCell) -> None:
+def test_ros_tools_show_publication(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words", latch=True, on_event=True)])
     start_bridge(master, cell)
     cell.say_heard("/words", text("so"))

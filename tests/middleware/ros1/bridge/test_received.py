@@ -7,7 +7,7 @@ import socket
 from cellwright.middleware.ros1.bridge.connection import receive_nowait
 
 
-def test_no_data_yet_differs_from_the_end() -> None:
+def test_recv_without_data_differs_from_end() -> None:
     here, there = socket.socketpair()
     here.setblocking(False)
     with here, there:
@@ -19,7 +19,7 @@ def test_no_data_yet_differs_from_the_end() -> None:
         assert receive_nowait(here, 16) == b""
 
 
-def test_a_connection_that_broke_brings_nothing_more() -> None:
+def test_recv_of_broken_connection_returns_end() -> None:
     here, there = socket.socketpair()
     here.close()
     with there:

@@ -5,7 +5,7 @@ from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter
 
 
 @given(st.lists(st.sampled_from(["/a", "/b", "/c"])))
-def test_counts_with_the_newest_last(topics: list[str]) -> None:
+def test_delivery_counter_lists_topic_of_newest_message_last(topics: list[str]) -> None:
     sent = DeliveryCounter()
     for topic in ("/a", "/b", "/c"):
         sent.begin("/me", topic)
@@ -18,7 +18,7 @@ def test_counts_with_the_newest_last(topics: list[str]) -> None:
     assert sent.of("/you") == []
 
 
-def test_new_connection_resets_the_count_and_end_removes_it() -> None:
+def test_delivery_counter_is_reset_by_connection_and_removed_at_end() -> None:
     sent = DeliveryCounter()
     sent.begin("/me", "/a")
     sent.count("/me", "/a")

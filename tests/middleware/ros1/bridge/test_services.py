@@ -68,7 +68,7 @@ def answering(cell: FakeCell, kind: FrameKind, payload: bytes, name: str = "") -
     cell.answer = answer
 
 
-def test_a_call_goes_there_and_back(served: Ground, cell: FakeCell) -> None:
+def test_call_returns_answer_of_cell(served: Ground, cell: FakeCell) -> None:
     answering(cell, FrameKind.ANSWER, b"\1\2\0\0\0ok")
     calls = Calls(served, START, caller="/team", md5sum=md5("std_srvs/Trigger"))
     assert calls.header["type"] == "std_srvs/Trigger"
@@ -80,7 +80,7 @@ def test_a_call_goes_there_and_back(served: Ground, cell: FakeCell) -> None:
     assert (frame.name, frame.type, frame.node, frame.payload) == (START, "std_srvs/Trigger", "/team", b"")
 
 
-def test_calls_on_one_connection(served: Ground, cell: FakeCell) -> None:
+def test_persistent_connection_carries_several_calls(served: Ground, cell: FakeCell) -> None:
     cell.answer = lambda frame: Frame(FrameKind.ANSWER, frame.number, payload=frame.payload[::-1])
     calls = Calls(served, START, persistent="1")
     assert [calls.call(data) for data in (b"abc", b"", b"xy")] == [(True, b"cba"), (True, b""), (True, b"yx")]
@@ -110,7 +110,7 @@ def test_slow_answer_blocks_no_other_caller(master: Ground, make_cell: MakeCell)
     assert waiting.answer() == (True, b"home")
 
 
-def test_in_lockstep_an_answer_may_be_promised_first(master: Ground, make_cell: MakeCell) -> None:
+def test_call_in_lockstep_gets_answer_after_done(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([], [service("/home")], lockstep=True)
     cell.answer = lambda frame: Frame(FrameKind.DONE, frame.number) if frame.name == "/home" else cell.usual(frame)
     start_bridge(master, cell)
@@ -121,12 +121,12 @@ def test_in_lockstep_an_answer_may_be_promised_first(master: Ground, make_cell: 
     assert waiting.answer() == (True, b"home")
 
 
-def test_no_answer_fails_as_a_cpp_service_that_returns_false(served: Ground, cell: FakeCell) -> None:
+def test_failed_service_fails_like_cpp_service_returning_false(served: Ground, cell: FakeCell) -> None:
     answering(cell, FrameKind.REFUSED, b"the state is not go", "ServiceFailedError")
     assert Calls(served, START).call(b"") == (False, b"")
 
 
-def test_a_refusal_fails_with_its_reason_in_one_line(served: Ground, cell: FakeCell) -> None:
+def test_refused_call_fails_with_reason_in_one_line(served: Ground, cell: FakeCell) -> None:
     answering(cell, FrameKind.REFUSED, b"no\n  such", "MessageError")
     calls = Calls(served, START, persistent="1")
     assert calls.call(b"") == (False, b"no such")
@@ -134,12 +134,12 @@ def test_a_refusal_fails_with_its_reason_in_one_line(served: Ground, cell: FakeC
     assert calls.call(b"") == (True, b"\1")
 
 
-def test_another_checksum_is_refused(served: Ground, cell: FakeCell) -> None:
+def test_call_with_other_checksum_is_refused(served: Ground, cell: FakeCell) -> None:
     header = Calls(served, START, md5sum="0" * 32).header
     assert header["error"].startswith(f"{START} has md5sum 937c9679")
 
 
-def test_killed_caller_harms_no_other(served: Ground, cell: FakeCell) -> None:
+def test_killed_caller_affects_no_other(served: Ground, cell: FakeCell) -> None:
     waiting: list[Frame] = []
 
     def keep(frame: Frame) -> Frame | None:
@@ -158,7 +158,7 @@ def test_killed_caller_harms_no_other(served: Ground, cell: FakeCell) -> None:
     assert Calls(served, START).call(b"") == (True, b"\2")
 
 
-def test_a_request_too_long_ends_the_connection(served: Ground, cell: FakeCell) -> None:
+def test_request_that_is_too_long_ends_connection(served: Ground, cell: FakeCell) -> None:
     calls = Calls(served, START, persistent="1")
     calls.socket.sendall(struct.pack("<I", 0xFFFFFFFF))
     with pytest.raises(EOFError):
@@ -179,7 +179,7 @@ def test_a_request_too_long_ends_the_connection(served: Ground, cell: FakeCell) 
         encoded({"topic": "/none", "callerid": "/x", "md5sum": "*"}),
     ],
 )
-def test_nonsense_is_turned_away(data: bytes, served: Ground, cell: FakeCell) -> None:
+def test_invalid_handshake_is_refused(data: bytes, served: Ground, cell: FakeCell) -> None:
     with socket.create_connection(address_of_service(served, START), TIMEOUT) as connection:
         connection.sendall(data)
         connection.settimeout(TIMEOUT)
@@ -197,7 +197,7 @@ def test_silent_connections_block_no_other(served: Ground, cell: FakeCell) -> No
         connection.close()
 
 
-def test_the_tools_know_it(served: Ground, cell: FakeCell) -> None:
+def test_ros_tools_show_service(served: Ground, cell: FakeCell) -> None:
     answering(cell, FrameKind.ANSWER, b"\1\2\0\0\0ok")
     assert served.tool("rosservice", "type", START) == "std_srvs/Trigger\n"
     assert "success: True" in served.tool("rosservice", "call", START)

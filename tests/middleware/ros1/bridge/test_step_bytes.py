@@ -18,28 +18,28 @@ NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 COUNTS = st.integers(0, 2**64 - 1)
 
 
-def test_the_checksum_is_that_of_the_definition() -> None:
+def test_step_checksum_matches_definition() -> None:
     assert md5(STEP_TYPE) == STEP_MD5
 
 
 @given(st.integers(0, 2**31 * 10**9 - 1), st.dictionaries(NAMES, COUNTS, max_size=5))
-def test_requests(nanoseconds: int, published: dict[str, int]) -> None:
+def test_step_request_round_trip(nanoseconds: int, published: dict[str, int]) -> None:
     counts = np.array(list(published.values()), np.uint64)
     data = to_ros1(StepRequest(duration(nanoseconds), list(published), counts))
     assert read_step_request(data) == (nanoseconds, published)
 
 
-def test_topics_without_numbers_are_only_listened_to() -> None:
+def test_step_request_without_counts_has_no_published_messages() -> None:
     data = to_ros1(StepRequest(duration(5), ["/a", "/b"]))
     assert read_step_request(data) == (5, {})
 
 
-def test_a_duration_may_be_negative_and_is_read_so() -> None:
+def test_step_request_with_negative_duration_is_read() -> None:
     assert read_step_request(struct.pack("<iiII", -2, 5, 0, 0)) == (-1_999_999_995, {})
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=30), st.integers(0, 2**31 * 10**9 - 1))
-def test_responses(failure: str, now: int) -> None:
+def test_step_response_round_trip(failure: str, now: int) -> None:
     sent = [("/b", 3), ("/a", 2**40)]
     answer = from_ros1(step_response(failure, now, sent), StepResponse)
     assert (answer.success, answer.message, answer.time) == (not failure, failure, stamp(now))
@@ -47,7 +47,7 @@ def test_responses(failure: str, now: int) -> None:
 
 
 @given(st.binary(max_size=60))
-def test_nonsense_is_refused_or_read_but_never_more(data: bytes) -> None:
+def test_random_step_request_bytes_are_read_or_refused(data: bytes) -> None:
     try:
         nanoseconds, published = read_step_request(data)
     except (struct.error, ValueError):
@@ -57,13 +57,13 @@ def test_nonsense_is_refused_or_read_but_never_more(data: bytes) -> None:
 
 
 @pytest.mark.parametrize("cut", range(1, 30, 3))
-def test_a_request_cut_off_is_refused(cut: int) -> None:
+def test_step_request_that_is_cut_off_is_refused(cut: int) -> None:
     data = to_ros1(StepRequest(duration(5), ["/a", "/b"], np.array([1, 2], np.uint64)))
     with pytest.raises((struct.error, ValueError)):
         read_step_request(data[:-cut])
 
 
-def test_numbers_that_belong_to_no_topic_are_refused() -> None:
+def test_step_request_with_more_counts_than_topics_is_refused() -> None:
     data = to_ros1(StepRequest(duration(5), ["/a"], np.array([1, 2], np.uint64)))
-    with pytest.raises(ValueError, match="1 topics and 2 numbers"):
+    with pytest.raises(ValueError, match="got 1 and 2"):
         read_step_request(data)

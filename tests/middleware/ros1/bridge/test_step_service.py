@@ -62,7 +62,7 @@ def tick_by_tick(cell: FakeCell) -> None:
     cell.answer = answer
 
 
-def test_a_duration_passes_to_its_end(master: Ground, cell: FakeCell) -> None:
+def test_step_advances_time_by_duration(master: Ground, cell: FakeCell) -> None:
     tick_by_tick(cell)
     assert step(master, 100 * TICK).time == stamp(100 * TICK)
     answer = step(master, 3)
@@ -70,7 +70,7 @@ def test_a_duration_passes_to_its_end(master: Ground, cell: FakeCell) -> None:
     assert step(master, 0).time == stamp(101 * TICK)
 
 
-def test_what_was_sent_is_counted_since_the_caller_connected(master: Ground, cell: FakeCell) -> None:
+def test_step_counts_messages_sent_since_caller_connected(master: Ground, cell: FakeCell) -> None:
     tick_by_tick(cell)
     step(master, 5 * TICK)
     mine, others = subscribe(master, "/words"), subscribe(master, "/others", caller="/somebody")
@@ -82,7 +82,7 @@ def test_what_was_sent_is_counted_since_the_caller_connected(master: Ground, cel
     others.close()
 
 
-def test_the_topic_of_the_newest_message_comes_last(master: Ground, cell: FakeCell) -> None:
+def test_step_response_lists_topic_of_newest_message_last(master: Ground, cell: FakeCell) -> None:
     connections = [subscribe(master, topic) for topic in ("/words", "/others")]
 
     def answer(frame: Frame) -> Frame | None:
@@ -110,7 +110,7 @@ def speak(topic: str, count: int) -> None:
     rospy.spin()  # the queue empties in its own thread
 
 
-def test_a_step_waits_for_what_was_published(master: Ground, cell: FakeCell) -> None:
+def test_step_waits_for_published_messages(master: Ground, cell: FakeCell) -> None:
     master.client(speak, "/commands", 20)
     wait_until(lambda: "/speaker" in str(master.ask("getSystemState")), "speaker")
     calls = Calls(master, STEP, caller="/speaker")
@@ -126,23 +126,23 @@ def test_a_step_waits_for_what_was_published(master: Ground, cell: FakeCell) -> 
     assert len(cell.of(FrameKind.PUBLISH)) == 20
 
 
-def test_what_never_comes_is_said_after_a_while(master: Ground, cell: FakeCell) -> None:
+def test_step_with_missing_messages_fails_after_timeout(master: Ground, cell: FakeCell) -> None:
     answer = step(master, TICK, commands=3)
     assert not answer.success
-    assert answer.message == "only 0 of 3 messages on /commands have come from /test in 5 s"
+    assert answer.message == "only 0 of 3 messages on /commands from /test arrived within 5 s"
     assert step(master, TICK).success
 
 
-def test_a_wrong_request_is_refused(master: Ground, cell: FakeCell) -> None:
-    assert step(master, TICK, words=1).message == "the cell hears no /words; it hears /commands"
+def test_step_with_invalid_request_is_refused(master: Ground, cell: FakeCell) -> None:
+    assert step(master, TICK, words=1).message == "the cell does not subscribe to /words (known: /commands)"
     back = Calls(master, STEP).call(to_ros1(StepRequest(duration(-5))))
-    assert from_ros1(back[1], StepResponse).message.startswith("time does not go back")
+    assert from_ros1(back[1], StepResponse).message.startswith("duration must not be negative")
     succeeded, reason = Calls(master, STEP).call(b"abc")
     assert not succeeded
-    assert reason.startswith(b"this is no request of cellwright_msgs/Step")
+    assert reason.startswith(b"invalid request of cellwright_msgs/Step")
 
 
-def test_steps_of_two_callers_come_one_after_the_other(master: Ground, cell: FakeCell) -> None:
+def test_steps_of_two_callers_are_queued(master: Ground, cell: FakeCell) -> None:
     tick_by_tick(cell)
     first, second = Calls(master, STEP, caller="/a"), Calls(master, STEP, caller="/b")
     first.ask(request(SECOND))
@@ -152,7 +152,7 @@ def test_steps_of_two_callers_come_one_after_the_other(master: Ground, cell: Fak
     assert sorted(times, key=lambda time: time.sec) == [stamp(SECOND), stamp(2 * SECOND)]
 
 
-def test_a_caller_that_is_gone_stops_time(master: Ground, cell: FakeCell) -> None:
+def test_step_of_disconnected_caller_ends(master: Ground, cell: FakeCell) -> None:
     tick_by_tick(cell)
     calls = Calls(master, STEP)
     calls.ask(request(2_000_000 * SECOND))
@@ -161,13 +161,13 @@ def test_a_caller_that_is_gone_stops_time(master: Ground, cell: FakeCell) -> Non
     assert step(master, TICK).success
 
 
-def test_rosservice_with_a_duration_alone(master: Ground, cell: FakeCell) -> None:
+def test_rosservice_step_with_duration_only_succeeds(master: Ground, cell: FakeCell) -> None:
     said = master.tool("rosservice", "call", STEP, "{duration: {secs: 2}}")
     assert "success: True" in said
     assert "secs: 2" in said
 
 
-def test_out_of_lockstep_there_is_no_such_service(master: Ground, make_cell: MakeCell) -> None:
+def test_bridge_out_of_lockstep_has_no_step_service(master: Ground, make_cell: MakeCell) -> None:
     start_bridge(master, make_cell([out("/words")]))
     services = master.ask("getSystemState")[2]
     assert STEP not in [name for name, _ in services]

@@ -64,7 +64,9 @@ def is_well(master: Ground) -> bool:
     return call.read(1) == b"\x01"
 
 
-def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connections: ExitStack) -> None:
+def test_foreign_bytes_at_both_ports_do_not_stop_bridge(
+    master: Ground, make_cell: MakeCell, connections: ExitStack
+) -> None:
     cell = make_cell([out("/words")], [service("/trigger")])
     bridge = start_bridge(master, cell)
     assert is_well(master)

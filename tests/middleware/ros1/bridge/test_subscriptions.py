@@ -39,7 +39,7 @@ def words(cell: FakeCell) -> list[tuple[str, str]]:
     return [(frame.node, from_ros1(frame.payload, String).data) for frame in cell.of(FrameKind.PUBLISH)]
 
 
-def test_commands_come_whole_in_order_and_by_name(master: Ground, make_cell: MakeCell) -> None:
+def test_commands_reach_cell_whole_in_order_with_sender(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
     master.client(say, "team", "/words", 50)
@@ -49,7 +49,7 @@ def test_commands_come_whole_in_order_and_by_name(master: Ground, make_cell: Mak
     assert (frame.name, frame.type) == ("/words", "std_msgs/String")
 
 
-def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCell) -> None:
+def test_commands_are_sent_one_at_a_time_and_oldest_dropped(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     held: list[Frame] = []
     is_open = threading.Event()
@@ -63,7 +63,7 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
     cell.answer = answer
     bridge = start_bridge(master, cell)
     master.client(say, "team", "/words", 500)
-    dropped = re.compile(r"^(\d+) messages on /words dropped: they come faster than they are taken$", re.MULTILINE)
+    dropped = re.compile(r"^(\d+) messages on /words dropped: the cell is too slow$", re.MULTILINE)
     wait_until(lambda: sum(map(int, dropped.findall(bridge.said))) == 399, "count of all", seen=lambda: bridge.said)
     assert len(cell.of(FrameKind.PUBLISH)) == 1
     is_open.set()
@@ -85,16 +85,16 @@ def say_too_much(node: str, topic: str, length: int) -> None:
         rospy.sleep(0.05)  # stands for no condition: repeated messages
 
 
-def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: MakeCell) -> None:
+def test_command_that_is_too_long_ends_connection(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     bridge = start_bridge(master, cell)
     master.client(say_too_much, "team", "/words", 17 << 20)
-    bridge.wait_for("messages on /words are too long, and not taken")
+    bridge.wait_for("messages on /words dropped: too long")
     wait_until(lambda: cell.of(FrameKind.PUBLISH), "messages after it")
     assert {word for _, word in words(cell)} == {"short"}
 
 
-def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> None:
+def test_commands_in_lockstep_are_not_dropped(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")], lockstep=True)
     start_bridge(master, cell)
     master.client(say, "team", "/words", 3000)
@@ -102,7 +102,7 @@ def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> 
     assert [word for _, word in words(cell)] == list(map(str, range(3000)))
 
 
-def test_rostopic_pub(master: Ground, make_cell: MakeCell) -> None:
+def test_rostopic_pub_reaches_cell(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
     master.tool("rostopic", "pub", "-1", "/words", "std_msgs/String", "hello")

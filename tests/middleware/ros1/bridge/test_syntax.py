@@ -17,12 +17,12 @@ FILES = sorted(
 NEWER = {"removeprefix", "removesuffix", "cache", "bit_count", "pairwise", "batched"}
 
 
-def test_there_is_something_to_look_at() -> None:
+def test_syntax_check_finds_files() -> None:
     assert len(FILES) > 10
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_python_3_8_can_read_it(path: Path) -> None:
+def test_bridge_file_parses_with_python_3_8(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"), feature_version=(3, 8))
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute):
@@ -33,7 +33,7 @@ def test_python_3_8_can_read_it(path: Path) -> None:
             assert "with (" not in ast.unparse(node).splitlines()[0]
 
 
-def test_the_link_loads_without_anything_installed() -> None:
+def test_link_is_imported_with_standard_library_only() -> None:
     program = (
         "import sys, types; package = types.ModuleType('cellwright'); package.__path__ = [sys.argv[1]]; "
         "sys.modules['cellwright'] = package; import cellwright.middleware.wire.frames"

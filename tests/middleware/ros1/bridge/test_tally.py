@@ -5,7 +5,7 @@ import pytest
 from cellwright.middleware.ros1.bridge.loop import LOG_PERIOD, EventLoop, ThrottledLog
 
 
-def test_the_first_at_once_the_others_after_a_second(
+def test_throttled_log_reports_first_at_once_and_rest_after_a_second(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = [0.0]

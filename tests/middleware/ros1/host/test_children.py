@@ -38,7 +38,7 @@ def ended(process: Child) -> int:
     return status
 
 
-def test_what_it_says_is_passed_on_in_lines() -> None:
+def test_child_output_is_passed_on_by_line() -> None:
     said: list[str] = []
     errors: list[str] = []
     program = "import sys; print('one\\n\\ntwo'); print('three', file=sys.stderr); sys.exit(3)"
@@ -47,13 +47,13 @@ def test_what_it_says_is_passed_on_in_lines() -> None:
     assert errors == ["three"]
 
 
-def test_all_that_it_said_is_there_when_it_has_ended() -> None:
+def test_child_output_is_complete_at_its_end() -> None:
     said: list[str] = []
     assert ended(child("print('x' * 999 + '\\n', end='', flush=True)\nfor n in range(50): print(n)", said)) == 0
     assert said == ["x" * 999, *map(str, range(50))]
 
 
-def test_one_that_says_much_cannot_block_its_parent() -> None:
+def test_child_with_much_output_does_not_block_parent() -> None:
     said: list[str] = []
     process = child("while True: print('x' * 1000)", said)
     wait_until(lambda: process.poll() is None and len(said) > 100, "output")
@@ -66,7 +66,7 @@ def test_one_that_says_much_cannot_block_its_parent() -> None:
 
 
 @given(st.lists(st.binary(max_size=40), max_size=8))
-def test_lines_come_whole_however_they_are_cut(pieces: list[bytes]) -> None:
+def test_child_output_in_random_pieces_gives_whole_lines(pieces: list[bytes]) -> None:
     said: list[str] = []
     read, write = os.pipe()
     lines = Lines(read, said.append)
@@ -82,7 +82,7 @@ def test_lines_come_whole_however_they_are_cut(pieces: list[bytes]) -> None:
     assert said == [text for text in texts if text]
 
 
-def test_stop_sends_the_first_signal() -> None:
+def test_stop_sends_first_signal() -> None:
     said: list[str] = []
     program = """
 import signal, sys, time
@@ -96,7 +96,7 @@ time.sleep(60)  # it shall just live on
     assert process.poll() == 7
 
 
-def test_who_does_not_listen_is_ended_by_force_in_time() -> None:
+def test_child_that_ignores_signals_is_killed() -> None:
     said: list[str] = []
     program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('there', flush=True)\n"
     process = child(f"{program}time.sleep(60)", said)
@@ -105,21 +105,21 @@ def test_who_does_not_listen_is_ended_by_force_in_time() -> None:
     assert process.poll() == -signal.SIGKILL
 
 
-def test_to_stop_what_has_ended_does_nothing() -> None:
+def test_stop_of_ended_child_has_no_effect() -> None:
     process = child("raise SystemExit(4)")
     assert ended(process) == 4
     process.stop()
     assert process.poll() == 4
 
 
-def test_a_program_that_is_not_there() -> None:
+def test_child_of_missing_program_is_reported() -> None:
     errors: list[str] = []
     process = Child(["/no/such/program"], os.environ, python=sys.executable, on_error=errors.append)
     assert ended(process) == 1
     assert errors == ["/no/such/program: No such file or directory"]
 
 
-def test_the_terminal_s_ctrl_c_is_not_for_it() -> None:
+def test_child_ignores_ctrl_c_of_terminal() -> None:
     process = child("import time; time.sleep(60)")
     assert os.getpgid(process.pid) != os.getpgid(0)
     process.stop()
@@ -127,7 +127,7 @@ def test_the_terminal_s_ctrl_c_is_not_for_it() -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel ties no process to its parent")
 @pytest.mark.parametrize("is_early", [False, True], ids=["later", "at once"])
-def test_it_ends_with_its_parent_even_when_that_is_killed(*, is_early: bool) -> None:
+def test_child_ends_with_killed_parent(*, is_early: bool) -> None:
     pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: usually the child is tied by then
     parent = f"""
 import os, sys, time
@@ -146,12 +146,12 @@ os.kill(os.getpid(), 9)
 @pytest.mark.parametrize(
     ("status", "words"), [(0, "ended with status 0"), (75, "ended with status 75"), (-9, "was ended by SIGKILL")]
 )
-def test_an_end_in_words(status: int, words: str) -> None:
+def test_describe_exit_names_status_or_signal(status: int, words: str) -> None:
     assert describe_exit(status) == words
     assert describe_exit(-250) == "was ended by signal 250"
 
 
-def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
+def test_restart_delay_grows_with_repeated_failures() -> None:
     timeout = RestartDelay()
     assert [timeout.after(0.1) for _ in range(8)] == [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0]
     assert timeout.after(20.0) == 0.0
@@ -159,7 +159,7 @@ def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=30))
-def test_delay_is_bounded(lives: list[float]) -> None:
+def test_restart_delay_is_bounded(lives: list[float]) -> None:
     timeout = RestartDelay()
     for lasted in lives:
         wait = timeout.after(lasted)

@@ -13,7 +13,7 @@ ACCEPTED = re.compile(r"/[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
 
 
 @pytest.mark.parametrize("name", ["openloong_controller_node", "/openloong_controller_node"])
-def test_a_slash_in_front_is_not_needed(name: str) -> None:
+def test_node_name_without_slash_gets_one(name: str) -> None:
     assert robot_identity(name).node == "/openloong_controller_node"
 
 
@@ -26,13 +26,13 @@ def test_robot_uses_wall_time_by_default() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "/", "2arms", "left arm", "a//b", "a/", "~own", "roboter_ä", "a\n", "a" * 300])
-def test_names_that_ros_does_not_take(name: str) -> None:
-    with pytest.raises(UsageError, match="is no name for a node"):
+def test_invalid_node_name_is_refused(name: str) -> None:
+    with pytest.raises(UsageError, match="is not a node name"):
         node_name(name)
 
 
 @given(st.text(max_size=30))
-def test_what_comes_out_is_an_absolute_name_of_ros(text: str) -> None:
+def test_random_node_name_becomes_absolute_or_is_refused(text: str) -> None:
     try:
         name = node_name(text)
     except UsageError:

@@ -40,14 +40,14 @@ def test_missing_installation_error_has_instructions(bare: Path) -> None:
         assert word in said
 
 
-def test_the_shell_s_own_is_taken_as_it_is(bare: Path) -> None:
+def test_installation_of_shell_environment_is_used_unchanged(bare: Path) -> None:
     said = {"HAS_ROSPY": "1", "PYTHONHOME": "/nowhere", "ROS_NAMESPACE": "/group"}
     found = find(said, root=bare / "ros")
     assert found.python == installation.SYSTEM_PYTHON
     assert found.environment == {"HAS_ROSPY": "1"}
 
 
-def test_the_one_that_is_named_is_taken_and_no_other(bare: Path) -> None:
+def test_python_named_by_variable_is_used_alone(bare: Path) -> None:
     good, bad = script(bare / "good", "exit 0"), script(bare / "bad", "exit 1")
     assert find({PYTHON_VARIABLE: good}, root=bare).python == good
     for name in (bad, "/no/such/python"):
@@ -56,12 +56,12 @@ def test_the_one_that_is_named_is_taken_and_no_other(bare: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("ps") is None, reason="ps is not installed")
-def test_ctrl_c_on_the_terminal_does_not_make_an_interpreter_say_no(bare: Path) -> None:
+def test_interpreter_check_runs_in_own_session(bare: Path) -> None:
     alone = script(bare / "alone", """[ "$(ps -o sid= -p $$ | tr -d ' ')" = "$$" ]""")
     assert find({PYTHON_VARIABLE: alone, "PATH": os.environ["PATH"]}, root=bare).python == alone
 
 
-def test_one_under_opt_is_sourced(bare: Path) -> None:
+def test_installation_under_opt_is_sourced(bare: Path) -> None:
     root = bare / "ros"
     for name in ("kinetic", "noetic"):
         (root / name).mkdir(parents=True)
@@ -75,7 +75,7 @@ def test_one_under_opt_is_sourced(bare: Path) -> None:
     assert found.environment["TWO"] == "a\nb"
 
 
-def test_programs_are_found_where_the_installation_is(tmp_path: Path) -> None:
+def test_programs_are_found_in_installation(tmp_path: Path) -> None:
     program = script(tmp_path / "bin" / "rosmaster", "exit 0")
     node = script(tmp_path / "lib" / "rosout" / "rosout", "exit 0")
     (tmp_path / "lib" / "rosout" / "notes").write_text("no program")
@@ -87,6 +87,6 @@ def test_programs_are_found_where_the_installation_is(tmp_path: Path) -> None:
     assert found.node("tf", "tf_echo") is None
 
 
-def test_prefixes_of_the_shell_come_first(bare: Path) -> None:
+def test_prefixes_of_shell_come_first(bare: Path) -> None:
     environment = {"HAS_ROSPY": "1", "CMAKE_PREFIX_PATH": os.pathsep.join(["/a", "/b"])}
     assert find(environment, root=bare / "ros").prefixes == (Path("/a"), Path("/b"), Path("/usr"))

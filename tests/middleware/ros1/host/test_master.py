@@ -91,18 +91,18 @@ def answering(talk: Callable[[socket.socket], None]) -> Iterator[str]:
 @pytest.mark.parametrize(
     "uri", ["", "localhost", "localhost:11311", "http://", "http://a", "https://a:1", "http://a:x"]
 )
-def test_what_is_no_address_is_refused(uri: str) -> None:
-    with pytest.raises(UsageError, match="which is no address like http://localhost:11311"):
+def test_invalid_master_uri_is_refused(uri: str) -> None:
+    with pytest.raises(UsageError, match="not an address like http://localhost:11311"):
         MasterClient(uri)
 
 
-def test_addresses_of_this_machine() -> None:
+def test_is_local_recognizes_addresses_of_this_machine() -> None:
     for host in ("localhost", "127.0.0.1", "127.1.2.3", "[::1]", socket.gethostname()):
         assert MasterClient(f"http://{host}:11311/").is_local
     assert not MasterClient("http://192.0.2.1:11311").is_local
 
 
-def test_a_master(fake: FakeMaster) -> None:
+def test_master_client_answers_and_sets_parameters(fake: FakeMaster) -> None:
     master = MasterClient(fake.uri + "/")
     assert master.answers()
     assert master.is_port_taken()
@@ -113,7 +113,7 @@ def test_a_master(fake: FakeMaster) -> None:
     assert master.living_node("/gazebo") is None
 
 
-def test_parameters_leave_alone_what_lies_beside_them(fake: FakeMaster) -> None:
+def test_set_parameters_keeps_parameters_beside_them(fake: FakeMaster) -> None:
     MasterClient(fake.uri).set_parameters({"use_sim_time": True, "ariac": {"arm": {"gains": {"p": 1.0}}, "text": "x"}})
     assert fake.parameters == {"/use_sim_time": True, "/ariac/arm": {"gains": {"p": 1.0}}, "/ariac/text": "x"}
 
@@ -125,13 +125,13 @@ def test_unset_parameter_is_none(fake: FakeMaster) -> None:
     assert master.parameter("/x") == 0
 
 
-def test_publishers_that_live(fake: FakeMaster) -> None:
+def test_living_publishers_omits_dead_nodes(fake: FakeMaster) -> None:
     fake.nodes = {"/alive": fake.uri, "/dead": f"http://127.0.0.1:{free_port()}"}
     assert MasterClient(fake.uri).living_publishers("/states") == ["/alive"]
     assert MasterClient(fake.uri).living_publishers("/others") == []
 
 
-def test_no_master() -> None:
+def test_master_client_without_master_raises_master_error() -> None:
     master = MasterClient(f"http://127.0.0.1:{free_port()}", MASTER_TIMEOUT)
     assert not master.answers()
     assert not master.is_port_taken()
@@ -183,7 +183,7 @@ def xml(value: str) -> Callable[[socket.socket], None]:
     ],
     ids=["hangs", "drips", "closes", "noise", "404", "half", "number", "short", "refuses"],
 )
-def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.socket], None]) -> None:
+def test_other_server_is_no_master_within_timeout(talk: Callable[[socket.socket], None]) -> None:
     with answering(talk) as uri:
         is_over.clear()
         master = MasterClient(uri, MASTER_TIMEOUT)
@@ -192,7 +192,7 @@ def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.s
         assert master.is_port_taken()
 
 
-def test_an_address_that_cannot_be_looked_up_costs_no_more_than_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unresolvable_master_host_fails_within_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
     ready = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_more: ready.wait(TIMEOUT))
     assert not MasterClient("http://far.away:11311", MASTER_TIMEOUT).answers()

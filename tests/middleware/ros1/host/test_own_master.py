@@ -44,7 +44,7 @@ Own = tuple[OwnMaster, MasterClient, list[str]]
 
 
 @pytest.mark.ros1
-def test_it_answers_and_has_an_id(own: Own, no_master: Ground) -> None:
+def test_own_master_answers_and_has_run_id(own: Own, no_master: Ground) -> None:
     made, master, said = own
     made.wait(never)
     made.mark()
@@ -64,7 +64,7 @@ def test_wait_returns_at_once_when_stopped(own: Own) -> None:
 
 
 @pytest.mark.ros1
-def test_master_of_another_program_is_left_alone(own: Own, no_master: Ground) -> None:
+def test_own_master_killed_and_replaced_is_not_restarted(own: Own, no_master: Ground) -> None:
     made, master, said = own
     made.wait(never)
     os.kill(no_master.ask("getPid"), signal.SIGKILL)
@@ -76,8 +76,8 @@ def test_master_of_another_program_is_left_alone(own: Own, no_master: Ground) ->
         return len(said) == 2
 
     wait_until(has_said_both, "two reports")
-    assert "was ended by SIGKILL; it is started again" in said[0]
-    assert "somebody else listens" in said[1]
+    assert "was ended by SIGKILL; restarting it" in said[0]
+    assert "another program listens" in said[1]
     made.poll()
     made.stop()
     assert master.answers()
@@ -91,7 +91,7 @@ def script(path: Path, text: str) -> Installation:
     return Installation(shutil.which("python3") or "", {"PATH": f"{path.parent}:{os.environ['PATH']}"}, ())
 
 
-def test_master_that_ends_at_once_is_reported_with_its_output(tmp_path: Path) -> None:
+def test_own_master_that_ends_at_once_is_reported_with_output(tmp_path: Path) -> None:
     broken = script(tmp_path / "rosmaster", "echo it is broken >&2; exit 3")
     made = OwnMaster(broken, MasterClient("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match=r"at http://127\.0\.0\.1:9 ended with status 3: it is broken$"):
@@ -99,7 +99,7 @@ def test_master_that_ends_at_once_is_reported_with_its_output(tmp_path: Path) ->
     made.stop()
 
 
-def test_one_that_never_answers_is_given_up(tmp_path: Path) -> None:
+def test_own_master_that_never_answers_is_refused(tmp_path: Path) -> None:
     silent = script(tmp_path / "rosmaster", "exec sleep 60")  # it shall just live on
     made = OwnMaster(silent, MasterClient("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match="does not answer"):
@@ -107,7 +107,7 @@ def test_one_that_never_answers_is_given_up(tmp_path: Path) -> None:
     made.stop()
 
 
-def test_one_that_is_not_installed_is_asked_for(tmp_path: Path) -> None:
+def test_own_master_without_rosmaster_is_refused_with_instructions(tmp_path: Path) -> None:
     nothing = Installation("/usr/bin/python3", {"PATH": str(tmp_path)}, ())
     with pytest.raises(UsageError, match="rosmaster is not installed; on Debian 12 and Ubuntu: scripts/install-ros1"):
         OwnMaster(nothing, MasterClient("http://127.0.0.1:9"), lambda _line: None)

@@ -26,13 +26,13 @@ def joined(ground: Ground, node: str, urdf: str, monkeypatch: pytest.MonkeyPatch
         monkeypatch.context() as patched,
         Ros1(print, environment=ground.environment, identity=robot_identity(node)) as ros,
     ):
-        patched.setattr("cellwright.middleware.ros1.host.ros1.Bridge", fail)
+        patched.setattr("cellwright.middleware.ros1.host.ros1.BridgeProcess", fail)
         ros.prepare()
         with pytest.raises(UsageError, match="no process left"):
             ros.join(("127.0.0.1", 9), {node: {"robot_description": urdf}}, lambda _seconds: None)
 
 
-def test_time_at_the_master_is_left_as_it_is(master: Ground) -> None:
+def test_robot_with_wall_time_leaves_use_sim_time_and_warns(master: Ground) -> None:
     said: list[str] = []
     with Ros1(said.append, environment=master.environment, identity=robot_identity("arm")) as ros:
         ros.prepare()
@@ -45,13 +45,15 @@ def test_time_at_the_master_is_left_as_it_is(master: Ground) -> None:
     assert "rosparam set /use_sim_time false" in said[0]
 
 
-def test_simulated_time_is_said_at_the_master(master: Ground) -> None:
+def test_robot_with_sim_time_sets_use_sim_time(master: Ground) -> None:
     with Ros1(print, environment=master.environment, identity=robot_identity("arm", sim_time=True)) as ros:
         ros.prepare()
     assert master.ask("getParam", "/use_sim_time") is True
 
 
-def test_description_is_global_unless_another_program_has_one(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robot_description_is_global_unless_set_by_other_program(
+    master: Ground, monkeypatch: pytest.MonkeyPatch
+) -> None:
     joined(master, "arm", "first", monkeypatch)
     assert master.ask("getParam", "/robot_description") == master.ask("getParam", "/arm/robot_description") == "first"
     joined(master, "arm", "second", monkeypatch)
@@ -61,7 +63,7 @@ def test_description_is_global_unless_another_program_has_one(master: Ground, mo
     assert master.ask("getParam", "/robot_description") == "second", "it is of another node"
 
 
-def test_another_robot_at_the_same_master_is_reported(master: Ground) -> None:
+def test_other_robot_at_same_master_is_reported(master: Ground) -> None:
     program = """
 import rospy
 from sensor_msgs.msg import JointState
@@ -75,15 +77,15 @@ rospy.spin()
     with Ros1(said.append, environment=master.environment, identity=robot_identity("arm")) as ros:
         ros.prepare()
     (line,) = said
-    assert line.startswith("/other_robot publishes /io_teleop/joint_states at http://")
+    assert line.startswith("/other_robot also publishes /io_teleop/joint_states at http://")
 
 
-def test_a_node_of_the_same_name_is_not_driven_out(master: Ground) -> None:
+def test_robot_with_name_of_running_node_is_refused(master: Ground) -> None:
     other = master.client("import rospy; rospy.init_node('arm'); print('there', flush=True); rospy.spin()")
     other.wait_for("there")
     with (
         Ros1(print, environment=master.environment, identity=robot_identity("arm")) as ros,
-        pytest.raises(UsageError, match=r"a node /arm is there already at .*; end it, or give another name"),
+        pytest.raises(UsageError, match=r"node /arm already runs at .*; stop it, or choose another name"),
     ):
         ros.prepare()
     assert other.running

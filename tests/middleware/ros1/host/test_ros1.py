@@ -77,7 +77,7 @@ def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Ite
         yield made, made.serve("lesson")
 
 
-def test_it_is_ready_with_everything_there(served: tuple[Ground, Process]) -> None:
+def test_serve_is_ready_when_all_is_registered(served: tuple[Ground, Process]) -> None:
     master, cell = served
     ready = re.search(r"^ready: lesson at 127\.0\.0\.1:\d+, real time, ROS 1 at (\S+)$", cell.out, re.MULTILINE)
     assert ready is not None
@@ -89,7 +89,7 @@ def test_it_is_ready_with_everything_there(served: tuple[Ground, Process]) -> No
     assert parameter(master, "/robot_description").startswith("<?xml")
 
 
-def test_time_is_said_to_be_simulated_before_the_cell_is_there(master: Ground) -> None:
+def test_use_sim_time_is_set_before_cell_is_built(master: Ground) -> None:
     cell = master.cold_cellwright("serve", "lesson", "--ros1", "--port", "0")
     wait_until(lambda: master.ask("hasParam", "/use_sim_time"), "use_sim_time")
     assert not master.ask("hasParam", "/robot_description")
@@ -97,20 +97,20 @@ def test_time_is_said_to_be_simulated_before_the_cell_is_there(master: Ground) -
     cell.wait_for("^ready")
 
 
-def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_master: Ground) -> None:
+def test_serve_without_master_starts_one_and_ends_it(no_master: Ground) -> None:
     cell = no_master.serve("lesson")
     wait_until(lambda: "/rosout" in nodes(no_master), "rosout")
     assert no_master.ask("hasParam", "/run_id")
     (rosout,) = [pid for pid in cell.relatives() if re.search("/rosout", command_of(pid))]
     os.kill(rosout, signal.SIGKILL)
-    cell.wait_for("the node /rosout was ended by SIGKILL; it is started again")
+    cell.wait_for("the node /rosout was ended by SIGKILL; restarting it")
     wait_until(lambda: any(re.search("/rosout", command_of(pid)) for pid in cell.relatives()), "another")
     check_end(cell)
     with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
         no_master.ask("getPid")
 
 
-def test_other_machines_have_no_access(no_master: Ground) -> None:
+def test_serve_listens_on_loopback_only(no_master: Ground) -> None:
     """Except for C++ nodes, whose library listens for calls of other nodes at every address."""
     cell = no_master.serve("lesson", ROS_IP="")
     ours = {cell.pid, *(pid for pid in cell.relatives() if not re.search(f"rosout|{PUBLISHER}", command_of(pid)))}
@@ -119,48 +119,51 @@ def test_other_machines_have_no_access(no_master: Ground) -> None:
     assert set.union(*listening) == {"127.0.0.1"}
 
 
-def test_a_second_simulator_at_the_same_master_is_refused(served: tuple[Ground, Process]) -> None:
+def test_second_simulator_at_same_master_is_refused(served: tuple[Ground, Process]) -> None:
     master, first = served
     said = refused(master)
-    assert re.match(r"error: a simulator is there already at http://\S+: its node /gazebo answers at http://", said)
+    assert re.match(r"error: a simulator already runs at http://\S+: its node /gazebo answers at http://", said)
     assert first.running
     assert GAZEBO in nodes(master)
 
 
-def test_one_that_was_killed_does_not_stand_in_the_way(master: Ground) -> None:
+def test_killed_simulator_does_not_block_next_one(master: Ground) -> None:
     first = master.serve("lesson")
     first.signal(signal.SIGKILL)
     first.finish()
     assert master.serve("lesson").running
 
 
-def test_without_rospy_it_says_how_to_get_it(no_master: Ground) -> None:
+def test_serve_without_rospy_prints_instructions(no_master: Ground) -> None:
     said = refused(no_master, CELLWRIGHT_ROS1_PYTHON=sys.executable)
     assert said.startswith(f"error: CELLWRIGHT_ROS1_PYTHON is {sys.executable}, which has no rospy; on Debian 12")
 
 
-def test_a_master_elsewhere_must_be_there(no_master: Ground) -> None:
+def test_serve_with_absent_remote_master_is_refused(no_master: Ground) -> None:
     said = refused(no_master, ROS_MASTER_URI="http://nowhere.invalid:11311")
     assert said == (
-        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; see ROS_MASTER_URI"
+        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; "
+        "check ROS_MASTER_URI"
     )
-    assert refused(no_master, ROS_MASTER_URI="nonsense").startswith("error: ROS_MASTER_URI is 'nonsense', which is no")
+    assert refused(no_master, ROS_MASTER_URI="nonsense").startswith(
+        "error: ROS_MASTER_URI is 'nonsense', not an address"
+    )
 
 
-def test_something_else_at_the_master_s_address(no_master: Ground) -> None:
+def test_serve_with_other_program_at_master_address_is_refused(no_master: Ground) -> None:
     other = no_master.start(["python3", "-m", "http.server", "--bind", "127.0.0.1", str(no_master.port)])
     other.wait_for("Serving HTTP")
-    assert f"what listens at http://127.0.0.1:{no_master.port} is no ROS master" in refused(no_master)
+    assert f"the program at http://127.0.0.1:{no_master.port} is not a ROS master" in refused(no_master)
 
 
-def test_a_bad_file_is_refused_before_a_master_is_started(no_master: Ground) -> None:
+def test_unknown_trial_is_refused_before_master_is_started(no_master: Ground) -> None:
     cell = no_master.cellwright("serve", "no-such-trial", "--ros1", "--port", "0")
     assert cell.finish() == 2
     assert not cell.relatives()
     assert "no-such-trial" in cell.err
 
 
-def test_a_socket_that_cannot_be_had(master: Ground) -> None:
+def test_serve_on_port_in_use_is_refused(master: Ground) -> None:
     port = free_port()
     master.cellwright("serve", "lesson", "--port", str(port)).wait_for("^ready")
     cell = master.cellwright("serve", "lesson", "--ros1", "--port", str(port))
@@ -169,37 +172,37 @@ def test_a_socket_that_cannot_be_had(master: Ground) -> None:
     wait_until(lambda: GAZEBO not in nodes(master), "node less")
 
 
-def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) -> None:
+def test_own_master_that_is_killed_is_restarted(no_master: Ground) -> None:
     cell = no_master.serve("lesson")
     run = parameter(no_master, "/run_id")
     os.kill(pid_of(cell, "rosmaster"), signal.SIGKILL)
-    cell.wait_for("the ROS master at .* was ended by SIGKILL; it is started again")
-    cell.wait_for("everything is registered again at")
+    cell.wait_for("the ROS master at .* was ended by SIGKILL; restarting it")
+    cell.wait_for("all topics and services are registered again at")
     assert nodes(no_master) >= {GAZEBO, PUBLISHER}
     assert parameter(no_master, "/run_id") != run
 
 
-def test_node_ended_by_rosnode_kill_comes_back(master: Ground) -> None:
+def test_node_ended_by_rosnode_kill_registers_again(master: Ground) -> None:
     cell = master.serve("lesson")
     master.tool("rosnode", "kill", GAZEBO)
-    cell.wait_for("everything is registered again")
+    cell.wait_for("all topics and services are registered again")
     assert GAZEBO in nodes(master)
 
 
-def test_another_simulator_that_takes_the_name_is_given_way_to(master: Ground) -> None:
+def test_bridge_yields_to_other_node_of_same_name(master: Ground) -> None:
     cell = master.serve("lesson")
     program = "import rospy; rospy.init_node('gazebo'); print('there', flush=True); rospy.spin()"
     usurper = master.client(program)
     usurper.wait_for("there")
-    cell.wait_for("another node has taken the place of /gazebo")
+    cell.wait_for("another node has the name /gazebo now")
     assert cell.running
-    assert "registered again" not in cell.out
+    assert "are registered again" not in cell.out
     usurper.signal(signal.SIGKILL)
     usurper.finish()
-    cell.wait_for("everything is registered again")
+    cell.wait_for("all topics and services are registered again")
 
 
-def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:
+def test_ctrl_c_ends_all_and_unregisters_at_master(master: Ground) -> None:
     cell = master.serve("lesson")
     check_end(cell)
     assert not {GAZEBO, PUBLISHER} & nodes(master)
@@ -209,7 +212,7 @@ def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=lambda each: each.name)
 @pytest.mark.parametrize("stage", ["imports", "master", "ready"])
-def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals, stage: str) -> None:
+def test_signal_at_any_stage_of_start_ends_serve(no_master: Ground, number: signal.Signals, stage: str) -> None:
     """The stages of the start are each interrupted somewhere; `Ground.close` checks for leftover processes."""
     start = no_master.cold_cellwright if stage == "imports" else no_master.cellwright
     cell = start("serve", "lesson", "--ros1", "--port", "0")
@@ -237,7 +240,7 @@ def has_parameter(ground: Ground, name: str) -> bool:
         return False
 
 
-def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> None:
+def test_cell_in_background_of_script_ends_on_signal(no_master: Ground) -> None:
     """In a shell without job control, background programs and their children ignore Ctrl-C."""
     script = f"{shlex.quote(sys.executable)} -m cellwright serve lesson --ros1 --port 0 & wait"
     shell = no_master.start(["sh", "-c", script], PYTHONPATH=os.environ.get("PYTHONPATH", ""))
@@ -247,7 +250,7 @@ def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> Non
     wait_until(lambda: not shell.relatives(), "end of all processes")
 
 
-def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bridge_that_cannot_be_started_is_tried_again(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
     """For example if the machine has no process left for the bridge."""
     said: list[str] = []
     with Ros1(said.append, environment=master.environment) as ros:
@@ -256,7 +259,7 @@ def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypa
         def fail(*_: Any) -> None:
             raise OSError(11, "Resource temporarily unavailable")
 
-        monkeypatch.setattr("cellwright.middleware.ros1.host.ros1.Bridge", fail)
+        monkeypatch.setattr("cellwright.middleware.ros1.host.ros1.BridgeProcess", fail)
         with pytest.raises(UsageError, match=r"bridge could not be started: .*temporarily unavailable"):
             ros.join(("127.0.0.1", 9), {"x": 1}, lambda _seconds: None)
 
@@ -265,5 +268,5 @@ def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypa
             return len(said) >= count
 
         wait_until(lambda: has_said(3), "three reports")
-    assert {line.partition(":")[0] for line in said} == {"a program of ROS 1 could not be started"}
+    assert {line.partition(":")[0] for line in said} == {"a ROS 1 program could not be started"}
     assert parameter(master, "/x") == 1

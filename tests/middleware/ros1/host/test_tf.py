@@ -79,7 +79,7 @@ def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Ite
         yield made, made.serve("lesson")
 
 
-def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(served: tuple[Ground, Process]) -> None:
+def test_frames_have_parent_sender_and_rate_of_original(served: tuple[Ground, Process]) -> None:
     master, cell = served
     heard = master.client(listen, SECONDS).value()
     assert heard["/tf_static"].keys() == {PUBLISHER}
@@ -101,7 +101,7 @@ def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(serv
     assert not re.search(r"robot_state_publisher: \[", cell.out + cell.err)  # it reports no problem
 
 
-def test_tf_echo(served: tuple[Ground, Process], text: str) -> None:
+def test_tf_echo_prints_transform(served: tuple[Ground, Process], text: str) -> None:
     master, _ = served
     echo = master.start(["rosrun", "tf", "tf_echo", "world", "vacuum_gripper_link"])
     found = echo.wait_for(r"Translation: \[(.*), (.*), (.*)\]")
@@ -112,7 +112,7 @@ def test_tf_echo(served: tuple[Ground, Process], text: str) -> None:
     assert [float(each) for each in found.groups()] == pytest.approx(expected, abs=0.02)  # the soft servos sag
 
 
-def test_a_cell_without_an_arm_has_its_fixed_frames(master: Ground, tmp_path: Any) -> None:
+def test_cell_without_arm_publishes_fixed_frames(master: Ground, tmp_path: Any) -> None:
     file = tmp_path / "bare.yaml"
     file.write_text("options:\n  insert_agvs: true\n")
     cell = master.serve(str(file))

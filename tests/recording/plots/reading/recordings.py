@@ -16,13 +16,13 @@ from cellwright.recording.format.reader import RecordedMessage
 
 SECOND = 1_000_000_000
 
-Said = tuple[float, str, str, Message]
+TimedMessage = tuple[float, str, str, Message]
 """Time [s], topic, type and message."""
 
 
-def message(time: float, said: Message, topic: str = "/a") -> RecordedMessage:
+def message(time: float, content: Message, topic: str = "/a") -> RecordedMessage:
     """Return one message as a reader gets it."""
-    return RecordedMessage(topic, round(time * SECOND), to_cdr(said))
+    return RecordedMessage(topic, round(time * SECOND), to_cdr(content))
 
 
 def text(time: float, topic: str, value: Any) -> RecordedMessage:
@@ -52,7 +52,11 @@ def kit(time: float, agv: int = 1, **evidence: Any) -> RecordedMessage:
 
 
 def write(
-    path: Path, header: RecordingHeader, said: Iterable[Said], *, attachments: dict[str, bytes] | None = None
+    path: Path,
+    header: RecordingHeader,
+    messages: Iterable[TimedMessage],
+    *,
+    attachments: dict[str, bytes] | None = None,
 ) -> None:
     """Write a recording of messages, in the order of their times."""
     with McapFile(path) as file:
@@ -60,7 +64,7 @@ def write(
         for name, data in (attachments or {}).items():
             file.attach(name, "application/octet-stream", data)
         channels: dict[str, int] = {}
-        for time, topic, kind, content in sorted(said, key=lambda each: each[0]):
+        for time, topic, kind, content in sorted(messages, key=lambda each: each[0]):
             if topic not in channels:
                 channels[topic] = file.channel(RecordedTopic(topic, kind))
             file.add(channels[topic], round(time * SECOND), to_cdr(content))

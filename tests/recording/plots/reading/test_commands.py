@@ -14,7 +14,7 @@ from tests.recording.plots.reading.recordings import message
 
 
 @given(st.lists(st.text(min_size=1, max_size=20)))
-def test_each_name_with_its_times(called: list[str]) -> None:
+def test_reader_collects_times_by_command_name(called: list[str]) -> None:
     reader, expected = CommandReader(), dict[str, list[float]]()
     for time, name in enumerate(called):
         reader.take(message(time, String(data=json.dumps({"tick": 3, "name": name, "data": "x" * 9}))))
@@ -22,7 +22,7 @@ def test_each_name_with_its_times(called: list[str]) -> None:
     assert {track.name: track.times.tolist() for track in reader.tracks()} == expected
 
 
-def test_a_command_as_it_is_recorded() -> None:
+def test_encoded_command_gives_track_of_its_name() -> None:
     reader = CommandReader()
     command = Command(
         tick=7, how=InputKind.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
@@ -32,7 +32,7 @@ def test_a_command_as_it_is_recorded() -> None:
     assert (track.name, track.times.tolist()) == ("/ariac/arm/command", [0.5])
 
 
-def test_an_invalid_command_is_skipped() -> None:
+def test_invalid_command_is_skipped() -> None:
     reader = CommandReader()
     reader.take(message(0.0, String(data="nothing")))
     assert reader.tracks() == []

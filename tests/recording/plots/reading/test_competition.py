@@ -19,7 +19,7 @@ def taken(*messages: RecordedMessage) -> CompetitionReader:
     return competition
 
 
-def test_the_score_changes_when_it_changes() -> None:
+def test_score_track_has_only_changes() -> None:
     scores = [(0.0, 0.0), (0.1, 0.0), (0.2, 3.0), (0.3, 3.0), (0.4, -1.0)]
     found = taken(
         event(0.0, kind="run", reachable=8.0), *(message(t, Float32(data=p), SCORE) for t, p in scores)
@@ -28,11 +28,11 @@ def test_the_score_changes_when_it_changes() -> None:
     assert (found.times.tolist(), found.points.tolist(), found.best) == ([0.0, 0.2, 0.4], [0.0, 3.0, -1.0], 8.0)
 
 
-def test_without_a_score_there_is_none() -> None:
+def test_recording_without_score_has_no_track() -> None:
     assert taken(message(0.0, String(data="init"), STATE)).score() is None
 
 
-def test_states_and_marks() -> None:
+def test_states_and_events_give_spans_and_marks() -> None:
     competition = taken(
         *(message(time, String(data=state), STATE) for time, state in enumerate(["init", "go", "go", "done"])),
         event(1.0, kind="order", order_id="order_0"),
@@ -52,7 +52,7 @@ def test_states_and_marks() -> None:
     assert competition.result["outcome"] == "done"
 
 
-def test_what_was_said_of_each_part() -> None:
+def test_kit_event_gives_verdict_of_each_part() -> None:
     parts = [
         {"object": "bin7|piston_rod_part_1", "presence": 1.0},
         {"object": "gear_1", "presence": 0.0},
@@ -70,6 +70,6 @@ def test_what_was_said_of_each_part() -> None:
 @pytest.mark.parametrize(
     "value", [{"kind": "kit"}, {"kind": "order"}, {"kind": "kit", "tray_id": "a", "evidence": 3}, [1], "no object"]
 )
-def test_a_line_that_lacks_something_is_left_out(value: object) -> None:
+def test_incomplete_log_line_is_refused(value: object) -> None:
     with pytest.raises(MessageError):
         taken(text(0.0, EVENT, value))

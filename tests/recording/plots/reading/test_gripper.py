@@ -9,7 +9,7 @@ from tests.recording.plots.reading.recordings import message
 
 
 @given(st.lists(st.sampled_from(["", "a", "b"]), min_size=1, max_size=30))
-def test_spans_have_the_newest_label_at_each_time(labels: list[str]) -> None:
+def test_spans_have_newest_label_at_each_time(labels: list[str]) -> None:
     spans = Spans()
     for time, label in enumerate(labels):
         spans.add(float(time), label)
@@ -18,7 +18,7 @@ def test_spans_have_the_newest_label_at_each_time(labels: list[str]) -> None:
         assert [span.label for span in found if span.begin <= time < span.end] == ([label] if label else [])
 
 
-def test_suction_and_load() -> None:
+def test_gripper_states_give_spans_of_suction_and_load() -> None:
     gripper = GripperReader()
     states = [(False, False), (True, False), (True, True), (True, True), (False, False)]
     for time, (enabled, attached) in enumerate(states):
@@ -27,7 +27,7 @@ def test_suction_and_load() -> None:
     assert [(span.begin, span.end) for span in gripper.attached.until(9.0)] == [(2.0, 4.0)]
 
 
-def test_one_that_holds_to_the_end() -> None:
+def test_suction_until_end_gives_span_to_end() -> None:
     gripper = GripperReader()
     gripper.take(message(1.0, VacuumGripperState(enabled=True, attached=False)))
     assert [(span.begin, span.end) for span in gripper.on.until(9.0)] == [(1.0, 9.0)]

@@ -40,7 +40,7 @@ def state(names: list[str], positions: list[float], frame: str = "", second: int
         max_size=4,
     )
 )
-def test_whatever_the_names_and_however_they_change(tables: list[tuple[list[str], str, list[list[float]]]]) -> None:
+def test_curves_follow_changing_joint_names(tables: list[tuple[list[str], str, list[list[float]]]]) -> None:
     reader, expected, now = JointStateReader("/joints"), dict[str, list[tuple[float, float]]](), 0
     for names, frame, rows in tables:
         for row in rows:
@@ -55,7 +55,7 @@ def test_whatever_the_names_and_however_they_change(tables: list[tuple[list[str]
 
 
 @given(st.integers(0, 150), st.integers(0, 150))
-def test_a_message_that_was_cut_is_left_out(first: int, second: int) -> None:
+def test_truncated_joint_states_are_left_out(first: int, second: int) -> None:
     whole = message(1.0, state(["a", "b"], [1.0, 2.0]))
     reader = JointStateReader("/joints")
     for place, length in enumerate((first, 200, second)):
@@ -68,14 +68,14 @@ def test_a_message_that_was_cut_is_left_out(first: int, second: int) -> None:
     assert 1e-9 in times
 
 
-def test_other_numbers_of_names_and_positions_are_refused() -> None:
-    with pytest.raises(MessageError, match="other numbers"):
+def test_names_and_positions_of_other_lengths_are_refused() -> None:
+    with pytest.raises(MessageError, match="must have the same length"):
         JointStateReader("/joints").take(message(0.0, state(["a", "b"], [1.0])))
 
 
-def test_another_order_of_bytes_is_refused() -> None:
+def test_big_endian_joint_states_are_refused() -> None:
     from cellwright.middleware.messages.types import ros2_store
 
     data = bytes(ros2_store().serialize_cdr(state(["a"], [1.0]), JointState.__msgtype__, little_endian=False))
-    with pytest.raises(MessageError, match="order of bytes"):
+    with pytest.raises(MessageError, match="must be little-endian"):
         JointStateReader("/joints").take(RecordedMessage("/joints", 0, data))

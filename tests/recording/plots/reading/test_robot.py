@@ -28,7 +28,7 @@ def poses(*points: tuple[float, float, float]) -> PoseArray:
     return PoseArray(header=header, poses=[Pose(position=Point(x=x, y=y, z=z), orientation=turn) for x, y, z in points])
 
 
-def test_the_strongest_obstacle_to_commands_is_shown() -> None:
+def test_status_shows_strongest_obstacle_to_commands() -> None:
     reader = Status()
     statuses = [
         status(),
@@ -42,7 +42,7 @@ def test_the_strongest_obstacle_to_commands_is_shown() -> None:
         reader.take(message(time, each))
     assert [span.label for span in reader.safety.until(9.0)] == [
         "takes commands",
-        "silence: holds",
+        "no commands: holds",
         "disabled",
         "emergency stop",
         "on its way home",
@@ -51,7 +51,7 @@ def test_the_strongest_obstacle_to_commands_is_shown() -> None:
     assert [(span.begin, span.label) for span in reader.commander.until(9.0)] == [(5.0, "/keyboard")]
 
 
-def test_paths_of_the_tips() -> None:
+def test_tips_give_path_of_each_arm() -> None:
     reader = Tips()
     for number in range(100):
         reader.take(message(number / 100, poses((number, 0.0, 1.0), (0.0, number, 2.0))))
@@ -63,14 +63,14 @@ def test_paths_of_the_tips() -> None:
     assert (left.positions[:, 1] == right.positions[:, 0]).all()
 
 
-def test_without_poses_there_are_no_paths() -> None:
+def test_tips_without_poses_give_no_paths() -> None:
     reader = Tips()
     assert reader.tracks([]) == []
     reader.take(message(0.0, poses()))
     assert reader.tracks([]) == []
 
 
-def test_the_first_description_of_the_robot_counts() -> None:
+def test_first_robot_description_counts() -> None:
     about = About()
     for panel in ({"kind": "robot"}, {"robot": ROBOT}, {"robot": {"groups": 3}}):
         about.take(text(0.0, PANEL, panel))
@@ -80,7 +80,7 @@ def test_the_first_description_of_the_robot_counts() -> None:
     assert about.grippers() == ["right", "left"]
 
 
-def test_a_panel_that_says_it_wrongly_is_as_if_it_said_nothing() -> None:
+def test_invalid_robot_description_counts_as_empty() -> None:
     about = About()
     about.take(text(0.0, PANEL, {"robot": {"joints": [], "groups": [{"name": "x", "joints": [7]}], "arms": 3}}))
     assert about.groups() == {}

@@ -18,7 +18,7 @@ def taken(*messages: RecordedMessage) -> Trays:
     return found
 
 
-def test_a_part_lies_there_from_when_until_when() -> None:
+def test_part_on_tray_has_begin_and_end() -> None:
     found = taken(
         trays(0.0, agv1=[], agv2=[]),
         trays(2.0, agv1=[ROD], agv2=[]),
@@ -33,13 +33,13 @@ def test_a_part_lies_there_from_when_until_when() -> None:
     ]
 
 
-def test_a_verdict_is_for_what_lay_there_then() -> None:
+def test_verdict_applies_to_part_on_tray_at_that_time() -> None:
     found = taken(trays(0.0, agv1=[ROD]), trays(5.0, agv1=[]), trays(20.0, agv1=[ROD]))
     parts = found.parts(30.0, [(5.5, "AGV 1", {ROD: "right"}), (5.5, "AGV 2", {ROD: "faulty"})])
     assert [part.verdict for part in parts] == ["right", ""]
 
 
-def test_what_is_known_to_be_faulty_is_so_before_it_is_judged() -> None:
+def test_faulty_part_has_verdict_before_submission() -> None:
     found = taken(trays(0.0, agv1=["!" + ROD, GEAR]))
     assert [part.verdict for part in found.parts(1.0, [])] == ["faulty", ""] or [
         part.verdict for part in found.parts(1.0, [])
@@ -50,6 +50,6 @@ def test_what_is_known_to_be_faulty_is_so_before_it_is_judged() -> None:
 @pytest.mark.parametrize(
     "panel", [{"trays": [{"parts": []}]}, {"trays": [3]}, {"trays": [{"number": 1}]}, {"trays": 3}]
 )
-def test_a_panel_that_lacks_something_is_left_out(panel: object) -> None:
+def test_incomplete_panel_is_refused(panel: object) -> None:
     with pytest.raises(MessageError):
         taken(text(0.0, PANEL, panel))

@@ -28,7 +28,7 @@ TOOL = "vacuum_gripper_link"
 
 LAYOUT = Path(__file__).parents[4] / "docs" / "foxglove-layout.json"
 
-Said = list[tuple[str, int, Any]]
+Exported = list[tuple[str, int, Any]]
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def export(path: Path, out: Path, start: int | None = None, until: int | None = 
         return write_mcap(recording, out, start=start, until=until)
 
 
-def read(path: Path) -> Said:
+def read(path: Path) -> Exported:
     """Return topic, time [ns] and message of everything in a file, found by its index."""
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
@@ -55,20 +55,20 @@ def read(path: Path) -> Said:
 
 
 @pytest.fixture(scope="module")
-def said(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Said:
+def exported(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Exported:
     out = tmp_path_factory.mktemp("exported") / "out.mcap"
     assert export(path, out) == []
     return read(out)
 
 
 @pytest.mark.slow
-def test_what_was_said_is_in_it(path: Path, said: Said) -> None:
-    counts = Counter(topic for topic, _, _ in said)
+def test_export_has_all_messages_of_recording(path: Path, exported: Exported) -> None:
+    counts = Counter(topic for topic, _, _ in exported)
     with RecordingFile(path) as recording:
         expected = {name: count for name, count in recording.counts.items() if name != FRAME}
     assert {name: count for name, count in counts.items() if name not in (MARKERS, TRANSFORMS)} == expected
     assert counts[MARKERS] == 1
-    joints = [(time, list(message.position)) for topic, time, message in said if topic == "/ariac/joint_states"]
+    joints = [(time, list(message.position)) for topic, time, message in exported if topic == "/ariac/joint_states"]
     with cellwright.open_recording(path) as opened:
         again = [
             (round(each.time * 1e9), each.message.position.tolist()) for each in opened.messages("/ariac/joint_states")
@@ -76,9 +76,9 @@ def test_what_was_said_is_in_it(path: Path, said: Said) -> None:
     assert joints == again
 
 
-def test_every_marker_has_a_frame_and_every_body_of_the_cell_is_seen(path: Path, said: Said) -> None:
-    (markers,) = (message.markers for topic, _, message in said if topic == MARKERS)
-    first = next(message.transforms for topic, _, message in said if topic == TRANSFORMS)
+def test_every_marker_has_frame_and_every_body_has_marker(path: Path, exported: Exported) -> None:
+    (markers,) = (message.markers for topic, _, message in exported if topic == MARKERS)
+    first = next(message.transforms for topic, _, message in exported if topic == TRANSFORMS)
     frames = {each.child_frame_id for each in first} | {"world"}
     assert {each.header.frame_id for each in markers} <= frames
     assert all(each.frame_locked for each in markers)
@@ -89,9 +89,9 @@ def test_every_marker_has_a_frame_and_every_body_of_the_cell_is_seen(path: Path,
     assert {each.ns for each in markers} == seen
 
 
-def test_the_tool_goes_its_way(path: Path, said: Said) -> None:
+def test_transforms_of_tool_equal_recorded_path(path: Path, exported: Exported) -> None:
     found = {}
-    for topic, _, message in said:
+    for topic, _, message in exported:
         for each in message.transforms if topic == TRANSFORMS else ():
             if each.child_frame_id == f"cellwright/{TOOL}":
                 place, stamp = each.transform.translation, each.header.stamp
@@ -106,11 +106,11 @@ def test_the_tool_goes_its_way(path: Path, said: Said) -> None:
 
 
 @pytest.mark.slow
-def test_the_layout_for_foxglove_shows_what_is_there(said: Said) -> None:
+def test_foxglove_layout_names_existing_topics(exported: Exported) -> None:
     panels = json.loads(LAYOUT.read_text(encoding="utf-8"))["configById"]
     (markers,) = panels["3D!cell"]["topics"]
     assert markers == MARKERS
-    newest = {topic: message for topic, _, message in said}
+    newest = {topic: message for topic, _, message in exported}
     score, *joints = [path for name in ("Plot!score", "Plot!joints") for path in panels[name]["paths"]]
     assert score["value"] == "/ariac/current_score.data"
     assert newest["/ariac/current_score"].data == 0.0
@@ -121,23 +121,23 @@ def test_the_layout_for_foxglove_shows_what_is_there(said: Said) -> None:
 
 
 @pytest.mark.slow
-def test_a_part_of_it_begins_with_what_was_known_by_then(path: Path, tmp_path: Path, said: Said) -> None:
+def test_export_of_time_range_begins_with_latched_state(path: Path, tmp_path: Path, exported: Exported) -> None:
     assert export(path, tmp_path / "part.mcap", start=2 * SECOND, until=int(2.5 * SECOND)) == []
     part = read(tmp_path / "part.mcap")
     assert (part[0][1], part[-1][1]) == (2 * SECOND, int(2.5 * SECOND))
     at_begin = {topic for topic, time, _ in part if time == 2 * SECOND}
     assert {MARKERS, TRANSFORMS, "/tf_static", "/ariac/orders"} <= at_begin
-    assert not any(topic == "/ariac/orders" and time == 2 * SECOND for topic, time, _ in said)
+    assert not any(topic == "/ariac/orders" and time == 2 * SECOND for topic, time, _ in exported)
     first = next(message.transforms for topic, _, message in part if topic == TRANSFORMS)
-    whole = next(message.transforms for topic, _, message in said if topic == TRANSFORMS)
+    whole = next(message.transforms for topic, _, message in exported if topic == TRANSFORMS)
     assert [each.child_frame_id for each in first] == [each.child_frame_id for each in whole]
     assert {each.header.stamp.sec for each in first} == {2}
-    inside = Counter(topic for topic, time, _ in said if 2 * SECOND < time <= 2.5 * SECOND and topic != TRANSFORMS)
+    inside = Counter(topic for topic, time, _ in exported if 2 * SECOND < time <= 2.5 * SECOND and topic != TRANSFORMS)
     assert Counter(topic for topic, time, _ in part if time > 2 * SECOND and topic != TRANSFORMS) == inside
 
 
 @pytest.mark.slow
-def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Path) -> None:
+def test_export_of_truncated_recording_has_index(path: Path, tmp_path: Path) -> None:
     data = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
     assert export(tmp_path / "cut.mcap", tmp_path / "out.mcap") == []
@@ -148,14 +148,14 @@ def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Pa
     assert found["/ariac/joint_states"] == counts["/ariac/joint_states"] > 20
 
 
-def test_it_is_no_recording_and_says_so(path: Path, tmp_path: Path) -> None:
+def test_export_is_refused_as_recording(path: Path, tmp_path: Path) -> None:
     export(path, tmp_path / "out.mcap")
-    with pytest.raises(RecordingError, match=r"out\.mcap: it was made for other tools"):
+    with pytest.raises(RecordingError, match=r"out\.mcap: not a recording, but an export for other tools"):
         RecordingFile(tmp_path / "out.mcap")
 
 
-def test_what_cannot_be_is_refused_and_leaves_all_as_it_was(path: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="nothing is in it at these times"):
+def test_invalid_export_is_refused_and_changes_no_file(path: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no messages in this time range"):
         export(path, tmp_path / "out.mcap", start=100 * SECOND)
     before = path.read_bytes()
     with pytest.raises(UsageError, match="is the recording itself"):
@@ -166,30 +166,30 @@ def test_what_cannot_be_is_refused_and_leaves_all_as_it_was(path: Path, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_disk_that_is_full_leaves_nothing(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_is_refused_and_leaves_no_file(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def write(_file: int, _data: bytes) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "write", write)
-    with pytest.raises(UsageError, match=r"/out\.mcap: can be written no more: No space left on device$"):
+    with pytest.raises(UsageError, match=r"/out\.mcap: cannot be written any more: No space left on device$"):
         export(path, tmp_path / "out.mcap")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_missing_parts_are_reported(tmp_path: Path) -> None:
+def test_missing_scene_is_reported(tmp_path: Path) -> None:
     header = RecordingHeader("cell", "small")
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, header.metadata())
         channel = file.channel(TALK)
         file.add(channel, 5, text("a word"))
     (line,) = export(tmp_path / "a.mcap", tmp_path / "out.mcap")
-    assert line.startswith("what is to be seen is left out: ")
+    assert line.startswith("scene is left out: ")
     assert [(topic, time, message.data) for topic, time, message in read(tmp_path / "out.mcap")] == [
         ("/talk", 5, "a word")
     ]
 
 
-def test_an_unknown_type_is_reported(tmp_path: Path) -> None:
+def test_unknown_type_is_reported(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), 5, text("a word"))

@@ -45,7 +45,7 @@ def reach(marker: Any) -> NDArray[np.float64]:
 
 
 @given(st.sampled_from(ShapeType), st.tuples(SIZES, SIZES, SIZES), st.tuples(SIZES, SIZES, SIZES))
-def test_a_shape_takes_as_much_room_as_on_the_page(form: ShapeType, size: Any, position: Any) -> None:
+def test_marker_has_size_of_shape_on_page(form: ShapeType, size: Any, position: Any) -> None:
     mesh = 0 if form is ShapeType.MESH else None
     shape = SceneShape(1, form, size, Pose(position), (1.0, 0.5, 0.0, 1.0), ShapeLayer.BOTH, mesh)
     reaches = np.stack([reach(each) for each in of(shape)])
@@ -55,7 +55,7 @@ def test_a_shape_takes_as_much_room_as_on_the_page(form: ShapeType, size: Any, p
 
 
 @pytest.mark.parametrize("form", list(ShapeType))
-def test_it_is_turned_and_coloured_as_the_shape(form: ShapeType) -> None:
+def test_marker_has_orientation_and_colour_of_shape(form: ShapeType) -> None:
     pose = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
     mesh = 0 if form is ShapeType.MESH else None
     for marker in of(SceneShape(1, form, (0.1, 0.2, 0.3), pose, (1.0, 0.5, 0.25, 0.75), ShapeLayer.LOOKS, mesh)):
@@ -66,13 +66,13 @@ def test_it_is_turned_and_coloured_as_the_shape(form: ShapeType) -> None:
         assert (marker.action, marker.lifetime.sec, marker.lifetime.nanosec) == (Marker.ADD, 0, 0)
 
 
-def test_the_ends_of_a_capsule_lie_along_it() -> None:
+def test_capsule_ends_lie_along_its_axis() -> None:
     pose = Pose.from_rpy((1.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0))
     _, *ends = of(SceneShape(1, ShapeType.CAPSULE, (0.1, 0.5, 0.0), pose, (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH))
     assert [each.pose.position.x for each in ends] == pytest.approx([0.5, 1.5])
 
 
-def test_what_is_seen_is_shown_and_what_is_only_touched_is_not() -> None:
+def test_visual_shapes_have_markers_and_collision_shapes_have_none() -> None:
     scene = small()[2].scene
     found = Markers(scene).message.markers
     assert {(each.ns, each.header.frame_id) for each in found} == {
@@ -86,13 +86,13 @@ def test_what_is_seen_is_shown_and_what_is_only_touched_is_not() -> None:
     assert to_cdr(from_cdr(to_cdr(message), MarkerArray)) == to_cdr(message)
 
 
-def test_a_floor_without_end_has_one() -> None:
+def test_infinite_floor_has_finite_marker() -> None:
     (floor,) = of(SceneShape(0, ShapeType.PLANE, (0.0, 0.0, 0.1), Pose(), (1.0, 1.0, 1.0, 1.0), ShapeLayer.LOOKS))
     assert reach(floor)[:, :2].tolist() == [[-30.0, -30.0], [30.0, 30.0]]
     assert reach(floor)[1, 2] == pytest.approx(0.0)
 
 
-def test_meshes_that_are_too_large_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_meshes_over_size_limit_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exported, "MAX_CORNERS", 2 * WEDGE.faces.size)
     shape = SceneShape(1, ShapeType.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH, 0)
     found = Markers(Scene("many", ("world", "cart"), (shape,) * 3, (WEDGE,)))

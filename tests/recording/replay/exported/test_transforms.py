@@ -58,9 +58,9 @@ runs = st.lists(st.lists(places, min_size=2, max_size=2), min_size=1, max_size=6
 
 
 @given(runs)
-def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
+def test_transforms_at_frame_equal_recorded_poses(run: list[list[Place]]) -> None:
     transforms = Transforms(BODIES)
-    buffer = Buffer([said for number, each in enumerate(run) if (said := transforms.take(frame(number, each)))])
+    buffer = Buffer([message for number, each in enumerate(run) if (message := transforms.take(frame(number, each)))])
     for number, each in enumerate(run):
         for body, (x, shown) in zip(BODIES[1:], each, strict=True):
             found = buffer.find(body, number * PERIOD)
@@ -68,9 +68,9 @@ def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
 
 
 @given(runs)
-def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Place]]) -> None:
+def test_transforms_between_frames_are_interpolated(run: list[list[Place]]) -> None:
     transforms = Transforms(BODIES)
-    buffer = Buffer([said for number, each in enumerate(run) if (said := transforms.take(frame(number, each)))])
+    buffer = Buffer([message for number, each in enumerate(run) if (message := transforms.take(frame(number, each)))])
     for number, (one, other) in enumerate(pairwise(run)):
         for body, (x0, shown0), (x1, shown1) in zip(BODIES[1:], one, other, strict=True):
             found = buffer.find(body, number * PERIOD + PERIOD // 2)
@@ -81,28 +81,28 @@ def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Plac
 
 
 @given(runs)
-def test_a_second_of_it_is_enough_to_find_everything(run: list[list[Place]]) -> None:
+def test_one_second_of_transforms_has_all_bodies(run: list[list[Place]]) -> None:
     transforms = Transforms(BODIES)
     messages = [transforms.take(frame(number, each)) for number, each in enumerate(run)]
     for number, each in enumerate(run):
-        recent = [said for said in messages[max(0, number - 25) : number + 1] if said is not None]
+        recent = [message for message in messages[max(0, number - 25) : number + 1] if message is not None]
         for body, (x, shown) in zip(BODIES[1:], each, strict=True):
             assert Buffer(recent).find(body, number * PERIOD)[0] == (x if shown else 0.0)
 
 
-def test_of_what_stands_nothing_is_said_but_once_a_second() -> None:
+def test_standing_bodies_are_sent_once_a_second() -> None:
     transforms = Transforms(BODIES)
-    said = [transforms.take(frame(number, [(0.0, True), (1.0, False)])) for number in range(51)]
-    assert [number for number, each in enumerate(said) if each is not None] == [0, 25, 50]
+    message = [transforms.take(frame(number, [(0.0, True), (1.0, False)])) for number in range(51)]
+    assert [number for number, each in enumerate(message) if each is not None] == [0, 25, 50]
 
 
-def test_a_frame_of_another_scene_is_skipped() -> None:
+def test_frame_of_other_scene_is_skipped() -> None:
     assert Transforms(("world", "cart")).take(frame(0, [(0.0, True), (1.0, True)])) is None
 
 
-def test_a_turn_that_is_none_is_no_turn() -> None:
+def test_zero_quaternion_becomes_identity() -> None:
     poses = np.zeros((2, 7), np.float32)
-    said = Transforms(("world", "cart")).take(SceneFrame(0, poses, np.array([True, True])))
-    assert said is not None
-    turn = said.transforms[0].transform.rotation
+    message = Transforms(("world", "cart")).take(SceneFrame(0, poses, np.array([True, True])))
+    assert message is not None
+    turn = message.transforms[0].transform.rotation
     assert (turn.w, turn.x, turn.y, turn.z) == UNTURNED

@@ -37,7 +37,7 @@ def later(queue: CommandQueue, clock: Clock, seconds: float = 0.05, **changes: A
     queue.see(state(time=round(clock.now * 1e9), **changes))
 
 
-def test_a_drag_is_poses_for_both_arms(queue: CommandQueue) -> None:
+def test_drag_sends_poses_for_both_arms(queue: CommandQueue) -> None:
     assert queue.due() == []
     assert queue.grab(0, ME, TIP)
     queue.drag(0, ME, UP)
@@ -49,7 +49,7 @@ def test_a_drag_is_poses_for_both_arms(queue: CommandQueue) -> None:
     assert queue.due() == []
 
 
-def test_a_slider_is_one_joint(queue: CommandQueue, clock: Clock) -> None:
+def test_slider_sends_one_joint(queue: CommandQueue, clock: Clock) -> None:
     assert queue.slide(ELBOW, -1.0)
     clock.now += 0.02
     [order] = queue.due()
@@ -57,7 +57,7 @@ def test_a_slider_is_one_joint(queue: CommandQueue, clock: Clock) -> None:
     assert set(order.targets) == {"right_3"}
 
 
-def test_a_gripper_and_the_base(queue: CommandQueue) -> None:
+def test_gripper_and_base_requests_are_both_due(queue: CommandQueue) -> None:
     assert queue.grip(1, 0.5)
     queue.drive("left")
     grippers, base = queue.due()
@@ -70,9 +70,7 @@ HOLDS = [{"is_stopped": True}, {"is_enabled": False}, {"is_homing": True}]
 
 
 @pytest.mark.parametrize("held", HOLDS)
-def test_nothing_is_sent_to_a_robot_that_takes_no_commands(
-    queue: CommandQueue, clock: Clock, held: dict[str, bool]
-) -> None:
+def test_queue_of_held_robot_refuses_requests(queue: CommandQueue, clock: Clock, held: dict[str, bool]) -> None:
     later(queue, clock, **held)
     assert not queue.grab(0, ME, TIP)
     assert not queue.slide(ELBOW, 0.0)
@@ -84,14 +82,12 @@ def test_nothing_is_sent_to_a_robot_that_takes_no_commands(
 
 
 @pytest.mark.parametrize("held", HOLDS)
-def test_whatever_holds_the_robot_ends_all_that_was_wanted(
-    queue: CommandQueue, clock: Clock, held: dict[str, bool]
-) -> None:
+def test_hold_of_robot_discards_requests(queue: CommandQueue, clock: Clock, held: dict[str, bool]) -> None:
     queue.grab(0, ME, TIP)
     queue.drag(0, ME, UP)
     queue.slide(FINGER, 0.04)
     later(queue, clock, **held)
-    assert queue.notes.at(clock()).startswith("let go: ")
+    assert queue.notes.at(clock()).startswith("released: ")
     later(queue, clock)
     queue.drag(0, ME, UP)
     clock.now += 0.1
@@ -99,7 +95,7 @@ def test_whatever_holds_the_robot_ends_all_that_was_wanted(
     assert queue.grab(0, ME, TIP)
 
 
-def test_a_stop_comes_before_all_and_forgets_all(queue: CommandQueue, clock: Clock) -> None:
+def test_stop_precedes_and_discards_all_requests(queue: CommandQueue, clock: Clock) -> None:
     queue.grab(0, ME, TIP)
     queue.drag(0, ME, UP)
     queue.slide(FINGER, 0.04)
@@ -114,7 +110,7 @@ def test_a_stop_comes_before_all_and_forgets_all(queue: CommandQueue, clock: Clo
     assert "EMERGENCY STOP" in queue.notes.at(clock())
 
 
-def test_a_stop_is_kept_while_the_robot_is_away(queue: CommandQueue, clock: Clock) -> None:
+def test_stop_is_kept_while_robot_is_disconnected(queue: CommandQueue, clock: Clock) -> None:
     queue.lose()
     queue.stop()
     assert queue.due() == [Now.STOP]
@@ -122,37 +118,37 @@ def test_a_stop_is_kept_while_the_robot_is_away(queue: CommandQueue, clock: Cloc
 
 
 @pytest.mark.parametrize("ask", list(Ask))
-def test_services(queue: CommandQueue, ask: Ask) -> None:
+def test_service_request_is_due_once_and_discards_moves(queue: CommandQueue, ask: Ask) -> None:
     queue.slide(FINGER, 0.04)
     queue.ask(ask)
     queue.ask(ask)
     assert queue.due() == [ask], "once, and what was wanted before is over"
 
 
-def test_a_refusal_discards_requests_and_is_shown(queue: CommandQueue, clock: Clock) -> None:
+def test_refusal_discards_requests_and_is_shown(queue: CommandQueue, clock: Clock) -> None:
     queue.grab(0, ME, TIP)
     queue.drag(0, ME, UP)
-    queue.refused("/vr commands here")
-    assert (queue.notes.at(clock()), queue.notes.is_bad) == ("refused: /vr commands here", True)
+    queue.refused("/vr commands this topic")
+    assert (queue.notes.at(clock()), queue.notes.is_bad) == ("refused: /vr commands this topic", True)
     assert set(queue.refused_poses) == {0}
     queue.drag(0, ME, UP)
     clock.now += 0.1
     assert queue.due() == []
 
 
-def test_sliders_of_arms_wait_until_the_hand_is_let_go_of(queue: CommandQueue, clock: Clock) -> None:
+def test_arm_sliders_are_refused_while_hand_is_held(queue: CommandQueue, clock: Clock) -> None:
     queue.slide(ELBOW, 1.0)
     queue.grab(1, ME, state().tips[1])
     clock.now += 0.1
     assert queue.due() == [], "the slider gives way to the hand"
     assert not queue.slide(ELBOW, 1.0)
-    assert "let go of the hand" in queue.notes.at(clock())
+    assert "release it first" in queue.notes.at(clock())
     assert queue.slide(FINGER, 0.04), "fingers are no arms"
     queue.release(1, ME)
     assert queue.slide(ELBOW, 1.0)
 
 
-def test_a_reset_discards_requests(queue: CommandQueue, clock: Clock) -> None:
+def test_reset_discards_requests(queue: CommandQueue, clock: Clock) -> None:
     later(queue, clock)
     queue.slide(ELBOW, 1.0)
     clock.now += 0.1
@@ -160,7 +156,7 @@ def test_a_reset_discards_requests(queue: CommandQueue, clock: Clock) -> None:
     assert queue.due() == []
 
 
-def test_a_real_robot_is_shown_and_stopped_and_no_more(clock: Clock) -> None:
+def test_queue_of_real_robot_accepts_stop_only(clock: Clock) -> None:
     queue = CommandQueue(replace(seen(), is_real=True), clock)
     queue.see(state())
     assert not queue.grab(0, ME, TIP)
@@ -172,7 +168,7 @@ def test_a_real_robot_is_shown_and_stopped_and_no_more(clock: Clock) -> None:
     assert queue.due() == [Now.STOP]
 
 
-def test_a_hand_that_cannot_get_there(queue: CommandQueue, clock: Clock) -> None:
+def test_hand_at_rest_short_of_target_is_out_of_reach(queue: CommandQueue, clock: Clock) -> None:
     later(queue, clock, 1.0, aims=(UP, None))
     found = [queue.reach]
     later(queue, clock, 1.0, aims=(UP, None))
@@ -180,7 +176,7 @@ def test_a_hand_that_cannot_get_there(queue: CommandQueue, clock: Clock) -> None
     assert found == [(Reach.ON_ITS_WAY, Reach.THERE), (Reach.SHORT, Reach.THERE)]
 
 
-def test_the_delay_of_a_robot_at_rest(queue: CommandQueue, clock: Clock) -> None:
+def test_delay_of_robot_at_rest_is_measured(queue: CommandQueue, clock: Clock) -> None:
     later(queue, clock)
     later(queue, clock)
     queue.grab(0, ME, TIP)
@@ -191,7 +187,7 @@ def test_the_delay_of_a_robot_at_rest(queue: CommandQueue, clock: Clock) -> None
     assert queue.delay.seconds == pytest.approx(0.04)
 
 
-def test_the_delay_of_a_moving_robot_is_not_measured(queue: CommandQueue, clock: Clock) -> None:
+def test_delay_of_moving_robot_is_not_measured(queue: CommandQueue, clock: Clock) -> None:
     later(queue, clock, positions=tuple(0.5 for _ in state().positions))
     queue.slide(ELBOW, 1.0)
     later(queue, clock, positions=tuple(0.6 for _ in state().positions))
@@ -218,7 +214,7 @@ ANYTHING: st.SearchStrategy[Callable[[CommandQueue], object]] = st.one_of(
 
 
 @given(st.lists(ANYTHING, max_size=40))
-def test_whatever_browsers_do_orders_make_sense(acts: list[Callable[[CommandQueue], object]]) -> None:
+def test_any_browser_actions_give_valid_commands(acts: list[Callable[[CommandQueue], object]]) -> None:
     clock = Clock()
     queue = CommandQueue(seen(), clock)
     for act in acts:

@@ -59,7 +59,7 @@ def at(**positions: float) -> tuple[float | None, ...]:
     return tuple(found)
 
 
-def test_sliders_follow_their_joints_and_nothing_is_sent(tab: Tab) -> None:
+def test_sliders_follow_joints_without_sending(tab: Tab) -> None:
     assert tab.slider("right_3").value == pytest.approx(-1.2)
     for step in range(20):
         tab.see(positions=at(right_3=-1.2 + 0.1 * step, left_finger=0.002 * step))
@@ -68,7 +68,7 @@ def test_sliders_follow_their_joints_and_nothing_is_sent(tab: Tab) -> None:
     assert tab.slider("left_finger").value == pytest.approx(0.038)
 
 
-def test_a_slider_that_is_moved_sends_its_joint_and_tells_where_it_is(tab: Tab) -> None:
+def test_moved_slider_sends_target_and_shows_position(tab: Tab) -> None:
     slider = tab.slider("right_3")
     slider.use(ME, value=0.5)
     tab.clock.now += 0.02
@@ -76,14 +76,14 @@ def test_a_slider_that_is_moved_sends_its_joint_and_tells_where_it_is(tab: Tab) 
     assert isinstance(order, MoveJoints)
     assert set(order.targets) == {"right_3"}
     tab.see(0.2, positions=at(right_3=-1.1))
-    assert slider.value == 0.5, "it stands where it was put"
+    assert slider.value == 0.5, "it stays where it was put"
     assert slider.label.endswith("(-1.10)"), "and tells where its joint is"
     tab.queue.joints.forget()
     tab.see(2.0, positions=at(right_3=-0.9))
     assert (slider.value, slider.label) == (pytest.approx(-0.9), slider.name)
 
 
-def test_a_slider_that_is_refused_goes_back(tab: Tab) -> None:
+def test_refused_slider_goes_back(tab: Tab) -> None:
     tab.see(is_enabled=False)
     tab.slider("right_3").use(ME, value=0.5)
     assert tab.queue.due() == []
@@ -91,7 +91,7 @@ def test_a_slider_that_is_refused_goes_back(tab: Tab) -> None:
     assert tab.slider("right_3").value == pytest.approx(-1.2)
 
 
-def test_limits_and_steps_of_sliders(tab: Tab) -> None:
+def test_sliders_have_limits_and_steps_of_joints(tab: Tab) -> None:
     slider = tab.slider("right_finger")
     assert (slider.min, slider.max, slider.step) == (0.0, 0.04, 0.0001)
     assert tab.slider("right_1").step == 0.005
@@ -99,7 +99,7 @@ def test_limits_and_steps_of_sliders(tab: Tab) -> None:
     assert slider.value == 0.0, "a joint may be measured a little outside"
 
 
-def test_grippers(tab: Tab) -> None:
+def test_gripper_slider_and_buttons_send_closing(tab: Tab) -> None:
     tab.gui.find("slider", "Left closed").use(ME, value=50.0)
     assert tab.queue.due() == [MoveGrippers((0.0, 0.5))]
     tab.clock.now += 5.0
@@ -111,13 +111,13 @@ def test_grippers(tab: Tab) -> None:
     assert tab.queue.due() == []
 
 
-def test_stop_home_and_switch(tab: Tab) -> None:
+def test_stop_home_and_switch_send_their_requests(tab: Tab) -> None:
     tab.gui.find("button", "STOP").use(ME)
     assert tab.stops == 1
     tab.gui.find("button", "Go home").use(ME)
     assert tab.queue.due() == [Ask.HOME]
-    switch: Any = tab.gui.find("checkbox", "Takes commands")
-    clear: Any = tab.gui.find("button", "End the emergency stop")
+    switch: Any = tab.gui.find("checkbox", "Accept commands")
+    clear: Any = tab.gui.find("button", "Clear emergency stop")
     switch.use(ME, value=False)
     assert tab.queue.due() == [Ask.DISABLE]
     assert not clear.visible
@@ -132,7 +132,7 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.queue.due() == [Ask.CLEAR_STOP]
 
 
-def test_a_robot_that_is_not_heard_from_has_a_stop_and_nothing_else_to_press(tab: Tab) -> None:
+def test_controls_of_disconnected_robot_allow_stop_only(tab: Tab) -> None:
     def live() -> set[str]:
         kinds = {"button", "slider", "checkbox", "button_group"}
         return {each.name for each in tab.gui.made if each.kind in kinds and each.visible and not each.disabled}
@@ -145,7 +145,7 @@ def test_a_robot_that_is_not_heard_from_has_a_stop_and_nothing_else_to_press(tab
     assert live() == before
 
 
-def test_a_stop_that_does_not_get_through_notifies_its_browser(tab: Tab) -> None:
+def test_undelivered_stop_notifies_its_browser(tab: Tab) -> None:
     notices: list[str] = []
     client = SimpleNamespace(add_notification=lambda **values: notices.append(values["body"]))
     button = tab.gui.find("button", "STOP")
@@ -156,7 +156,7 @@ def test_a_stop_that_does_not_get_through_notifies_its_browser(tab: Tab) -> None
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_slider_that_is_sent_what_is_no_number_goes_back(tab: Tab, value: float) -> None:
+def test_slider_with_invalid_number_goes_back(tab: Tab, value: float) -> None:
     tab.slider("right_3").use(ME, value=value)
     tab.gui.find("slider", "Left closed").use(ME, value=value)
     assert tab.queue.due() == []
@@ -168,7 +168,7 @@ def test_a_slider_that_is_sent_what_is_no_number_goes_back(tab: Tab, value: floa
     assert tab.queue.due() == []
 
 
-def test_a_base_that_is_pushed(tab: Tab) -> None:
+def test_held_base_button_sends_base_command(tab: Tab) -> None:
     button = tab.gui.find("button", "Left")
     assert button.frequency == BUTTON_RATE
     button.use(ME)
@@ -176,28 +176,28 @@ def test_a_base_that_is_pushed(tab: Tab) -> None:
     assert isinstance(order, MoveBase)
 
 
-def test_switches_of_the_handles(tab: Tab) -> None:
+def test_handle_switches_set_handle_options(tab: Tab) -> None:
     tab.gui.find("checkbox", "Handles at the hands").use(ME, value=False)
     tab.gui.find("checkbox", "Along the hand's axes").use(ME, value=True)
     assert (tab.handles.is_shown, tab.handles.along_hand) == (False, True)
 
 
-def test_a_real_robot_has_a_stop_and_no_more() -> None:
+def test_controls_of_real_robot_have_stop_only() -> None:
     tab = Tab(is_real=True)
     tab.see(is_stopped=True)
     assert {each.kind for each in tab.gui.made} == {"button", "html"}
-    assert any("leaves driving to others" in each.content for each in tab.gui.made if each.kind == "html")
-    assert not tab.gui.find("button", "End the emergency stop").visible
+    assert any("can only show and stop it" in each.content for each in tab.gui.made if each.kind == "html")
+    assert not tab.gui.find("button", "Clear emergency stop").visible
     tab.gui.find("button", "STOP").use(ME)
     assert tab.stops == 1
 
 
-def test_it_can_be_taken_away(tab: Tab) -> None:
+def test_controls_are_removed(tab: Tab) -> None:
     tab.controls.remove()
     assert tab.gui.find("button", "STOP").is_removed
 
 
-def test_what_is_said_of_the_robot_changes_only_with_it(tab: Tab) -> None:
+def test_state_text_is_set_only_on_change(tab: Tab) -> None:
     state = next(each for each in tab.gui.made if each.kind == "html")
     tab.see(commander="/vr")
     before = state.sets
@@ -207,7 +207,7 @@ def test_what_is_said_of_the_robot_changes_only_with_it(tab: Tab) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lacks", "stands", "name"),
+    ("lacks", "state_changes", "name"),
     [
         ({"arms": ()}, {"tips": (), "references": (), "aims": ()}, "Handles at the hands"),
         ({"grippers": ()}, {"grippers": (), "gripper_targets": ()}, "Grippers"),
@@ -215,9 +215,9 @@ def test_what_is_said_of_the_robot_changes_only_with_it(tab: Tab) -> None:
         ({"groups": ()}, {}, "Right arm"),
     ],
 )
-def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str, Any], name: str) -> None:
+def test_controls_of_missing_limbs_are_absent(lacks: dict[str, Any], state_changes: dict[str, Any], name: str) -> None:
     gui, queue = FakeGui(), CommandQueue(replace(seen(), **lacks))
-    queue.see(state(**stands))
+    queue.see(state(**state_changes))
     handles = Handles(FakeScene(), "/scene", queue)
     controls = Controls(gui, nullcontext, queue, handles, lambda: "")
     handles.show(queue.state)
@@ -227,7 +227,7 @@ def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str
     assert "STOP" in names
 
 
-def test_one_gripper_has_no_side() -> None:
+def test_single_gripper_has_no_side_name() -> None:
     gui = FakeGui()
     queue = CommandQueue(replace(seen(), arms=("",), grippers=("",)))
     Controls(gui, nullcontext, queue, Handles(FakeScene(), "/scene", queue), lambda: "")

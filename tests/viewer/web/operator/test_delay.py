@@ -9,20 +9,20 @@ def moved(by: float) -> tuple[Pose, ...]:
     return tuple(Pose((by, 0.0, 0.0)) @ tip for tip in state().tips)
 
 
-def test_from_the_first_move_to_the_robots_first() -> None:
+def test_delay_is_median_from_request_to_motion() -> None:
     delay = Delay()
     for number, seconds in enumerate((0.03, 0.05, 0.04)):
-        begun = 10.0 * number
-        delay.begin(state(), begun)
-        delay.begin(state(), begun + 0.01)
-        delay.look(state(tips=moved(1e-4)), begun + seconds - 0.01)
-        delay.look(state(tips=moved(1e-2)), begun + seconds)
-        delay.look(state(tips=moved(2e-2)), begun + seconds + 0.1)
+        started_at = 10.0 * number
+        delay.begin(state(), started_at)
+        delay.begin(state(), started_at + 0.01)
+        delay.look(state(tips=moved(1e-4)), started_at + seconds - 0.01)
+        delay.look(state(tips=moved(1e-2)), started_at + seconds)
+        delay.look(state(tips=moved(2e-2)), started_at + seconds + 0.1)
     assert delay.seconds is not None
     assert abs(delay.seconds - 0.04) < 1e-9, "the median"
 
 
-def test_joints_count_as_tips_do() -> None:
+def test_delay_ends_with_joint_motion() -> None:
     delay = Delay()
     delay.begin(state(), 0.0)
     positions = list(state().positions)
@@ -31,7 +31,7 @@ def test_joints_count_as_tips_do() -> None:
     assert delay.seconds == 0.02
 
 
-def test_a_robot_that_was_not_going_to_move_says_nothing() -> None:
+def test_delay_without_motion_is_none() -> None:
     delay = Delay()
     delay.begin(state(), 0.0)
     delay.look(state(tips=moved(0.1)), MAX_DELAY + 0.1)

@@ -22,7 +22,7 @@ from tests.robot.robots import two_arms
 
 
 @pytest.mark.parametrize("mode", list(BaseMode))
-def test_a_button_that_is_held_for_a_second(mode: BaseMode) -> None:
+def test_held_base_button_moves_base_for_a_second(mode: BaseMode) -> None:
     node = RobotNode(replace(two_arms(), others={MODE: mode.value}))
     assert node.base.mode is mode
     for direction in base_directions(mode):
@@ -43,7 +43,7 @@ def test_a_button_that_is_held_for_a_second(mode: BaseMode) -> None:
         )
 
 
-def test_the_original_goes_sideways_only() -> None:
+def test_original_base_mode_has_sideways_and_turns_only() -> None:
     assert "forward" not in base_directions(BaseMode.ORIGINAL)
     assert set(base_directions(BaseMode.VELOCITY)) == set(BASE_DIRECTIONS)
     assert floats(base_command(BaseMode.ORIGINAL, "left")).shape == (2,)

@@ -35,7 +35,7 @@ def built(operator: Operator, page: Any) -> None:
     wait_until(is_built, "panel of the operator")
 
 
-def test_a_cell_gets_no_operator() -> None:
+def test_operator_of_cell_page_stays_empty() -> None:
     operator, page = Operator(), FakePage(("127.0.0.1", 1))
     operator.page = page  # type: ignore[assignment]
     operator.on_scene(SCENE)
@@ -45,7 +45,7 @@ def test_a_cell_gets_no_operator() -> None:
     assert page.server.gui.made == []
 
 
-def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene(address: tuple[str, int]) -> None:
+def test_operator_of_robot_has_tab_and_renews_handles_with_scene(address: tuple[str, int]) -> None:
     operator, page = Operator(), FakePage(address)
     page.first_panel = page.link.ask(PANEL)
     operator.page = page  # type: ignore[assignment]

@@ -4,7 +4,7 @@ from cellwright.viewer.web.operator.moves import HOLD_TIME, GripperSliders
 from tests.viewer.web.operator.robots import state
 
 
-def test_the_other_gripper_keeps_its_target_not_where_it_is() -> None:
+def test_other_gripper_keeps_target_not_position() -> None:
     grips = GripperSliders(2)
     holding = state(grippers=(0.0, 0.3), gripper_targets=(0.0, 0.9))
     grips.ask(0, 0.5, 0.0)
@@ -12,7 +12,7 @@ def test_the_other_gripper_keeps_its_target_not_where_it_is() -> None:
     assert grips.due(holding, 0.1) is None, "once is enough"
 
 
-def test_both_at_once_before_the_robot_has_reported_the_first() -> None:
+def test_both_grippers_are_sent_before_first_is_reported() -> None:
     grips = GripperSliders(2)
     grips.ask(0, 1.0, 0.0)
     assert grips.due(state(), 0.0) == (1.0, 0.0)
@@ -21,7 +21,7 @@ def test_both_at_once_before_the_robot_has_reported_the_first() -> None:
     assert grips.due(state(), 0.03) == (1.0, 1.0)
 
 
-def test_limits_and_who_follows_whom() -> None:
+def test_gripper_requests_are_clamped_and_held() -> None:
     grips = GripperSliders(2)
     grips.ask(0, 7.0, 0.0)
     grips.ask(1, -1.0, 0.0)

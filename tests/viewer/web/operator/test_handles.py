@@ -57,7 +57,7 @@ def drag(one: FakeHandle, *positions: Any) -> None:
         one.use(ME, "update", position=np.array(position))
 
 
-def test_each_stands_at_its_hand_along_the_worlds_axes(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+def test_handles_are_at_hands_along_world_axes(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     for arm in (0, 1):
         one = handle(scene, arm)
         assert one.visible
@@ -69,14 +69,14 @@ def test_each_stands_at_its_hand_along_the_worlds_axes(scene: FakeScene, handles
     assert not part(scene, "icosphere", "ghost").visible
 
 
-def test_what_does_not_change_is_not_sent(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+def test_unchanged_handles_are_not_sent(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     before = [each.sets for each in scene.made]
     for _ in range(10):
         handles.show(queue.state)
     assert [each.sets for each in scene.made] == before
 
 
-def test_a_drag_is_sent_and_the_handle_left_alone(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+def test_drag_is_sent_and_handle_stays_where_put(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     one = handle(scene)
     drag(one, AIM.position)
     [order] = queue.due()
@@ -93,7 +93,7 @@ def test_a_drag_is_sent_and_the_handle_left_alone(scene: FakeScene, handles: Han
 
 
 @pytest.mark.parametrize("held", [{"is_stopped": True}, {"is_homing": True}, {"is_enabled": False}])
-def test_whatever_holds_the_robot_takes_the_handle_away(
+def test_hold_of_robot_hides_handle(
     scene: FakeScene, handles: Handles, queue: CommandQueue, held: dict[str, bool]
 ) -> None:
     one = handle(scene)
@@ -109,15 +109,14 @@ def test_whatever_holds_the_robot_takes_the_handle_away(
     assert one.position == pytest.approx(TIPS[0].position)
 
 
-def test_a_ghost_shows_the_target_of_a_hand_from_any_source(
-    scene: FakeScene, handles: Handles, queue: CommandQueue
-) -> None:
-    ghost, words, way = (
-        part(scene, kind, name) for kind, name in (("icosphere", "ghost"), ("label", "words"), ("line_segments", "way"))
+def test_ghost_shows_target_from_any_client(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+    ghost, words, line = (
+        part(scene, kind, name)
+        for kind, name in (("icosphere", "ghost"), ("label", "words"), ("line_segments", "line"))
     )
     show(handles, queue, aims=(AIM, None), time=1)
     assert (ghost.visible, tuple(ghost.color), words.visible) == (True, BESIDE, False)
-    assert way.points[0] == pytest.approx(np.array([TIPS[0].position, AIM.position]), abs=1e-6)
+    assert line.points[0] == pytest.approx(np.array([TIPS[0].position, AIM.position]), abs=1e-6)
     assert not part(scene, "icosphere", "ghost", 1).visible
     show(handles, queue, aims=(AIM, None), time=10**9)
     assert (tuple(ghost.color), words.visible, words.text) == (SHORT, True, "out of reach")
@@ -125,9 +124,9 @@ def test_a_ghost_shows_the_target_of_a_hand_from_any_source(
     assert (ghost.visible, words.visible) == (False, False)
 
 
-def test_a_ghost_of_what_was_refused(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+def test_ghost_shows_refused_pose_in_red(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     drag(handle(scene), AIM.position)
-    queue.refused("/vr commands here")
+    queue.refused("/vr commands this topic")
     handles.show(queue.state)
     ghost = part(scene, "icosphere", "ghost")
     assert (ghost.visible, tuple(ghost.color)) == (True, REFUSED)
@@ -141,7 +140,7 @@ def test_a_ghost_of_what_was_refused(scene: FakeScene, handles: Handles, queue: 
     ("position", "wxyz"),
     [((np.nan, 0, 0), (1, 0, 0, 0)), ((0, 0), (1, 0, 0, 0)), ((0, 0, 0), (0, 0, 0, 0)), (("x", 0, 0), (1, 0, 0, 0))],
 )
-def test_a_browser_may_send_what_it_likes(
+def test_invalid_drag_is_ignored(
     scene: FakeScene, handles: Handles, queue: CommandQueue, position: Any, wxyz: Any
 ) -> None:
     one = handle(scene)
@@ -157,7 +156,7 @@ def test_a_browser_may_send_what_it_likes(
     assert list(one.wxyz) == [1.0, 0.0, 0.0, 0.0]
 
 
-def test_nothing_is_shown_of_a_robot_that_is_gone(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+def test_handles_of_disconnected_robot_are_hidden(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     show(handles, queue, aims=(AIM, None))
     handles.show(None)
     assert not any(each.visible for each in scene.made)

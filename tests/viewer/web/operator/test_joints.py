@@ -34,7 +34,7 @@ def walked(requested: float, seconds: float, *, period: float = 0.02, follows: b
 
 @pytest.mark.slow
 @given(st.floats(-3.0, 3.0) | st.floats(allow_nan=False), st.sampled_from([0.005, 0.02, 0.05, 0.3]))
-def test_targets_walk_within_the_limits_and_arrive(requested: float, period: float) -> None:
+def test_target_walks_within_limits_and_arrives(requested: float, period: float) -> None:
     found, _ = walked(requested, 4.0, period=period)
     assert all(-2.0 <= target <= 2.0 for target in found)
     assert found[-1] == min(max(requested, -2.0), 2.0)
@@ -42,13 +42,13 @@ def test_targets_walk_within_the_limits_and_arrive(requested: float, period: flo
     assert max(steps) <= max(JOINT_SPEED["rad"] * min(period, 0.25), 0.0) + 1e-9, "however far the slider was thrown"
 
 
-def test_a_joint_that_is_held_up_is_waited_for_and_given_up() -> None:
+def test_blocked_joint_is_awaited_then_given_up() -> None:
     found, note = walked(1.0, JOINT_PATIENCE + 1.0, follows=False)
     assert max(found) <= -1.2 + JOINT_LEAD["rad"] + 1e-9
     assert note == "right_3 is blocked at -1.200"
 
 
-def test_it_begins_where_the_joint_is_and_not_where_it_was_once_sent() -> None:
+def test_walk_begins_at_measured_position_not_at_old_target() -> None:
     moves = JointMoves(seen())
     moves.ask(ELBOW, -1.0, 0.0)
     for step in range(50):
@@ -58,20 +58,20 @@ def test_it_begins_where_the_joint_is_and_not_where_it_was_once_sent() -> None:
     assert 1.4 < target < 1.5
 
 
-def test_a_joint_without_a_measurement_begins_at_its_target() -> None:
+def test_walk_without_measurement_begins_at_target() -> None:
     moves = JointMoves(seen())
     unknown = tuple(None if place == ELBOW else value for place, value in enumerate(state().positions))
     moves.ask(ELBOW, 2.0, 0.0)
     assert -1.2 <= moves.due(state(positions=unknown), 0.02)[ELBOW] < -1.1
 
 
-def test_sliding_joints_walk_in_metres() -> None:
+def test_prismatic_joint_walks_in_metres() -> None:
     moves = JointMoves(seen())
     moves.ask(FINGER, 0.04, 0.0)
     assert 0.0 < moves.due(state(), 0.05)[FINGER] <= JOINT_SPEED["m"] * 0.05
 
 
-def test_a_slider_follows_its_joint_unless_it_was_just_moved() -> None:
+def test_slider_follows_joint_unless_just_moved() -> None:
     moves = JointMoves(seen())
     assert not moves.is_touched(ELBOW, 0.0)
     moves.ask(ELBOW, -1.19, 0.0)
@@ -82,7 +82,7 @@ def test_a_slider_follows_its_joint_unless_it_was_just_moved() -> None:
     assert moves.due(state(), 10.0) == {}, "and nothing is sent"
 
 
-def test_what_is_moved_by_something_else_is_left_alone() -> None:
+def test_give_way_ends_walk_of_its_joints_only() -> None:
     moves = JointMoves(seen())
     moves.ask(ELBOW, 1.0, 0.0)
     moves.ask(FINGER, 0.04, 0.0)

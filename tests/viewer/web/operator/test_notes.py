@@ -3,7 +3,7 @@
 from cellwright.viewer.web.operator.command_queue import NOTE_DURATION, NOTE_GAP, Notes
 
 
-def test_a_line_stands_for_a_while() -> None:
+def test_note_is_shown_for_its_duration() -> None:
     notes = Notes()
     assert notes.at(0.0) == ""
     notes.add("home: done", 10.0)
@@ -11,7 +11,7 @@ def test_a_line_stands_for_a_while() -> None:
     assert notes.at(10.0 + NOTE_DURATION) == ""
 
 
-def test_one_note_of_a_kind_is_shown_per_second() -> None:
+def test_note_kind_is_shown_once_per_second() -> None:
     notes = Notes()
     notes.add("refused: a", 0.0, kind="refused", is_bad=True)
     notes.add("refused: b", NOTE_GAP / 2, kind="refused", is_bad=True)

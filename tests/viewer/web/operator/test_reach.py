@@ -7,13 +7,13 @@ SECOND = 1_000_000_000
 AIM = Pose((1.0, 0.0, 0.0))
 
 
-def test_there() -> None:
+def test_reach_at_target_is_there() -> None:
     watch = ReachOfHand()
     assert watch.look(0, None, AIM) is Reach.THERE
     assert watch.look(1, AIM, Pose((0.999, 0.0, 0.0))) is Reach.THERE
 
 
-def test_on_its_way_and_then_short() -> None:
+def test_reach_of_resting_hand_becomes_short() -> None:
     watch = ReachOfHand()
     for step in range(10):
         assert watch.look(step * SECOND // 10, AIM, Pose((0.05 * step, 0.0, 0.0))) is Reach.ON_ITS_WAY
@@ -25,13 +25,13 @@ def test_on_its_way_and_then_short() -> None:
     assert watch.look(3 * SECOND, AIM, Pose((0.6, 0.0, 0.0))) is Reach.ON_ITS_WAY
 
 
-def test_a_robot_whose_time_stands_is_not_short() -> None:
+def test_reach_of_paused_robot_is_not_short() -> None:
     watch = ReachOfHand()
     assert {watch.look(SECOND, AIM, Pose()) for _ in range(100)} == {Reach.ON_ITS_WAY}
     assert watch.look(0, AIM, Pose()) is Reach.ON_ITS_WAY, "nor one whose time was reset"
 
 
-def test_a_turn_counts() -> None:
+def test_reach_counts_rotation() -> None:
     watch = ReachOfHand()
     turned = Pose.from_rpy((1.0, 0.0, 0.0), (0.0, 0.0, 0.5))
     assert abs(rotation_angle(AIM, turned) - 0.5) < 1e-9

@@ -15,39 +15,39 @@ from tests.robot.robots import two_arms
 from tests.viewer.web.operator.robots import number, seen, state
 
 
-def test_a_robot_and_how_it_stands() -> None:
-    robot, stands = seen(), state()
+def test_robot_and_state_are_read_from_panel() -> None:
+    robot, robot_state = seen(), state()
     assert robot.joints[number("left_finger")].unit == "m"
     assert robot.arms == robot.grippers == ("right", "left")
     assert robot.base_mode == "original"
-    assert len(stands.positions) == len(robot.joints)
-    assert stands.tips[0].position[1] == pytest.approx(-0.3, abs=1e-3)
-    assert stands.why_not == ""
+    assert len(robot_state.positions) == len(robot.joints)
+    assert robot_state.tips[0].position[1] == pytest.approx(-0.3, abs=1e-3)
+    assert robot_state.why_not == ""
 
 
-def test_why_it_takes_no_commands() -> None:
+def test_why_not_has_reason_for_each_hold() -> None:
     assert state(is_stopped=True, is_enabled=False).why_not == "the emergency stop is active"
-    assert state(is_enabled=False).why_not == "it is switched off"
+    assert state(is_enabled=False).why_not == "it is not enabled"
     assert state(is_homing=True).why_not == "it is moving home"
 
 
-def test_a_joint_without_limits_gets_a_turn_each_way() -> None:
+def test_joint_without_limits_has_full_turn_each_way() -> None:
     robot = SeenRobot.read(RobotPanel(RobotNode(two_arms())).state({}))
     wheel = next(joint for joint in robot.joints if joint.name == "wheel")
     assert (wheel.lower, wheel.upper) == (-FULL_TURN, FULL_TURN)
 
 
 @given(st.floats(allow_nan=False))
-def test_what_is_clamped_is_within_the_limits(value: float) -> None:
+def test_clamped_position_is_within_limits(value: float) -> None:
     joint = number("right_2")
     assert -2.0 <= seen().clamped(joint, value) <= 2.0
 
 
 @pytest.mark.parametrize("broken", [{}, {"robot": None}, {"robot": {"joints": 3}}, {"kind": "cell", "score": 1}])
-def test_what_is_no_robot_is_refused(broken: dict[str, Any]) -> None:
-    with pytest.raises(MessageError, match="tells of no robot"):
+def test_panel_without_robot_is_refused(broken: dict[str, Any]) -> None:
+    with pytest.raises(MessageError, match="has no robot"):
         SeenRobot.read({"name": "x", "digest": "y", **broken})
-    with pytest.raises(MessageError, match="tells of no robot"):
+    with pytest.raises(MessageError, match="has no robot"):
         RobotState.read(broken)
 
 
@@ -63,10 +63,10 @@ def test_what_is_no_robot_is_refused(broken: dict[str, Any]) -> None:
         (0, 0, 0, 1, 0, 0, None),
     ],
 )
-def test_what_is_no_pose_is_refused(numbers: Any) -> None:
+def test_invalid_pose_is_refused(numbers: Any) -> None:
     with pytest.raises(ValueError, match=r"pose|float|unpack"):
         pose_of(numbers)
 
 
-def test_a_pose_has_a_direction_of_unit_length() -> None:
+def test_pose_has_unit_quaternion() -> None:
     assert pose_of([1, 2, 3, 0, 0, 0, 5]).quaternion == (0.0, 0.0, 0.0, 1.0)

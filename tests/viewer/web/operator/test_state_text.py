@@ -21,12 +21,12 @@ from tests.viewer.web.operator.robots import Clock, seen, state
         ({}, GREY),
     ],
 )
-def test_the_state_has_a_colour(changes: dict[str, Any], colour: str) -> None:
+def test_pill_has_colour_of_state(changes: dict[str, Any], colour: str) -> None:
     assert pill(state(**changes))[1] == colour
-    assert pill(None) == ("not heard from", GREY)
+    assert pill(None) == ("not connected", GREY)
 
 
-def test_names_from_outside_are_text() -> None:
+def test_foreign_names_in_state_are_escaped() -> None:
     queue = CommandQueue(seen(), Clock())
     queue.see(state(commander="/<img src=x onerror=alert(1)>", refused=3, ignored=2))
     queue.refused("<script>")
@@ -40,8 +40,8 @@ def test_names_from_outside_are_text() -> None:
         assert expected in html
 
 
-def test_why_nothing_moves() -> None:
+def test_state_html_has_reason_for_hold() -> None:
     queue = CommandQueue(seen(), Clock())
-    assert "not heard from" in state_html(queue, 0.0)
-    queue.see(state(is_enabled=False, message="takes no commands: /io_teleop/set_enabled switches them on"))
+    assert "not connected" in state_html(queue, 0.0)
+    queue.see(state(is_enabled=False, message="commands are disabled; call /io_teleop/set_enabled to enable them"))
     assert "set_enabled" in state_html(queue, 0.0)

@@ -38,84 +38,86 @@ def at_work(worker: Worker) -> CommandQueue:
     return worker.queue
 
 
-def stands(queue: CommandQueue) -> RobotState:
+def current_state(queue: CommandQueue) -> RobotState:
     assert queue.state is not None
     return queue.state
 
 
 @pytest.mark.slow
-def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> None:
+def test_dragged_hand_reaches_target_and_other_stays(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
         queue = at_work(worker)
-        right, left = stands(queue).tips
+        right, left = current_state(queue).tips
         world_T_aim = Pose((-0.06, 0.03, 0.05)) @ right
         assert queue.grab(0, ME, right)
         for share in np.linspace(0.0, 1.0, 20):
             x, y, z = np.add(right.position, share * np.subtract(world_T_aim.position, right.position)).tolist()
             queue.drag(0, ME, Pose((x, y, z), right.quaternion))
-        wait_until(lambda: math.dist(stands(queue).tips[0].position, world_T_aim.position) < 1e-3, "end of the motion")
-        assert rotation_angle(stands(queue).tips[0], right) < 0.01
-        assert math.dist(stands(queue).tips[1].position, left.position) < 2e-3
-        assert NODE in stands(queue).commander
+        wait_until(
+            lambda: math.dist(current_state(queue).tips[0].position, world_T_aim.position) < 1e-3, "end of the motion"
+        )
+        assert rotation_angle(current_state(queue).tips[0], right) < 0.01
+        assert math.dist(current_state(queue).tips[1].position, left.position) < 2e-3
+        assert NODE in current_state(queue).commander
         wait_until(lambda: queue.delay.seconds is not None, "figure of the delay")
         queue.release(0, ME)
-        taken = stands(queue).taken
-        wait_until(lambda: stands(queue).commander == "", "silence of the hand")
-        assert stands(queue).taken <= taken + 1, "what is let go of says nothing"
+        taken = current_state(queue).taken
+        wait_until(lambda: current_state(queue).commander == "", "silence of the hand")
+        assert current_state(queue).taken <= taken + 1, "what is let go of says nothing"
         worker.close()
 
 
-def test_sliders_grippers_stop_and_home(node: RobotNode) -> None:
+def test_worker_sends_sliders_grippers_stop_and_home(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
         queue = at_work(worker)
         queue.slide(ELBOW, -0.9)
-        wait_until(lambda: abs((stands(queue).positions[ELBOW] or 0.0) + 0.9) < 2e-3, "elbow at its target")
+        wait_until(lambda: abs((current_state(queue).positions[ELBOW] or 0.0) + 0.9) < 2e-3, "elbow at its target")
         queue.grip(1, 0.5)
-        wait_until(lambda: abs(stands(queue).grippers[1] - 0.5) < 0.05, "gripper at its target")
-        assert stands(queue).grippers[0] < 0.05
+        wait_until(lambda: abs(current_state(queue).grippers[1] - 0.5) < 0.05, "gripper at its target")
+        assert current_state(queue).grippers[0] < 0.05
 
         queue.slide(ELBOW, 1.5)
         assert worker.stop() == ""
-        wait_until(lambda: stands(queue).is_stopped, "emergency stop")
-        assert (stands(queue).positions[ELBOW] or 0.0) < 0.5, "it comes before all else"
+        wait_until(lambda: current_state(queue).is_stopped, "emergency stop")
+        assert (current_state(queue).positions[ELBOW] or 0.0) < 0.5, "it comes before all else"
         assert not queue.slide(ELBOW, 1.5)
         queue.ask(Ask.CLEAR_STOP)
-        wait_until(lambda: not stands(queue).is_stopped, "end of the emergency stop")
+        wait_until(lambda: not current_state(queue).is_stopped, "end of the emergency stop")
 
         queue.ask(Ask.HOME)
-        wait_until(lambda: abs((stands(queue).positions[ELBOW] or 0.0) + 1.2) < 2e-3, "elbow at home")
+        wait_until(lambda: abs((current_state(queue).positions[ELBOW] or 0.0) + 1.2) < 2e-3, "elbow at home")
         wait_until(lambda: "home: done" in queue.notes.text, "answer to the way home")
         worker.close()
     assert worker.queue is not None
 
 
-def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
+def test_refusal_ends_drag_with_reason(node: RobotNode) -> None:
     with served(node) as address:
         first, second = Worker(address), Worker(address)
         second._link.node = "/other_browser"
         one, other = at_work(first), at_work(second)
         for queue in (one, other):
-            tip = stands(queue).tips[0]
+            tip = current_state(queue).tips[0]
             assert queue.grab(0, ME, tip)
             queue.drag(0, ME, Pose((0.0, 0.0, 0.01)) @ tip)
-            wait_until(lambda queue=queue: stands(queue).taken > 0, "command that was taken")  # type: ignore[misc]
-        wait_until(lambda: f"{NODE} commands here" in other.notes.text, "reason of the refusal")
+            wait_until(lambda queue=queue: current_state(queue).taken > 0, "command that was taken")  # type: ignore[misc]
+        wait_until(lambda: f"{NODE} commands this topic" in other.notes.text, "reason of the refusal")
         assert not other.hands.holds
-        wait_until(lambda: stands(other).refused > 0, "count of the refusal")
+        wait_until(lambda: current_state(other).refused > 0, "count of the refusal")
         first.close()
         second.close()
 
 
-def test_it_finds_its_way_back_and_a_stop_is_not_lost(node: RobotNode) -> None:
+def test_worker_reconnects_and_keeps_stop(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
         queue = at_work(worker)
         queue.slide(ELBOW, 1.0)
     wait_until(lambda: queue.state is None, "notice that the robot is gone")
-    assert "not got through yet" in worker.stop()
-    assert "not got through yet" in queue.notes.text
+    assert "not delivered yet" in worker.stop()
+    assert "not delivered yet" in queue.notes.text
     other = RobotNode(robot())
     with served(other, port=address[1]):
         wait_until(lambda: other.commander.is_stopped, "emergency stop of the other robot")

@@ -64,7 +64,7 @@ class PerformanceLog:
                 path.unlink()
             self._file = LineFile(path, report=report)
         except OSError as error:
-            report(f"{path}: there will be no score log: {error.strerror or error}")
+            report(f"{path}: score log cannot be written: {error.strerror or error}")
 
     def effect(self, effect: effects.Effect, now: int) -> None:
         """Log an action of the referee at the time `now` [ns]."""
@@ -166,17 +166,15 @@ def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> argparse.Na
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gear.py",
-        description="Starts the kit-building cell, and a roscore if none runs; it ends with Ctrl-C.",
-        epilog="Cellwright works the cell; see also: cellwright serve --help",
+        description="Start the kit-building cell, and a roscore if none is running, until Ctrl-C.",
+        epilog="Cellwright simulates the cell; see also: cellwright serve --help",
     )
     source = parser.add_mutually_exclusive_group()
-    source.add_argument("config", nargs="?", default="", metavar="CONFIG", help="the configuration itself, as YAML")
+    source.add_argument("config", nargs="?", default="", metavar="CONFIG", help="configuration as YAML text")
     source.add_argument(
-        "-f", "--file", nargs="+", action="extend", metavar="F", help="files that are read as one configuration"
+        "-f", "--file", nargs="+", action="extend", metavar="F", help="configuration files, joined into one"
     )
-    parser.add_argument(
-        "-n", "--dry-run", action="store_true", help="print what would be started, and write and start nothing"
-    )
+    parser.add_argument("-n", "--dry-run", action="store_true", help="print the launch files; write and start nothing")
     parser.add_argument("-v", "--verbose", action="store_true", help="print the resolved configuration too")
     parser.add_argument(
         "-o",
@@ -184,7 +182,7 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         default=OUTPUT,
         metavar="DIR",
-        help="where configuration, robot description and launch file are written (default: %(default)s)",
+        help="folder for configuration, robot description and launch file (default: %(default)s)",
     )
     parser.add_argument(
         "-d",
@@ -192,7 +190,7 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="allow what a competition refuses, such as the belt's power",
     )
-    parser.add_argument("--no-gui", action="store_true", help="taken for old scripts; there is no window to open")
+    parser.add_argument("--no-gui", action="store_true", help="accepted for old scripts, without effect")
     return parser
 
 

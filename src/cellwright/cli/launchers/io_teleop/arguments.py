@@ -41,7 +41,7 @@ def command(script: str, arguments: Sequence[str], warn: Callable[[str], None]) 
         elif name == _NAME:
             node = value
         elif not name.startswith(("__", "_")):
-            warn(f"{argument} is not followed: the names of topics and services are absolute")
+            warn(f"{argument}: remapping ignored; names of topics and services are absolute")
     parser = argparse.ArgumentParser(prog=path.name, allow_abbrev=False, add_help=False)
     parser.add_argument("--robot_name", metavar="NAME", default=_DEFAULT_ROBOT)
     parser.add_argument("--init_debug", action="store_true")

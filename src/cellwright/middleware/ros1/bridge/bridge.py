@@ -98,7 +98,7 @@ class Bridge:
                 with stop_deferred():
                     publication.register()
         with stop_deferred():
-            self._hear(welcome["topics"])
+            self._subscribe(welcome["topics"])
         for service in self._services(welcome["services"]):
             server.services[service.resolved_name] = service.take
             with stop_deferred():
@@ -147,11 +147,11 @@ class Bridge:
             found.append(Publication(self._loop, self._link, topic, node=origin, sent=self._sent))
         return found
 
-    def _hear(self, topics: list[dict[str, Any]]) -> None:
+    def _subscribe(self, topics: list[dict[str, Any]]) -> None:
         """Subscribe to the cell's commands, and to the node's own topics that the original's node subscribes to."""
-        limit_messages(ThrottledLog(self._loop, "{count} messages on {subject} are too long, and not taken").count)
+        limit_messages(ThrottledLog(self._loop, "{count} messages on {subject} dropped: too long").count)
         in_lockstep = self._sent is not None
-        self._heard = {
+        self._commands = {
             topic["name"]: CommandTopic(
                 self._loop,
                 self._link,
@@ -170,7 +170,7 @@ class Bridge:
     def _services(self, services: list[dict[str, Any]]) -> list[RosService]:
         found = [cell_service(self._loop, self._link, service) for service in services]
         if self._sent is not None:
-            self._steps = StepService(self._loop, self._link, self._heard, self._sent)
+            self._steps = StepService(self._loop, self._link, self._commands, self._sent)
             found.append(RosService(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
         return found
 
@@ -179,7 +179,7 @@ class Bridge:
         end = time.monotonic() + _PUBLISHER_PATIENCE
         while not master.knows(NODE, publishes=STATIC_FRAMES, hears=FRAME_SOURCE):
             if time.monotonic() > end or not frames.is_alive:
-                report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
+                report("robot_state_publisher has not started yet: the frames of the arm are missing until it does")
                 return
             time.sleep(_PAUSE)
 
@@ -198,14 +198,14 @@ class Bridge:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="bridge", description="A served cell as a node of ROS 1.")
-    parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="where it is served")
+    parser = argparse.ArgumentParser(prog="bridge", description="Present a served cell or robot as a ROS 1 node.")
+    parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="address of the server")
     parser.add_argument("--name", metavar="/NODE", default="/gazebo", help="name of the node (%(default)s)")
     parser.add_argument(
         "--robot-state-publisher",
         metavar="PATH",
         default=AUTO,
-        help=f"the program that makes the frames of the arm; `{AUTO}` looks for it, `{NONE}` does without",
+        help=f"program that publishes the frames of the arm; `{AUTO}` searches for it, `{NONE}` uses none",
     )
     options = parser.parse_args()
     Bridge(options.connect, options.name, options.robot_state_publisher).run()

@@ -17,7 +17,7 @@ def address_of(text: str) -> tuple[str, int]:
     """Return host and port of `HOST:PORT`, for an option."""
     host, _, port = text.rpartition(":")
     if not host or not port.isdigit() or not 0 < int(port) < 1 << 16:
-        raise argparse.ArgumentTypeError(f"{text!r} is no address: it must look like 127.0.0.1:11399")
+        raise argparse.ArgumentTypeError(f"{text!r} is not an address; write it like 127.0.0.1:11399")
     return host, int(port)
 
 
@@ -125,7 +125,7 @@ class BufferedConnection:
         self._connection.close()
 
     def _is_full(self, more: int) -> bool:
-        """True if there is no room for one more piece of so many bytes."""
+        """True if there is no room for one more piece of `more` bytes."""
         is_crowded = self._limit is not None and len(self._waiting) >= self._limit
         return is_crowded or (self._max_bytes is not None and self._bytes + more > self._max_bytes)
 
@@ -200,7 +200,7 @@ class LinkClient:
         except OSError as error:
             raise MissingError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
         except FrameError as error:
-            raise MissingError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
+            raise MissingError(f"the program at {address[0]}:{address[1]} is not a cell: {error}") from None
         connection.setblocking(False)
         self._connection = BufferedConnection(loop, connection, self._read, lambda: self._end(None))
 
@@ -265,7 +265,7 @@ class LinkClient:
                 if not self._has_ended:
                     self._take(frame)
         except FrameError as error:
-            report(f"what the cell says makes no sense: {error}")
+            report(f"invalid data from the cell: {error}")
             self._end("")
 
     def _take(self, frame: Frame) -> None:

@@ -47,27 +47,27 @@ class EventLoop:
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
-        self._asked: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._calls: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._timers: list[tuple[float, int, Callback]] = []
         self._serial = itertools.count()
-        self._ear, self._bell = socket.socketpair()
-        self._ear.setblocking(False)
-        self._bell.setblocking(False)
-        self._selector.register(self._ear, selectors.EVENT_READ, (self._hear, None))
+        self._wake_reader, self._wake_writer = socket.socketpair()
+        self._wake_reader.setblocking(False)
+        self._wake_writer.setblocking(False)
+        self._selector.register(self._wake_reader, selectors.EVENT_READ, (self._on_wake, None))
         self._is_awake = False
         self._status: int | None = None
 
     def wake_by_signals(self) -> None:
         """End the wait at once on a signal; for a loop in the main thread."""
-        signal.set_wakeup_fd(self._bell.fileno(), warn_on_full_buffer=False)
+        signal.set_wakeup_fd(self._wake_writer.fileno(), warn_on_full_buffer=False)
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
         """Call a function soon in the loop's thread; from any thread."""
-        self._asked.append((function, arguments))
+        self._calls.append((function, arguments))
         if not self._is_awake:
             self._is_awake = True
             with contextlib.suppress(OSError):  # the wake-up is pending already, or the loop is closed
-                self._bell.send(b"\0")
+                self._wake_writer.send(b"\0")
 
     def later(self, delay: float, function: Callback) -> None:
         """Call a function after a delay [s]; from the loop's thread."""
@@ -98,8 +98,8 @@ class EventLoop:
     def close(self) -> None:
         """Release the loop's own descriptors; watched sources stay open."""
         self._selector.close()
-        self._ear.close()
-        self._bell.close()
+        self._wake_reader.close()
+        self._wake_writer.close()
 
     def run(self) -> int:
         """Wait and call until stopped; return the status. Then it may run again."""
@@ -116,16 +116,16 @@ class EventLoop:
         status, self._status = self._status, None
         return status
 
-    def _hear(self) -> None:
+    def _on_wake(self) -> None:
         with contextlib.suppress(OSError):
-            while len(self._ear.recv(4096)) == 4096:
+            while len(self._wake_reader.recv(4096)) == 4096:
                 pass
         # Only now: earlier, a concurrent wake-up would be read here, and no other one would follow.
         self._is_awake = False
-        for _ in range(len(self._asked)):
-            function, arguments = self._asked.popleft()
+        for _ in range(len(self._calls)):
+            function, arguments = self._calls.popleft()
             self._do(function, *arguments)
-        if self._asked:
+        if self._calls:
             self.call(nothing)
 
     def _do(self, function: Callable[..., None], *arguments: Any) -> None:
@@ -134,7 +134,7 @@ class EventLoop:
             function(*arguments)
         except Exception as defect:
             logging.getLogger("rospy.cellwright").exception("a defect")
-            report(f"a defect, please report it: {type(defect).__name__}: {defect}")
+            report(f"internal error, please report it: {type(defect).__name__}: {defect}")
 
 
 def nothing(*_arguments: object) -> None:

@@ -36,9 +36,9 @@ def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:
     seconds, nanoseconds = _DURATION.unpack_from(data)
     names, numbers, end = _read_counts(data, _DURATION.size)
     if numbers and len(numbers) != len(names):
-        raise ValueError(f"{len(names)} topics and {len(numbers)} numbers of messages")
+        raise ValueError(f"topics and published must have the same length (got {len(names)} and {len(numbers)})")
     if len(data) != end:
-        raise ValueError("its length is wrong")
+        raise ValueError("wrong length")
     return seconds * _NANOSECONDS + nanoseconds, dict(zip(names, numbers))
 
 
@@ -53,7 +53,7 @@ def read_step_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
     message, position = _read_text(data, 1)
     seconds, nanoseconds = _TIME.unpack_from(data, position)
     names, sent, _ = _read_counts(data, position + _TIME.size)
-    failure = "" if succeeded else message or "it has failed"
+    failure = "" if succeeded else message or "step failed"
     return failure, seconds * _NANOSECONDS + nanoseconds, list(zip(names, sent))
 
 
@@ -94,7 +94,7 @@ def _read_text(data: bytes, position: int) -> tuple[str, int]:
     begin = position + _COUNT.size
     end = begin + length
     if end > len(data):
-        raise ValueError("it is cut off")
+        raise ValueError("text is cut off")
     return data[begin:end].decode(), end
 
 

@@ -37,8 +37,8 @@ def limit_requests() -> None:
     post = SilenceableXMLRPCRequestHandler.do_POST
 
     def do_post(self: SilenceableXMLRPCRequestHandler) -> None:
-        said = self.headers.get("content-length", "")
-        if said.isascii() and said.isdigit() and len(said) < 10 and int(said) <= MAX_REQUEST_BYTES:
+        length = self.headers.get("content-length", "")
+        if length.isascii() and length.isdigit() and len(length) < 10 and int(length) <= MAX_REQUEST_BYTES:
             post(self)
             return
         self.close_connection = True  # else the rest would be read as another request
@@ -216,7 +216,7 @@ def _thread_failed(arguments: Any) -> None:
     """Report a thread's error in one line; its traceback goes to the log."""
     error = arguments.exc_value
     rospy.core.rospyerr("a thread has failed", exc_info=(type(error), error, arguments.exc_traceback))
-    report(f"a connection has failed: {type(error).__name__}: {error}")
+    report(f"connection failed: {type(error).__name__}: {error}")
 
 
 MASTER_TIMEOUT = 2.0  # time for the master to answer [s]
@@ -291,9 +291,8 @@ class MasterWatch:
                 if failures > 1 and not is_lost:
                     is_lost = True
                     report(
-                        f"the ROS master at {self._master.uri} is gone, and with it all parameters: programs that "
-                        "start now find no topic and no service; connections that stand go on, and so does "
-                        f"{self._node}"
+                        f"the ROS master at {self._master.uri} is gone, with all parameters: new programs find no "
+                        f"topics and no services; {self._node} and existing connections continue"
                     )
                 continue
             if known is None:
@@ -304,7 +303,7 @@ class MasterWatch:
                 self._on_replaced()
                 return
             if is_lost:
-                report(f"the ROS master at {self._master.uri} answers again, and has forgotten nothing")
+                report(f"the ROS master at {self._master.uri} answers again and still knows all registrations")
             is_lost, failures = False, 0
 
 

@@ -94,17 +94,17 @@ class Relay:
         self._sign = sign
         self._now = int(welcome["time"])
         self._types = {topic["name"]: topic["type"] for topic in welcome["topics"]}
-        self._hearers = {topic["name"] for topic in welcome["topics"] if topic["subscribers"]}
+        self._command_names = {topic["name"] for topic in welcome["topics"] if topic["subscribers"]}
         self._services = {
             service["name"]: ServiceClient(master, node, service["name"], service["md5"])
             for service in welcome["services"]
         }
         self._definitions: dict[str, dict[str, str]] = {}
-        self._heard: dict[str, SubscribedTopic] = {}
-        self._spoken: dict[str, PublishedTopic] = {}
+        self._subscribed: dict[str, SubscribedTopic] = {}
+        self._published: dict[str, PublishedTopic] = {}
         self._lockstep = bool(welcome["lockstep"])
         self._lock = threading.Lock()
-        self._mail: dict[str, deque[tuple[tuple[int, ...], bytes]]] = {}
+        self._inbox: dict[str, deque[tuple[tuple[int, ...], bytes]]] = {}
         self._barrier = 0
         self._decoder = Decoder()
         connection.setblocking(False)
@@ -123,8 +123,8 @@ class Relay:
         try:
             self._looks = _MAX_LOOKS if is_simulator_gone(self._master, self._sign) else 0
         except MasterGoneError:
-            heard = self._heard.get(self._sign)
-            self._looks = self._looks + 1 if heard is not None and not heard.is_connected else 0
+            topic = self._subscribed.get(self._sign)
+            self._looks = self._looks + 1 if topic is not None and not topic.is_connected else 0
         if self._looks >= _MAX_LOOKS:
             self.end("the cell has ended")
         else:
@@ -135,7 +135,7 @@ class Relay:
             for frame in self._decoder.feed(data):
                 self._act(frame)
         except FrameError as error:
-            report(f"what the client says makes no sense: {error}")
+            report(f"invalid data from the client: {error}")
             self._send(_refusal(0, "UsageError", str(error)))
             self._connection.close_when_empty()
             self._loop.stop(1)
@@ -150,7 +150,7 @@ class Relay:
             FrameKind.ADVANCE: self._advance,
         }
         if frame.kind not in acts:
-            raise FrameError(f"{frame.kind.name} is nothing that a client may say")
+            raise FrameError(f"a client cannot send {frame.kind.name}")
         try:
             answer = acts[frame.kind](frame)
         except TimeStandsError as error:
@@ -182,32 +182,32 @@ class Relay:
 
     def _greet(self, frame: Frame) -> Frame:
         if frame.json().get("encoding") != "ros1":
-            return _refusal(0, "UsageError", "a relay passes messages on in the form of ROS 1 only")
+            return _refusal(0, "UsageError", "a relay supports the encoding ros1 only")
         return Frame(FrameKind.WELCOME, payload=json.dumps(self._welcome).encode())
 
     def _subscribe(self, frame: Frame) -> Frame:
-        topic = self._heard.get(frame.name)
+        topic = self._subscribed.get(frame.name)
         if topic is None:
             name = frame.name
-            self._mail[name] = deque()
+            self._inbox[name] = deque()
             topic = SubscribedTopic(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
-            self._heard[name] = topic
+            self._subscribed[name] = topic
         topic.add(frame.number)
         if self._types.get(frame.name):  # an unknown topic is awaited without limit
             _wait(lambda: topic.is_connected)
         return Frame(FrameKind.DONE, frame.number)
 
     def _unsubscribe(self, frame: Frame) -> None:
-        for topic in list(self._heard.values()):
+        for topic in list(self._subscribed.values()):
             if topic.remove(frame.number) and not topic.is_wanted:
-                del self._heard[topic.name]
+                del self._subscribed[topic.name]
                 topic.close()
 
     def _take(self, name: str, numbers: tuple[int, ...], data: bytes) -> None:
         """Take a message, in a thread of rospy."""
         if self._lockstep:
             with self._lock:
-                self._mail[name].append((numbers, data))
+                self._inbox[name].append((numbers, data))
         else:
             self._pass_on(numbers, data)
 
@@ -216,29 +216,31 @@ class Relay:
             self._send(Frame(FrameKind.MESSAGE, number, payload=data))
 
     def _publish(self, frame: Frame) -> Frame | None:
-        if frame.name not in self._hearers:
-            known = ", ".join(sorted(self._hearers))
-            return _refusal(frame.number, "UnknownNameError", f"unknown topic to publish on {frame.name!r} ({known})")
-        topic = self._spoken.get(frame.name)
+        if frame.name not in self._command_names:
+            known = ", ".join(sorted(self._command_names))
+            return _refusal(
+                frame.number, "UnknownNameError", f"unknown topic to publish on {frame.name!r} (known: {known})"
+            )
+        topic = self._published.get(frame.name)
         if topic is None:
             theirs, known_type = self._types.get(frame.name, frame.type), self._definitions.get(frame.type)
             if theirs not in (frame.type, "", "*"):
                 return _refusal(frame.number, "MessageError", f"{frame.name} takes {theirs}, not {frame.type}")
             if known_type is None:
-                return _refusal(frame.number, "UsageError", f"the type {frame.type} has not been declared")
+                return _refusal(frame.number, "UsageError", f"type {frame.type} is not declared")
             topic = PublishedTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
-            self._spoken[frame.name] = topic
+            self._published[frame.name] = topic
         elif topic.type != frame.type:
             return _refusal(frame.number, "MessageError", f"{frame.name} takes {topic.type}, not {frame.type}")
         if not _wait(lambda: topic.is_connected):
-            return _refusal(frame.number, "RejectedCommandError", f"nobody hears {frame.name}")
+            return _refusal(frame.number, "RejectedCommandError", f"no subscriber on {frame.name}")
         topic.publish(frame.payload)
         return Frame(FrameKind.DONE, frame.number) if frame.number else None
 
     def _call(self, frame: Frame) -> Frame:
         if frame.name == DECLARE:
-            said = frame.json()
-            self._definitions[str(said["type"])] = {key: str(said[key]) for key in ("md5", "definition")}
+            request = frame.json()
+            self._definitions[str(request["type"])] = {key: str(request[key]) for key in ("md5", "definition")}
             return Frame(FrameKind.ANSWER, frame.number)
         service = self._services.get(frame.name)
         if service is None:
@@ -257,7 +259,9 @@ class Relay:
     def _advance(self, frame: Frame) -> Frame:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
-            return _refusal(frame.number, "UsageError", "time passes by itself here")
+            return _refusal(
+                frame.number, "UsageError", "ADVANCE requires lockstep; time advances without requests here"
+            )
         while self._now < until:
             if self._step(1) or each_tick:  # a nanosecond: advances to the next tick
                 break
@@ -265,7 +269,7 @@ class Relay:
 
     def _step(self, duration: int) -> bool:
         """Advance time [ns], and deliver what arrived; True if there was anything. A TimeStandsError if it fails."""
-        published = {topic.name: topic.published for topic in self._spoken.values()}
+        published = {topic.name: topic.published for topic in self._published.values()}
         self._barrier = self._count()
         try:
             succeeded, data = self._services[STEP].call(step_request(duration, published))
@@ -273,30 +277,30 @@ class Relay:
             raise TimeStandsError(f"the cell has ended: {error}") from None
         failure, now, sent = read_step_response(data) if succeeded else (data.decode(errors="replace"), 0, [])
         if failure:
-            raise TimeStandsError(f"time does not pass: {failure}")
+            raise TimeStandsError(f"time cannot advance: {failure}")
         self._now = now
         for name, count in sent:
-            topic = self._heard.get(name)
+            topic = self._subscribed.get(name)
             if topic is not None and not topic.wait_for(count, PUBLISHER_TIMEOUT):
-                raise TimeStandsError(f"not all messages on {name} have come in {PUBLISHER_TIMEOUT:g} s")
+                raise TimeStandsError(f"messages on {name} are missing after {PUBLISHER_TIMEOUT:g} s")
         return self._deliver([name for name, _ in sent])
 
     def _deliver(self, order: list[str]) -> bool:
         """Deliver received messages, in the order of the topics' newest ones; return whether there were any."""
-        has_mail = False
-        for name in (*(name for name in self._mail if name not in order), *order):
+        has_messages = False
+        for name in (*(name for name in self._inbox if name not in order), *order):
             with self._lock:
-                mail = self._mail.get(name)
-                messages = list(mail) if mail else []
-                if mail:
-                    mail.clear()
+                queue = self._inbox.get(name)
+                messages = list(queue) if queue else []
+                if queue:
+                    queue.clear()
             for numbers, data in messages:
-                has_mail = has_mail or bool(numbers)
+                has_messages = has_messages or bool(numbers)
                 self._pass_on(numbers, data)
-        return has_mail
+        return has_messages
 
     def _count(self) -> int:
-        return sum(topic.published for topic in self._spoken.values())
+        return sum(topic.published for topic in self._published.values())
 
 
 def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
@@ -328,7 +332,7 @@ def serve(node: str, timeout: float, sign: str) -> int:
     master = Master(node)
     master.wait(timeout)
     welcome = _wait_for_simulator(master, node, end, sign)
-    tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
+    tally = ThrottledLog(loop, "{count} messages on {subject} dropped: too long")
     limit_messages(tally.count, MAX_FRAME_BYTES // 2)
     begin_node(node)
     rospy.on_shutdown(lambda: loop.stop(0))
@@ -358,7 +362,7 @@ def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dic
         if welcome is not None:
             return welcome
         if time.monotonic() > end:
-            raise MissingError(f"there is no simulator at {master.uri}: nobody publishes {sign}")
+            raise MissingError(f"no simulator at {master.uri}: {sign} has no publisher")
         time.sleep(_SIMULATOR_NAP)
 
 
@@ -372,25 +376,25 @@ def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int
         return read_step_response(data)[1]
     if not any(topic["name"] == CLOCK and topic["direction"] == "out" for topic in welcome["topics"]):
         return 0
-    heard: list[bytes] = []
-    subscriber = rospy.Subscriber(CLOCK, raw_type("rosgraph_msgs/Clock"), lambda message: heard.append(message.data))
-    while not heard:
+    clocks: list[bytes] = []
+    subscriber = rospy.Subscriber(CLOCK, raw_type("rosgraph_msgs/Clock"), lambda message: clocks.append(message.data))
+    while not clocks:
         if time.monotonic() > end:
-            raise MissingError(f"time stands still: nothing comes on {CLOCK}")
+            raise MissingError(f"simulation time stands still: no message on {CLOCK}")
         time.sleep(_SIMULATOR_NAP / 10)
     subscriber.unregister()
-    data = heard[-1][:_CLOCK_BYTES]
+    data = clocks[-1][:_CLOCK_BYTES]
     return int.from_bytes(data[:4], "little") * 1_000_000_000 + int.from_bytes(data[4:], "little")
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="relay", description="A client's way to a cell in ROS 1.")
+    parser = argparse.ArgumentParser(prog="relay", description="Connect a client to a cell in ROS 1.")
     parser.add_argument("--node", metavar="/NODE", default="/agent", help="name of the client's node (%(default)s)")
     parser.add_argument(
-        "--wait", metavar="S", type=float, default=30.0, help="how long a simulator may take to appear (%(default)s)"
+        "--wait", metavar="S", type=float, default=30.0, help="timeout for a simulator to appear (%(default)s)"
     )
     parser.add_argument(
-        "--sign", metavar="/TOPIC", default=CLOCK, help="what is published where there is one (%(default)s)"
+        "--sign", metavar="/TOPIC", default=CLOCK, help="topic that a present simulator publishes (%(default)s)"
     )
     options = parser.parse_args()
     run_process(lambda: serve(options.node, options.wait, options.sign))

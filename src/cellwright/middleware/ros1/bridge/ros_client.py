@@ -68,12 +68,12 @@ class ServiceClient:
         except socket.timeout:
             self.close()
             raise ServiceGoneError(
-                f"{self._name} has not answered in {timeout:g} s; over ROS 1 in lockstep no time passes while a call "
-                "waits, and its answer may need some"
+                f"{self._name} has not answered within {timeout:g} s: over ROS 1 in lockstep, time stands during a "
+                "call, so a service that takes time cannot answer"
             ) from None
         except OSError as error:
             self.close()
-            raise ServiceGoneError(f"{self._name} has gone before it answered: {error}") from None
+            raise ServiceGoneError(f"connection to {self._name} lost before its answer: {error}") from None
 
     def close(self) -> None:
         """Hang up."""
@@ -118,7 +118,7 @@ def _is_broken(connection: socket.socket) -> bool:
 def _piece(connection: socket.socket) -> bytes:
     (length,) = _LENGTH.unpack(_read(connection, _LENGTH.size))
     if length > _LONGEST:
-        raise OSError(f"{length} bytes are too many")
+        raise OSError(f"{length} bytes are too long")
     return _read(connection, length)
 
 

@@ -191,15 +191,18 @@ class StepService:
         try:
             duration, published = read_step_request(request)
         except (struct.error, ValueError) as error:
-            caller.respond(False, f"this is no request of {STEP_TYPE}: {error}".encode())
+            caller.respond(False, f"invalid request of {STEP_TYPE}: {error}".encode())
             return
         published = {name: count for name, count in published.items() if count}
         unknown = [name for name in published if name not in self._topics]
         if duration < 0:
-            caller.respond(True, step_response(f"time does not go back: {duration / _NANOSECONDS:g} s", 0, []))
+            caller.respond(
+                True, step_response(f"duration must not be negative (got {duration / _NANOSECONDS:g} s)", 0, [])
+            )
         elif unknown:
             caller.respond(
-                True, step_response(f"the cell hears no {unknown[0]}; it hears {', '.join(self._topics)}", 0, [])
+                True,
+                step_response(f"the cell does not subscribe to {unknown[0]} (known: {', '.join(self._topics)})", 0, []),
             )
         else:
             self._steps.append(PendingStep(caller, duration, published))
@@ -228,10 +231,10 @@ class StepService:
 
     def _missing(self, step: PendingStep) -> str | None:
         for name, count in step.published.items():
-            come = self._topics[name].handed_over(step.caller.node)
-            if come < count:
+            arrived = self._topics[name].handed_over(step.caller.node)
+            if arrived < count:
                 node = step.caller.node
-                return f"only {come} of {count} messages on {name} have come from {node} in {MESSAGE_TIMEOUT:g} s"
+                return f"only {arrived} of {count} messages on {name} from {node} arrived within {MESSAGE_TIMEOUT:g} s"
         return None
 
     def _advance(self, until: int) -> None:

@@ -111,5 +111,5 @@ class StatePublisher:
             return
         stayed = time.monotonic() - self._began >= _STAYED
         self._pause = 1.0 if stayed else min(_MAX_PAUSE, 2 * self._pause)
-        report(f"robot_state_publisher has ended with status {status}; it is started again in {self._pause:g} s")
+        report(f"robot_state_publisher ended with status {status}; restarting it in {self._pause:g} s")
         self._loop.later(self._pause, self._start)

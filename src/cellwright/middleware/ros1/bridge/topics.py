@@ -69,7 +69,7 @@ class Publication(ManagedTopic):
         self._waiting: list[Peer] = []  # without an answer to their handshakes yet
         self._subscription: int | None = None
         self._is_answered = False  # true if the cell has answered the subscription
-        self._drops = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
+        self._drops = ThrottledLog(loop, "subscriber {subject} is too slow: {count} messages dropped")
         self.md5sum = topic["md5"]
         self.definition = topic["definition"]
         if self._always:
@@ -235,8 +235,8 @@ class CommandTopic:
         self._bytes = 0
         self._is_busy = False
         self._counts: dict[str, tuple[Header, int]] = {}
-        self._drops = ThrottledLog(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
-        self._unfit = ThrottledLog(loop, "{count} messages on {subject} are too long to be carried, and not taken")
+        self._drops = ThrottledLog(loop, "{count} messages on {subject} dropped: the cell is too slow")
+        self._unfit = ThrottledLog(loop, "{count} messages on {subject} dropped: too long")
         self.name = topic["name"]
         self._type = topic["type"]
         data_class = raw_type(topic["type"], topic["md5"], topic["definition"])
@@ -264,7 +264,7 @@ class CommandTopic:
             self._drops.count(self.name)
 
     def _is_full(self, more: int) -> bool:
-        """True if there is no room for a message of so many bytes."""
+        """True if there is no room for a message of `more` bytes."""
         is_crowded = self._queue is not None and len(self._waiting) >= self._queue
         return is_crowded or self._bytes + more > MAX_COMMAND_BYTES
 

@@ -17,7 +17,7 @@ PYTHON_VARIABLE = "CELLWRIGHT_ROS1_PYTHON"
 SYSTEM_PYTHON = "/usr/bin/python3"
 HOW_TO_GET_IT = (
     "on Debian 12 and Ubuntu: scripts/install-ros1, or apt install ros-core ros-robot-state-publisher; "
-    f"another Python that has rospy is named by {PYTHON_VARIABLE}"
+    f"set {PYTHON_VARIABLE} to use another Python that has rospy"
 )
 """End of a sentence that begins with the missing part."""
 
@@ -62,7 +62,7 @@ def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/op
     for each in (here, *_sourced(root, here)):
         if _has_rospy(SYSTEM_PYTHON, each):
             return _installation(SYSTEM_PYTHON, each)
-    raise UsageError(f"ROS 1 is needed, and {SYSTEM_PYTHON} has no rospy; {HOW_TO_GET_IT}")
+    raise UsageError(f"ROS 1 is required, but {SYSTEM_PYTHON} has no rospy; {HOW_TO_GET_IT}")
 
 
 def _installation(python: str, environment: Mapping[str, str]) -> Installation:
@@ -136,7 +136,7 @@ def find_system() -> RosSystem:
         ros = RosSystem(prefix, Path(found.python))
         if all((ros.generators / f"gen{kind}_py.py").is_file() for kind in ("msg", "srv")):
             return ros
-    raise UsageError(f"ROS 1 is here without its generator of messages, genpy; {HOW_TO_GET_IT.partition(';')[0]}")
+    raise UsageError(f"ROS 1 has no message generator (genpy); {HOW_TO_GET_IT.partition(';')[0]}")
 
 
 def tool_environment(ros: RosSystem) -> dict[str, str]:

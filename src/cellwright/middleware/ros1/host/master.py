@@ -60,7 +60,7 @@ class MasterClient:
         except ValueError:
             parts, self.host, self.port = urlsplit(""), "", 0
         if parts.scheme != "http" or not self.host or not self.port:
-            raise UsageError(f"{URI_VARIABLE} is {uri!r}, which is no address like {DEFAULT_URI}")
+            raise UsageError(f"{URI_VARIABLE} is {uri!r}, not an address like {DEFAULT_URI}")
 
     @property
     def is_local(self) -> bool:
@@ -170,7 +170,7 @@ class OwnMaster:
         if program is None:
             raise UsageError(f"no ROS master answers at {master.uri}, and rosmaster is not installed; {HOW_TO_GET_IT}")
         if master.is_port_taken():
-            raise UsageError(f"what listens at {master.uri} is no ROS master; ROS_MASTER_URI can name another port")
+            raise UsageError(f"the program at {master.uri} is not a ROS master; set ROS_MASTER_URI to another port")
         self._installation = installation
         self._master = master
         self._report = report
@@ -213,13 +213,13 @@ class OwnMaster:
                 self._look_after_rosout()
             else:
                 wait = self._timeout.after(time.monotonic() - self._child.started)
-                self._report(f"the ROS master at {self._master.uri} {describe_exit(status)}; it is started again")
+                self._report(f"the ROS master at {self._master.uri} {describe_exit(status)}; restarting it")
                 self._stop_children()
                 self._again = time.monotonic() + wait
         elif time.monotonic() >= self._again and not self._is_left_to_others:
             if self._master.is_port_taken():
                 self._is_left_to_others = True
-                self._report(f"somebody else listens at {self._master.uri} now; it is left to run the master")
+                self._report(f"another program listens at {self._master.uri} now; no new master is started")
             else:
                 self._again = time.monotonic() + self._timeout.after(0.0)
                 self._child = self._start()
@@ -241,16 +241,16 @@ class OwnMaster:
         """Restart rosout if it alone has ended; without it only the logs of programs are lost."""
         if self._rosout is not None and (status := self._rosout.poll()) is not None:
             self._rosout_again = time.monotonic() + self._rosout_patience.after(time.monotonic() - self._rosout.started)
-            self._report(f"the node /rosout {describe_exit(status)}; it is started again")
+            self._report(f"the node /rosout {describe_exit(status)}; restarting it")
             self._rosout = None
         elif self._rosout is None and self._rosout_again is not None and time.monotonic() >= self._rosout_again:
             self._rosout_again = None
             self._start_rosout()
 
     def _run(self, command: list[str]) -> Child:
-        return Child(command, self._installation.environment, python=self._installation.python, on_error=self._hear)
+        return Child(command, self._installation.environment, python=self._installation.python, on_error=self._on_line)
 
-    def _hear(self, line: str) -> None:
+    def _on_line(self, line: str) -> None:
         self._last_line = line
 
     def _stop_children(self) -> None:

@@ -63,8 +63,8 @@ def node_name(text: str) -> str:
     """Return a node's absolute name; a UsageError if ROS does not accept the name."""
     if not _NODE_NAME.fullmatch(text) or len(text) > _MAX_NAME_LENGTH:
         raise UsageError(
-            f"{text!r:.80} is no name for a node: it must be of letters, digits and _, a letter first, "
-            "as openloong_controller_node is"
+            f"{text!r:.80} is not a node name; use letters, digits and _, with a letter first, "
+            "like openloong_controller_node"
         )
     return text if text.startswith("/") else f"/{text}"
 
@@ -99,15 +99,15 @@ class BridgeProcess(Child):
             installation.environment,
             python=installation.python,
             parting=signal.SIGTERM,
-            on_output=self._hear_output,
-            on_error=self._hear,
+            on_output=self._on_output,
+            on_error=self._on_error_line,
         )
 
-    def _hear_output(self, line: str) -> None:
+    def _on_output(self, line: str) -> None:
         if line == _READY_LINE:
             self.is_ready = True
 
-    def _hear(self, line: str) -> None:
+    def _on_error_line(self, line: str) -> None:
         self.last_line = line
         self._on_line(line)
 
@@ -173,7 +173,7 @@ class Ros1:
                 topic = self.identity.exclusive_topic
                 for rival in self.master.living_publishers(topic) if topic else ():
                     where = f"{topic} at {self.master.uri}"
-                    self.report(f"{rival} publishes {where} as well: programs will hear both, and command both")
+                    self.report(f"{rival} also publishes {where}: programs receive from both and command both")
             elif self.master.is_local:
                 self._own_master = OwnMaster(self._installation, self.master, lambda line: self.report(line))
                 self._own_master.wait(self._is_stopped)
@@ -182,7 +182,7 @@ class Ros1:
                 self._own_master.mark()
             else:
                 raise UsageError(
-                    f"no ROS master answers at {self.master.uri}, which is not on this machine; see {URI_VARIABLE}"
+                    f"no ROS master answers at {self.master.uri}, which is not on this machine; check {URI_VARIABLE}"
                 )
             self._settle_time()
         except MasterError as error:
@@ -235,7 +235,7 @@ class Ros1:
             self._look_after()
         except OSError as error:  # no memory, process or file descriptor left on this machine
             self._again = time.monotonic() + self._timeout.after(0.0)
-            self.report(f"a program of ROS 1 could not be started: {error}; it is tried again")
+            self.report(f"a ROS 1 program could not be started: {error}; trying again")
 
     def _look_after(self) -> None:
         if self._own_master is not None:
@@ -254,7 +254,7 @@ class Ros1:
         status = bridge.poll()
         if bridge.is_ready and not self._was_ready:
             self._was_ready = True
-            self.report(f"everything is registered again at {self.master.uri}")
+            self.report(f"all topics and services are registered again at {self.master.uri}")
         if status is None:
             return
         self._bridge = None
@@ -263,7 +263,7 @@ class Ros1:
         self._again = time.monotonic()
         if status != MASTER_IS_BACK:
             self._again += self._timeout.after(time.monotonic() - bridge.started)
-            self.report(f"the ROS 1 bridge {describe_exit(status)}; it is started again")
+            self.report(f"the ROS 1 bridge {describe_exit(status)}; restarting it")
 
     def _prepare_again(self) -> None:
         """Prepare the start of a bridge: a master with the parameters, and no other node as the simulator."""
@@ -273,8 +273,8 @@ class Ros1:
                 if self.master.living_node(self.identity.node) is not None:
                     if not has_reported:
                         self.report(
-                            f"another node has taken the place of {self.identity.node}; "
-                            f"the {self.identity.kind}'s comes back when it ends"
+                            f"another node has the name {self.identity.node} now; "
+                            f"the {self.identity.kind} registers again when that node ends"
                         )
                     has_reported = True
                     self._closed.wait(_AGAIN)
@@ -311,9 +311,9 @@ class Ros1:
         if node is None:
             return
         if self.identity is SIMULATOR:
-            raise UsageError(f"a simulator is there already at {self.master.uri}: its node {name} answers at {node}")
+            raise UsageError(f"a simulator already runs at {self.master.uri}: its node {name} answers at {node}")
         raise UsageError(
-            f"a node {name} is there already at {self.master.uri}: it answers at {node}; end it, or give another name"
+            f"node {name} already runs at {self.master.uri}: it answers at {node}; stop it, or choose another name"
         )
 
     def _settle_time(self) -> None:
@@ -322,9 +322,8 @@ class Ros1:
             self.master.set_parameter("/use_sim_time", value=True)
         elif self.master.parameter("/use_sim_time"):
             self.report(
-                f"/use_sim_time is true at {self.master.uri}, and {self.identity.node} lives by the wall clock: for "
-                "programs that start there time stands still unless somebody publishes /clock; end that with "
-                "`rosparam set /use_sim_time false`"
+                f"/use_sim_time is true at {self.master.uri}, but {self.identity.node} uses wall time: for new "
+                "programs time stands still unless /clock has a publisher; run `rosparam set /use_sim_time false`"
             )
 
     def _set_parameters(self) -> None:

@@ -57,7 +57,7 @@ def ensure_tree(ros: RosSystem, folder: Path) -> Path:
                 if not tree.is_dir():  # else another process was faster
                     raise
     except OSError as error:
-        raise UsageError(f"{folder}: ROS packages cannot be laid out here: {error.strerror or error}") from None
+        raise UsageError(f"{folder}: cannot write ROS packages: {error.strerror or error}") from None
     return tree
 
 
@@ -134,10 +134,10 @@ def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modul
         for name in names
         for command in _generator_commands(ros, packages / name, modules / name, search)
     ]
-    said = [(command, process, *process.communicate(timeout=_TIMEOUT)) for command, process in running]
-    for command, process, out, error in said:
+    finished = [(command, process, *process.communicate(timeout=_TIMEOUT)) for command, process in running]
+    for command, process, out, error in finished:
         if process.returncode != 0:
-            last = ((error or out).strip().splitlines() or ["without a word"])[-1]
+            last = ((error or out).strip().splitlines() or ["without output"])[-1]
             raise UsageError(f"{Path(command[1]).name} failed for {command[-1]}: {last}")
     for name in names:
         (modules / name / "__init__.py").touch()

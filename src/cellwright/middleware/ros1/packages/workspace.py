@@ -37,13 +37,13 @@ NEEDED = {
 """ROS packages that Cellwright's, and the lesson's, are built with, and the Debian package of each."""
 
 _TOP_LEVEL = """\
-# Catkin's top level. ROS's Python is named here, for the first python3 on the path may be one without ROS.
+# Catkin's top level. It names ROS's Python, since the first python3 on the path may have no ROS.
 cmake_minimum_required(VERSION 3.0.2)
 project(Project)
 if(NOT DEFINED PYTHON_EXECUTABLE)
   set(PYTHON_EXECUTABLE "{python}" CACHE FILEPATH "The Python that has ROS")
 endif()
-# Messages are wanted in C++ and Python; other languages are left out unless somebody says otherwise.
+# Messages are generated for C++ and Python only, unless ROS_LANG_DISABLE is set.
 if(NOT DEFINED ENV{{ROS_LANG_DISABLE}})
   set(ENV{{ROS_LANG_DISABLE}} "geneus:genlisp:gennodejs")
 endif()
@@ -51,7 +51,7 @@ include("{toplevel}")
 """
 
 _SETUP = """\
-# The same as devel/setup.{shell}, until `catkin_make install` puts its own here.
+# Same as devel/setup.{shell}, until `catkin_make install` writes its own.
 . {devel}
 """
 
@@ -82,7 +82,7 @@ def lay_out(ros: RosSystem, folder: Path) -> None:
                 devel = shlex.quote(str(folder / "devel" / f"setup.{shell}"))
                 _write(setup, _SETUP.format(shell=shell, devel=devel))
     except OSError as error:
-        raise UsageError(f"{folder}: a workspace cannot be laid out here: {error.strerror or error}") from None
+        raise UsageError(f"{folder}: cannot write a workspace: {error.strerror or error}") from None
 
 
 def missing(ros: RosSystem) -> list[str]:
@@ -100,7 +100,7 @@ def _configurations(ros: RosSystem, name: str) -> Iterator[Path]:
 def lack(names: Iterable[str]) -> str:
     """Return an error text with the missing names, and the command that installs them."""
     remedy = f"apt-get install {' '.join(sorted(filter(None, {'g++', *NEEDED.values()})))}"
-    return f"catkin cannot build here, for want of {', '.join(names)}; on Debian: {remedy}"
+    return f"catkin cannot build: {', '.join(names)} missing; on Debian, run: {remedy}"
 
 
 def build(ros: RosSystem, folder: Path) -> None:

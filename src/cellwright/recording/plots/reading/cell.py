@@ -140,7 +140,7 @@ class CompetitionReader:
                 case _:
                     pass
         except (KeyError, TypeError, AttributeError) as error:
-            raise MessageError(f"a line of the log that lacks something: {error}") from None
+            raise MessageError(f"incomplete line of the log: {error}") from None
 
     def _take_kit(self, event: dict[str, Any], when: float) -> None:
         tray = tray_name(str(event["tray_id"]))
@@ -174,7 +174,7 @@ class Trays:
         self.names: list[str] = []
         self._since: dict[tuple[str, str], float] = {}
         self._faulty: set[str] = set()
-        self._gone: list[tuple[str, str, float, float]] = []
+        self._past: list[tuple[str, str, float, float]] = []
 
     def take(self, message: RecordedMessage) -> None:
         """Take the next values of the panel."""
@@ -182,24 +182,24 @@ class Trays:
         try:
             trays = {tray_name(str(tray["number"])): _parts_on_tray(tray) for tray in panel.get("trays", ())}
         except (KeyError, TypeError, AttributeError) as error:
-            raise MessageError(f"a panel that lacks something: {error}") from None
+            raise MessageError(f"incomplete panel: {error}") from None
         now = message.time / SECOND
         self.names += [name for name in trays if name not in self.names]
         there = {(tray, part) for tray, parts in trays.items() for part in parts}
         self._faulty |= {part for parts in trays.values() for part, is_faulty in parts.items() if is_faulty}
         for each in [each for each in self._since if each not in there]:
-            self._gone.append((*each, self._since.pop(each), now))
+            self._past.append((*each, self._since.pop(each), now))
         for each in sorted(there - self._since.keys()):
             self._since[each] = now
 
     def parts(self, end: float, verdicts: list[tuple[float, str, dict[str, str]]]) -> list[TrackedTrayPart]:
         """Return all parts that lay on trays up to the end [s]; `verdicts` as in `CompetitionReader`."""
-        spans = [*self._gone, *((*each, since, end) for each, since in self._since.items())]
+        spans = [*self._past, *((*each, since, end) for each, since in self._since.items())]
         found = []
         for tray, name, begin, over in sorted(spans, key=lambda span: (span[2], span[1])):
             verdict = "faulty" if name in self._faulty else ""
-            for when, where, words in verdicts:
-                if where == tray and begin <= when <= over + _LATE:
+            for when, verdict_tray, words in verdicts:
+                if verdict_tray == tray and begin <= when <= over + _LATE:
                     verdict = words.get(name, verdict)
             found.append(TrackedTrayPart(tray, _part_name(name), begin, over, verdict))
         return found

@@ -91,8 +91,8 @@ def _read(recording: RecordingFile, readers: Sequence[TopicReader]) -> str:
                 with suppress(MessageError):
                     reader.take(message)
     except RecordingError as error:
-        return f"{error}: drawn as far as it can be read"
-    return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
+        return f"{error}; plotted as far as it can be read"
+    return "" if recording.is_complete else f"{recording.path}: cut short; plotted as far as it goes"
 
 
 def _note(recording: RecordingFile, facts: Any, competition: CompetitionReader | None = None) -> str:
@@ -107,5 +107,5 @@ def _note(recording: RecordingFile, facts: Any, competition: CompetitionReader |
     words.append(f"{(recording.end_time - recording.begin) / SECOND:.1f} s")
     outcome = competition.result.get("outcome") if competition is not None else None
     words += [str(outcome)] if outcome else []
-    words += [] if recording.is_complete else ["cut before its end"]
+    words += [] if recording.is_complete else ["cut short"]
     return "   ".join(words)

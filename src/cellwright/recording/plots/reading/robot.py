@@ -35,7 +35,7 @@ class JointStateReader:
             self._learn(data)
             end = begin + len(self._before)
         if len(data) < end + 8 * self._count:
-            raise MessageError("joint states that end in the middle")
+            raise MessageError("joint states end early")
         _, times, rows = self._tables[-1]
         times.append(message.time / SECOND)
         rows.append(np.frombuffer(data, "<f8", self._count, end))
@@ -56,9 +56,11 @@ class JointStateReader:
         """Locate the positions in the bytes, from a fully decoded message."""
         message = from_cdr(data, JointState)
         if data[:2] != _LITTLE:
-            raise MessageError("joint states in an order of bytes that is not ours")
+            raise MessageError("joint states must be little-endian")
         if len(message.position) != len(message.name):
-            raise MessageError("joint states with other numbers of names and positions")
+            raise MessageError(
+                f"name and position must have the same length (got {len(message.name)} and {len(message.position)})"
+            )
         count = len(message.position)
         none = np.zeros(0)
         place = len(to_cdr(JointState(message.header, message.name, none, none, none)))
@@ -123,7 +125,7 @@ class Status:
             (status.emergency_stop, "emergency stop"),
             (not status.enabled, "disabled"),
             (status.resetting, "on its way home"),
-            (status.silent, "silence: holds"),
+            (status.silent, "no commands: holds"),
         )
         self.safety.add(now, next((word for is_so, word in reasons if is_so), "takes commands"))
         self.commander.add(now, status.commander)

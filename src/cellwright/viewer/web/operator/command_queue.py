@@ -45,7 +45,7 @@ class Notes:
 
 Command: TypeAlias = Order | MoveBase
 
-READ_ONLY = "this robot is moved by a driver: the page shows it and stops it, and leaves driving to others"
+READ_ONLY = "a driver moves this robot; the page can only show and stop it"
 
 _MAX_DISTANCE = 50.0  # [m]: a handle farther away is a mistake
 _AT_REST = 1e-3  # [rad; m] that a joint at rest may move between two polls
@@ -118,7 +118,7 @@ class CommandQueue:
             if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
             if joint in self._arm_joints and self.hands.holds:
-                self._note("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
+                self._note("a held hand moves the arms; release it first", kind="hand", is_bad=True)
                 return False
             now = self._clock()
             is_first = not self.joints.is_touched(joint, now)
@@ -229,7 +229,7 @@ class CommandQueue:
                 for watch, aim, tip in zip(self._watches, state.aims, state.tips, strict=True)
             )
             if (state.why_not or is_reset) and self._forget():
-                self._note(f"let go: {state.why_not or 'the run has begun anew'}", is_bad=True)
+                self._note(f"released: {state.why_not or 'the run was restarted'}", is_bad=True)
 
     def lose(self) -> None:
         """Handle the loss of the robot."""

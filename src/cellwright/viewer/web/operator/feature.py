@@ -21,16 +21,16 @@ from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 def pill(state: RobotState | None) -> tuple[str, str]:
     """Short text of the robot's state, and its colour."""
     if state is None:
-        return "not heard from", GREY
+        return "not connected", GREY
     if state.is_stopped:
         return "EMERGENCY STOP", RED
     if not state.is_enabled:
-        return "switched off", AMBER
+        return "disabled", AMBER
     if state.is_homing:
         return "going home", AMBER
     if state.is_silent:
         return "held", AMBER
-    return ("follows", GREEN) if state.commander else ("waits", GREY)
+    return ("following", GREEN) if state.commander else ("idle", GREY)
 
 
 def state_html(queue: CommandQueue, now: float) -> str:
@@ -42,7 +42,7 @@ def state_html(queue: CommandQueue, now: float) -> str:
             lines[0] += f" {widgets.text(state.commander)}"
         elif state.why_not or state.is_silent:
             lines.append(f"<div>{widgets.text(state.message)}</div>")
-        counts = f"{state.taken} commands taken"
+        counts = f"{state.taken} commands accepted"
         counts += f", {state.refused} refused" if state.refused else ""
         counts += f", {state.ignored} ignored" if state.ignored else ""
         delay = queue.delay.seconds
@@ -214,7 +214,7 @@ class Controls:
         self._state = self._keep(gui.add_html("", order=_TOP + 1))
         hint = "The robot stays where it is until the next command"
         self._clear = self._keep(
-            gui.add_button("End the emergency stop", icon="lock-open", visible=False, order=_TOP + 2, hint=hint)
+            gui.add_button("Clear emergency stop", icon="lock-open", visible=False, order=_TOP + 2, hint=hint)
         )
         self._clear.on_click(lambda _event: queue.ask(Ask.CLEAR_STOP))
         self._buttons.append(self._clear)
@@ -222,11 +222,15 @@ class Controls:
     def _build(self) -> None:
         gui, queue, robot = self._gui, self._queue, self._queue.robot
         self._enabled = self._keep(
-            gui.add_checkbox("Takes commands", initial_value=True, hint="Off: the robot holds, whoever commands")
+            gui.add_checkbox(
+                "Accept commands", initial_value=True, hint="Off: the robot holds and ignores all commands"
+            )
         )
         self._enabled.on_update(self._switch)
         self._home = self._keep(
-            gui.add_button("Go home", icon="home", hint="Arms, waist and head go to where they start, grippers open")
+            gui.add_button(
+                "Go home", icon="home", hint="Arms, waist and head move to the start posture, and the grippers open"
+            )
         )
         self._home.on_click(lambda _event: queue.ask(Ask.HOME))
         self._buttons.append(self._enabled)
@@ -257,7 +261,7 @@ class Controls:
     def _build_base(self, mode: BaseMode) -> None:
         queue = self._queue
         for direction in moves.base_directions(mode):
-            button = self._gui.add_button(direction.capitalize(), hint="As long as it is held")
+            button = self._gui.add_button(direction.capitalize(), hint="The base moves while the button is held")
             self._buttons.append(button)
 
             async def push(_event: Any, direction: str = direction) -> None:

@@ -63,7 +63,7 @@ class Handles:
         )
         axes = scene.add_frame(f"{name}/axes", axes_length=0.1, axes_radius=0.004, visible=False)
         line = scene.add_line_segments(
-            f"{name}/way", points=np.zeros((1, 2, 3), np.float32), colors=BESIDE, line_width=3.0, visible=False
+            f"{name}/line", points=np.zeros((1, 2, 3), np.float32), colors=BESIDE, line_width=3.0, visible=False
         )
         words = scene.add_label(f"{name}/words", "", visible=False)
         return _HandHandle(handle, ghost, axes, line, words)

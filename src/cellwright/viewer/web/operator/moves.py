@@ -65,7 +65,7 @@ class Hands:
     def grab(self, arm: int, browser: int, handle: Pose, state: RobotState) -> str:
         """Grab a handle at world_T_handle for a browser; return the reason if refused, else an empty text."""
         if not 0 <= arm < self._count:
-            return "there is no such arm"
+            return f"unknown arm {arm}; the robot has {self._count}"
         held = self.holds.get(arm)
         if held is not None and held.browser != browser:
             return "another browser holds this hand"

@@ -73,7 +73,7 @@ class SeenRobot:
                 is_real=bool(robot["is_real"]),
             )
         except (KeyError, TypeError, ValueError) as fault:
-            raise MessageError(f"the panel tells of no robot: {fault!r}") from None
+            raise MessageError(f"panel has no robot: {fault!r}") from None
 
     def clamped(self, joint: int, position: float) -> float:
         """Clamp a position [rad; m] to the limits of a joint."""
@@ -119,7 +119,7 @@ class RobotState:
         try:
             return cls(**{each.name: each.metadata["convert"](panel[each.metadata["key"]]) for each in fields(cls)})
         except (KeyError, TypeError, ValueError) as fault:
-            raise MessageError(f"the panel tells of no robot: {fault!r}") from None
+            raise MessageError(f"panel has no robot state: {fault!r}") from None
 
     @property
     def why_not(self) -> str:
@@ -128,7 +128,7 @@ class RobotState:
             return "the emergency stop is active"
         if self.is_homing:
             return "it is moving home"
-        return "" if self.is_enabled else "it is switched off"
+        return "" if self.is_enabled else "it is not enabled"
 
 
 def pose_of(numbers: Any) -> Pose:
@@ -141,10 +141,10 @@ def pose_of(numbers: Any) -> Pose:
         x, y, z, *quaternion = (float(each) for each in numbers)
         qw, qx, qy, qz = quaternion
     except TypeError:
-        raise ValueError("a pose is seven numbers") from None
+        raise ValueError("pose must be seven numbers: x, y, z, qw, qx, qy, qz") from None
     length = math.hypot(qw, qx, qy, qz)
     if not all(map(math.isfinite, (x, y, z, length))) or length < _MIN_LENGTH:
-        raise ValueError("a pose must be finite, and have a direction")
+        raise ValueError("pose must be finite, with a quaternion that is not zero")
     return Pose((x, y, z), normalized((qw, qx, qy, qz)))
 
 
@@ -192,9 +192,9 @@ class ReachOfHand:
         seen.append((time, tip))
         while len(seen) > 1 and time - seen[1][0] >= REST_DURATION * 1e9:
             seen.popleft()
-        begun, there = seen[0]
+        started_at, there = seen[0]
         is_still = is_near(there, tip, _STILL, _STILL)
-        return Reach.SHORT if time - begun >= REST_DURATION * 1e9 and is_still else Reach.ON_ITS_WAY
+        return Reach.SHORT if time - started_at >= REST_DURATION * 1e9 and is_still else Reach.ON_ITS_WAY
 
 
 def rotation_angle(one: Pose, other: Pose) -> float:
@@ -218,7 +218,7 @@ class Delay:
 
     def __init__(self) -> None:
         self._found: deque[float] = deque(maxlen=_MAX_DELAYS)
-        self._begun: float | None = None
+        self._started_at: float | None = None
         self._tips: tuple[Pose, ...] = ()
         self._positions: tuple[float | None, ...] = ()
 
@@ -229,22 +229,22 @@ class Delay:
 
     def begin(self, state: RobotState, now: float) -> None:
         """Start measuring at `now` [s], unless a measurement is under way."""
-        if self._begun is None or now - self._begun > MAX_DELAY:
-            self._begun, self._tips, self._positions = now, state.tips, state.positions
+        if self._started_at is None or now - self._started_at > MAX_DELAY:
+            self._started_at, self._tips, self._positions = now, state.tips, state.positions
 
     def look(self, state: RobotState, now: float) -> None:
         """Handle a state of the robot received at `now` [s]."""
-        if self._begun is None:
+        if self._started_at is None:
             return
-        if now - self._begun > MAX_DELAY or len(state.positions) != len(self._positions):
-            self._begun = None
+        if now - self._started_at > MAX_DELAY or len(state.positions) != len(self._positions):
+            self._started_at = None
         elif self._has_moved(state):
-            self._found.append(now - self._begun)
-            self._begun = None
+            self._found.append(now - self._started_at)
+            self._started_at = None
 
     def forget(self) -> None:
         """Cancel the measurement: the motion was cancelled."""
-        self._begun = None
+        self._started_at = None
 
     def _has_moved(self, state: RobotState) -> bool:
         pairs = zip(self._positions, state.positions, strict=True)

@@ -90,12 +90,12 @@ class Worker:
         """Send an emergency stop, now or once the node is there; return why it is not sent yet, or an empty text."""
         queue = self.queue
         if queue is None:
-            return "no robot has been heard of yet"
+            return "the robot has not answered yet"
         queue.stop()
         try:
             self._stop_link.publish(*command_message(Now.STOP, 0))
         except CellwrightError as error:
-            text = f"the emergency stop has not got through yet: {error}"
+            text = f"emergency stop not delivered yet: {error}"
             queue.answered(text)
             return text
         queue.sent(Now.STOP)
@@ -109,7 +109,7 @@ class Worker:
             except Exception as error:  # also a defect: this thread must not end, so that a stop gets through
                 message = str(error)
                 if not isinstance(error, CellwrightError):
-                    log.exception("the browser operator")
+                    log.exception("browser operator failed")
                     message = f"failed: {type(error).__name__}: {error}"
                 elif not isinstance(error, AwayError):  # no robot, or one of another version
                     self._link.close()
@@ -169,7 +169,7 @@ class Worker:
 
     def _call(self, queue: CommandQueue, ask: Ask) -> None:
         if self._service is not None and self._service.is_alive():
-            queue.answered(f"still waiting for: {self._waiting_for}")
+            queue.answered(f"still waiting for {self._waiting_for}")
             return
         self._waiting_for = ask.value
         self._service = threading.Thread(target=self._called, args=(queue, ask), daemon=True)

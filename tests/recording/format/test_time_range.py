@@ -23,7 +23,7 @@ MS = 1_000_000  # [ns] between two words of the recording
         (-MS, 10**15, range(40)),
     ],
 )
-def test_what_is_latched_and_what_is_said(
+def test_time_range_yields_latched_then_its_messages(
     start: int | None, until: int | None, times: list[int], tmp_path: Path
 ) -> None:
     write(tmp_path / "a.mcap", 40)
@@ -33,7 +33,10 @@ def test_what_is_latched_and_what_is_said(
     assert [each.time for each in found] == [time * MS for time in times]
 
 
-def test_where_nothing_is(tmp_path: Path) -> None:
+def test_empty_time_range_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
-    with RecordingFile(tmp_path / "a.mcap") as recording, pytest.raises(UsageError, match="nothing is in it"):
+    with (
+        RecordingFile(tmp_path / "a.mcap") as recording,
+        pytest.raises(UsageError, match="no messages in this time range"),
+    ):
         TimeRange(recording, 40 * MS, None)

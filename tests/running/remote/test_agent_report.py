@@ -11,20 +11,20 @@ from cellwright.running.remote.program import AgentExit, ExitReason
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "expected"),
     [
         ('{"parting": "returned", "error": ""}', AgentExit(ExitReason.RETURNED)),
         ('{"parting": "crashed", "error": "a\\nb"}', AgentExit(ExitReason.CRASHED, "a\nb")),
         (r'{"parting": "crashed", "error": "\ud800\u001b[2J"}', AgentExit(ExitReason.CRASHED, r"\ud800\x1b[2J")),
         ('{"parting": "refused", "error": "no map"}', "no map"),
-        ('{"parting": "refused", "error": ""}', "the agent could not be made"),
+        ('{"parting": "refused", "error": ""}', "the agent could not be created"),
         ('{"parting": "gone", "error": ""}', ""),
         ('{"parting": "crashed"}', ""),
         ("", ""),
     ],
 )
-def test_a_report_says_how_an_agent_left_or_nothing(tmp_path: Path, text: str, said: AgentExit | str) -> None:
+def test_report_gives_exit_of_agent_or_empty_text(tmp_path: Path, text: str, expected: AgentExit | str) -> None:
     file = tmp_path / "report.json"
     file.write_text(text, encoding="utf-8")
-    assert read_report(file) == said
+    assert read_report(file) == expected
     assert read_report(tmp_path / "none.json") == ""

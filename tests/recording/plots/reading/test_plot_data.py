@@ -69,7 +69,7 @@ def loaded(path: Path) -> PlotData:
         return load_plot_data(recording)
 
 
-def test_a_cell(cell: Path) -> None:
+def test_recording_of_cell_gives_plot_data(cell: Path) -> None:
     found = loaded(cell)
     assert (found.title, found.warning) == ("whole", "")
     assert found.note.startswith("hand   seed 3   0 of 12 points   2.")
@@ -87,7 +87,7 @@ def test_a_cell(cell: Path) -> None:
     assert found.score.best == 8.0
 
 
-def test_a_robot(wave: Path) -> None:
+def test_recording_of_robot_gives_plot_data(wave: Path) -> None:
     found = loaded(wave)
     joints = [track for group in found.joints.values() for track in group]
     moved = next(track for track in joints if track.travel > 0.1)
@@ -110,10 +110,10 @@ def cut(tmp_path: Path, cell: Path) -> Path:
     return path
 
 
-def test_one_that_was_cut_goes_as_far_as_it_goes(cut: Path, cell: Path) -> None:
+def test_truncated_recording_gives_data_and_warning(cut: Path, cell: Path) -> None:
     found, whole = loaded(cut), loaded(cell)
-    assert found.note.endswith("cut before its end")
-    assert found.warning == f"{cut}: was cut short; drawn as far as it goes"
+    assert found.note.endswith("cut short")
+    assert found.warning == f"{cut}: cut short; plotted as far as it goes"
     assert 0.0 < found.end < whole.end
     (arm,), (all_of_it,) = found.joints.values(), whole.joints.values()
     assert np.array_equal(arm[0].positions, all_of_it[0].positions[: len(arm[0].positions)])
@@ -121,7 +121,7 @@ def test_one_that_was_cut_goes_as_far_as_it_goes(cut: Path, cell: Path) -> None:
 
 @settings(max_examples=15)
 @given(st.floats(0.05, 1.0), st.integers(0, 255), st.floats(0.1, 1.0))
-def test_whatever_is_damaged_is_left_out_or_refused(cell: Path, place: float, value: int, length: float) -> None:
+def test_damaged_recording_is_skipped_or_refused(cell: Path, place: float, value: int, length: float) -> None:
     data = bytearray(cell.read_bytes())
     data[round(place * (len(data) - 1))] = value
     path = cell.with_name("damaged.mcap")

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cellwright.running.run.session import restored_environment
+from cellwright.running.run.agent_work import restored_environment
 
 
 def upset(folder: Path) -> None:
@@ -32,7 +32,7 @@ def state() -> tuple[object, ...]:
     return (Path.cwd(), *numbers, locale.setlocale(locale.LC_ALL), sys.stdout)
 
 
-def test_all_is_as_before_also_after_an_error(tmp_path: Path) -> None:
+def test_environment_is_restored_even_after_error(tmp_path: Path) -> None:
     before = state()
     with restored_environment():
         upset(tmp_path)
@@ -44,7 +44,7 @@ def test_all_is_as_before_also_after_an_error(tmp_path: Path) -> None:
     assert state() == before
 
 
-def test_in_another_thread_handlers_are_left_alone(tmp_path: Path) -> None:
+def test_signal_handlers_are_untouched_in_other_thread(tmp_path: Path) -> None:
     before, errors = state(), list[BaseException]()
 
     def work() -> None:
@@ -61,7 +61,7 @@ def test_in_another_thread_handlers_are_left_alone(tmp_path: Path) -> None:
     assert state() == before
 
 
-def test_a_folder_that_is_gone_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_working_folder_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gone = tmp_path / "gone"
     gone.mkdir()
     monkeypatch.chdir(gone)

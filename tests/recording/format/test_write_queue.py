@@ -15,7 +15,7 @@ from cellwright.recording.format.format import Entry
 def hand_in(waiting: WriteQueue[str], entry: Entry) -> None:
     for values, value in zip((waiting.channels, waiting.times, waiting.contents), entry, strict=True):
         values.append(value)  # type: ignore[attr-defined]
-    waiting.given += MESSAGE_OVERHEAD + len(entry[2])
+    waiting.added += MESSAGE_OVERHEAD + len(entry[2])
 
 
 def handed_in(entries: list[Entry]) -> Messages:
@@ -37,7 +37,7 @@ def take(waiting: WriteQueue[str]) -> list[Entry | str]:
     for what in waiting.take():
         if isinstance(what, Messages):
             found += entries(what)
-            waiting.taken = int(what.ends[-1])
+            waiting.written = int(what.ends[-1])
         else:
             found.append(what)
     return found
@@ -48,7 +48,7 @@ an_entry = st.tuples(st.integers(1, 9), st.integers(0, 99), st.binary(max_size=9
 
 @pytest.mark.slow
 @given(st.lists(st.lists(an_entry | st.sampled_from(["schema", "channel"]), max_size=20), max_size=5))
-def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
+def test_queue_yields_entries_in_order(given: list[list[Entry | str]]) -> None:
     waiting: WriteQueue[str] = WriteQueue()
     for items in given:
         for item in items:
@@ -57,12 +57,12 @@ def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
             else:
                 hand_in(waiting, item)
         assert take(waiting) == items
-        assert waiting.taken == waiting.given
+        assert waiting.written == waiting.added
     assert take(waiting) == []
 
 
 @given(st.lists(an_entry, min_size=1, max_size=30), st.integers(1, 400))
-def test_parts_end_as_soon_as_they_are_large_enough(given: list[Entry], size: int) -> None:
+def test_part_ends_as_soon_as_it_reaches_size(given: list[Entry], size: int) -> None:
     parts = list(handed_in(given).parts(size))
     assert [entry for part in parts for entry in entries(part)] == given
     sizes = [[MESSAGE_OVERHEAD + len(data) for data in part.contents] for part in parts]
@@ -71,7 +71,7 @@ def test_parts_end_as_soon_as_they_are_large_enough(given: list[Entry], size: in
     assert [int(part.ends[-1]) - part.begin for part in parts] == [sum(each) for each in sizes]
 
 
-def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
+def test_entry_added_during_take_stays_for_next_take() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"early"))
     taking = waiting.take()
@@ -80,12 +80,12 @@ def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
     hand_in(waiting, (1, 1, b"late"))
     waiting.add_record("later")
     assert list(taking) == []
-    waiting.taken = int(first.ends[-1])
+    waiting.written = int(first.ends[-1])
     assert take(waiting) == [(1, 1, b"late"), "later"]
 
 
 @pytest.mark.slow
-def test_two_threads_lose_nothing() -> None:
+def test_two_threads_lose_no_entry() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     count = 30_000
 
@@ -110,7 +110,7 @@ def test_two_threads_lose_nothing() -> None:
     assert found == expected
 
 
-def test_cleared_messages_are_not_taken() -> None:
+def test_cleared_queue_yields_no_entry() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"x"))
     waiting.add_record("y")

@@ -33,7 +33,7 @@ def damage(path: Path) -> str:
 
 @given(where=st.floats(0, 1), bit=st.integers(0, 7))
 @settings(max_examples=60, deadline=None)
-def test_each_bit_that_is_another_is_found(
+def test_any_flipped_bit_is_found(
     whole: Path, tmp_path_factory: pytest.TempPathFactory, where: float, bit: int
 ) -> None:
     data = bytearray(whole.read_bytes())
@@ -47,7 +47,7 @@ def test_each_bit_that_is_another_is_found(
     assert "\n" not in error
 
 
-def test_what_is_whole_is_sound_and_what_was_cut_has_no_damage(whole: Path, tmp_path: Path) -> None:
+def test_whole_and_truncated_files_pass_check(whole: Path, tmp_path: Path) -> None:
     assert not damage(whole)
     data = whole.read_bytes()
     for kept in (len(data) * 2 // 3, len(data) // 3):
@@ -56,11 +56,11 @@ def test_what_is_whole_is_sound_and_what_was_cut_has_no_damage(whole: Path, tmp_
             recording.check_bytes()
 
 
-def test_a_file_within_one_that_was_cut_is_checked_too(whole: Path, tmp_path: Path) -> None:
+def test_attachment_of_truncated_file_is_checked(whole: Path, tmp_path: Path) -> None:
     data = whole.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3].replace(b"a scene", b"a scone"))
     with (
         RecordingFile(tmp_path / "cut.mcap") as recording,
-        pytest.raises(RecordingError, match="the checksum of the file 'scene' within is wrong"),
+        pytest.raises(RecordingError, match="wrong checksum of the attached file 'scene'"),
     ):
         recording.check_bytes()

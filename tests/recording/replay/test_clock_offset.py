@@ -9,7 +9,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.replay.playback import Recorded, clock_offset
-from tests.recording.replay.memory import SECOND, Memory, recording, said
+from tests.recording.replay.memory import SECOND, Memory, recording, text_message
 
 STATES = "/io_teleop/joint_states"
 WALL = 1_700_000_000 * SECOND  # [ns]
@@ -26,28 +26,33 @@ def of_robot(ahead: int) -> Memory:
 
 
 @pytest.mark.parametrize(("ahead", "found"), [(WALL, WALL), (0, 0), (2_000_000, 0)])
-def test_stamps_tell_which_clock_it_was(ahead: int, found: int) -> None:
+def test_clock_offset_is_found_from_stamps(ahead: int, found: int) -> None:
     assert clock_offset(of_robot(ahead)) == found
 
 
-def test_without_stamps_it_is_simulation_time() -> None:
-    assert clock_offset(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
+def test_messages_without_stamps_give_zero_offset() -> None:
+    assert (
+        clock_offset(
+            Memory([text_message(0, "/ariac/orders", "x"), text_message(1, "/ariac/orders", "y")._replace(data=b"?")])
+        )
+        == 0
+    )
 
 
-def test_a_robot_without_a_clock_is_played_with_one() -> None:
+def test_recording_without_clock_is_played_with_clock() -> None:
     recorded = Recorded(of_robot(WALL))
-    came: list[Any] = []
-    recorded.bus.subscribe("/clock", came.append)
+    received: list[Any] = []
+    recorded.bus.subscribe("/clock", received.append)
 
     recorded.simulation.step_until(SECOND)
 
-    times = [message.clock.sec * SECOND + message.clock.nanosec - WALL for message in came]
+    times = [message.clock.sec * SECOND + message.clock.nanosec - WALL for message in received]
     assert len(times) == 100
     assert times == sorted(times)
     assert times[-1] == SECOND
 
 
-def test_a_recorded_clock_is_the_only_one() -> None:
+def test_recorded_clock_has_one_publisher() -> None:
     recorded = Recorded(recording(1))
 
     assert recorded.bus.topic("/clock").publishers == ("/gazebo",)
