@@ -97,9 +97,9 @@ def fast_joint_states(ticks: int, encodings: Sequence[str]) -> Iterator[Figure]:
     """Yield figures of joint states at 1 kHz: the cost of a listening client, and its losses."""
     alone, _ = ticks_with(None, ticks)
     for encoding in encodings:
-        cost, heard = ticks_with(encoding, ticks)
+        cost, received = ticks_with(encoding, ticks)
         yield Figure(f"joint states in the form of {encoding}: cost", cost - alone, "us/message")
-        yield Figure(f"joint states in the form of {encoding}: lost", ticks - heard, f"of {ticks}", maximum=0.0)
+        yield Figure(f"joint states in the form of {encoding}: lost", ticks - received, f"of {ticks}", maximum=0.0)
 
 
 def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:

@@ -26,8 +26,8 @@ def test_twin_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pybullet")
     capfd.readouterr()  # output of the import, if this was the first
     PyBulletTwin(busy_cell(1, 240, 1), sleeping=False).close()
-    print("heard")
-    assert capfd.readouterr() == ("heard\n", "")
+    print("printed")
+    assert capfd.readouterr() == ("printed\n", "")
 
 
 def test_arm_description_omits_empty_links() -> None:

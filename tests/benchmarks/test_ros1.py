@@ -36,8 +36,8 @@ def test_bridged_round_trip_is_bounded_by_bare_one() -> None:
 
 def test_bench_cell_echoes_joint_states() -> None:
     cell = ros1.bench_cell()
-    heard: list[object] = []
-    cell.bus.subscribe("/bench/joint_states", heard.append)
+    received: list[object] = []
+    cell.bus.subscribe("/bench/joint_states", received.append)
     for _ in range(10):
         cell.step()
-    assert len(heard) == 10
+    assert len(received) == 10

@@ -24,9 +24,9 @@ def test_socket_quick_run_yields_figures_without_loss(monkeypatch: pytest.Monkey
 
 
 def test_tick_without_listener_is_timed() -> None:
-    cost, heard = socket.ticks_with(None, 20)
+    cost, received = socket.ticks_with(None, 20)
     assert cost > 0.0
-    assert heard == 0
+    assert received == 0
 
 
 def test_goal_message_is_accepted_by_arm() -> None:

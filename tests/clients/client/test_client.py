@@ -141,19 +141,19 @@ def test_idle_leaves_same_state_as_sleep(duration: float) -> None:
 def test_idle_pauses_subscriptions_until_shortly_before_its_end() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
-    heard: dict[str, list[float]] = {"/ariac/joint_states": [], "/ariac/gripper/state": []}
+    subscribed_at: dict[str, list[float]] = {"/ariac/joint_states": [], "/ariac/gripper/state": []}
 
-    def look(_score: object) -> None:
-        for topic, times in heard.items():
+    def record_subscribed(_score: object) -> None:
+        for topic, times in subscribed_at.items():
             if cell.bus.topic(topic).subscribers:
                 times.append(round(client.time, 3))
 
-    client.subscribe("/ariac/current_score", look)
+    client.subscribe("/ariac/current_score", record_subscribed)
     client.idle(1.02)
-    assert heard == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
+    assert subscribed_at == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
     assert client.joint_states.count > 0
     client.sleep(0.2)
-    assert heard["/ariac/gripper/state"] == [1.0, 1.1, 1.2]
+    assert subscribed_at["/ariac/gripper/state"] == [1.0, 1.1, 1.2]
 
 
 def test_refused_idle_leaves_subscriptions_on() -> None:

@@ -110,13 +110,13 @@ def test_closed_client_refuses_every_action() -> None:
 def test_callback_that_closes_client_ends_advance(until: int | None) -> None:
     cell = Cell(KITTING)
     transport = InProcess(cell)
-    heard: list[str] = []
+    received: list[str] = []
     transport.subscribe("/clock", lambda _: transport.close())
-    transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+    transport.subscribe("/ariac/gripper/state", lambda _: received.append("gripper"))
     with pytest.raises(RunEndedError, match="the client is closed"):
         transport.advance(until)
     assert transport.now() == 2_000_000
-    assert heard == []
+    assert received == []
 
 
 def test_left_subscription_is_not_kept() -> None:

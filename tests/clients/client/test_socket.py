@@ -216,11 +216,11 @@ def test_time_without_clock_is_wall_time(monkeypatch: pytest.MonkeyPatch) -> Non
         session = NodeClient(transport)
         joints = session.latest("/io_teleop/joint_states")
         assert joints.wait(timeout=TIMEOUT) is not None
-        before, heard = transport.now(), joints.count
-        wait_until(lambda: joints.count > heard, "message during a sleep", between=lambda: session.sleep(0.1))
+        before, count = transport.now(), joints.count
+        wait_until(lambda: joints.count > count, "message during a sleep", between=lambda: session.sleep(0.1))
         assert transport.now() - before >= 100_000_000
         assert not session.wait_until(lambda: False, timeout=0.05)
-        assert session.wait_until(lambda: joints.count > heard + 40, timeout=TIMEOUT)
+        assert session.wait_until(lambda: joints.count > count + 40, timeout=TIMEOUT)
         before, wall.ahead = transport.now(), 10**12
         assert transport.now() - before >= 10**12
         assert session.time == pytest.approx(transport.welcome["time"] / 1e9 + 1000.0, abs=TIMEOUT)
@@ -272,12 +272,12 @@ def test_cancelling_after_close_sends_nothing() -> None:
 
 def test_callback_that_closes_client_ends_advance() -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
-        heard: list[str] = []
+        received: list[str] = []
         transport.subscribe("/clock", lambda _: transport.close())
-        transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+        transport.subscribe("/ariac/gripper/state", lambda _: received.append("gripper"))
         with pytest.raises(RunEndedError, match="closed"):
             transport.advance(10_000_000)
-        assert heard == []
+        assert received == []
 
 
 def test_close_in_other_thread_ends_wait() -> None:

@@ -55,11 +55,11 @@ def collected(operated: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple
     """Return a list that collects the messages on a topic from now on, with their times."""
     found: list[tuple[float, dict[str, float]]] = []
 
-    def note(message: object) -> None:
+    def collect(message: object) -> None:
         names, positions = message.name, message.position  # type: ignore[attr-defined]
         found.append((operated.session.time, dict(zip(names, map(float, positions), strict=True))))
 
-    operated.session.subscribe(topic, note)
+    operated.session.subscribe(topic, collect)
     return found
 
 

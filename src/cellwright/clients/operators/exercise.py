@@ -327,12 +327,12 @@ def exercise(
     seen: list[tuple[float, float, float]] = []
     applied: list[float] = []
 
-    def note(message: Any) -> None:
+    def record_state(message: Any) -> None:
         position = by_name(message).get(joint)
         if position is not None:
             seen.append((session.time - begun, nanoseconds(message.header.stamp) / 1e9, position))
 
-    leave = session.subscribe(JOINT_STATES, note)
+    leave = session.subscribe(JOINT_STATES, record_state)
     try:
         beat = session.rate(RATE)
         while (time := session.time - begun) < wave.duration + TAIL:
@@ -370,9 +370,10 @@ def _limited_note(targets: Array, applied: list[float], wave: Wave) -> str:
     if not applied:
         return ""
     slack = _LIMITED_SHARE * abs(wave.amplitude)
-    sent, did = (float(targets.min()), float(targets.max())), (min(applied), max(applied))
-    if did[0] > sent[0] + slack or did[1] < sent[1] - slack:
+    low, high = float(targets.min()), float(targets.max())
+    if min(applied) > low + slack or max(applied) < high - slack:
         return (
-            f"sent {sent[0]:.4g} to {sent[1]:.4g}, the node applied {did[0]:.4g} to {did[1]:.4g}: it limits the targets"
+            f"sent {low:.4g} to {high:.4g}, the node applied {min(applied):.4g} to {max(applied):.4g}: "
+            "it limits the targets"
         )
     return ""

@@ -12,7 +12,7 @@ def test_agv_is_ready_until_sent() -> None:
     cell = Cell(KITTING)
     client = Client(InProcess(cell, node="/agent"))
     view = CellView(client, Catalogue(), ())
-    assert not view.is_agv_ready(1), "nothing was heard yet"
+    assert not view.is_agv_ready(1), "no message yet"
     client.sleep(0.01)
     assert view.is_agv_ready(1)
     assert view.is_agv_ready(2)

@@ -75,16 +75,16 @@ def test_look_subscribes_only_to_needed_cameras() -> None:
     qual2b = cell("qual2b", "kitter_sensors")
     client = Client(InProcess(qual2b, node="/agent"))
     view = CellView(client, Catalogue(), ("gasket_part",))
-    heard: dict[str, tuple[str, ...]] = {}
+    subscribed: dict[str, tuple[str, ...]] = {}
     cameras = [name for name in qual2b.sensors if "camera" in name]
 
-    def note() -> None:
-        heard.update({name: listeners(qual2b, name) for name in cameras if listeners(qual2b, name)})
+    def record_subscribed() -> None:
+        subscribed.update({name: listeners(qual2b, name) for name in cameras if listeners(qual2b, name)})
 
-    note()
-    assert list(heard) == ["logical_camera_belt"]
-    seen = look_and(note, view, client)
-    assert sorted(heard) == ["logical_camera_belt", *(f"logical_camera_bin{number}" for number in (5, 6, 7, 8))]
+    record_subscribed()
+    assert list(subscribed) == ["logical_camera_belt"]
+    seen = look_and_call(record_subscribed, view, client)
+    assert sorted(subscribed) == ["logical_camera_belt", *(f"logical_camera_bin{number}" for number in (5, 6, 7, 8))]
     assert {part.type for part in seen} == {"disk_part"}
     assert listeners(qual2b, "logical_camera_bin7") == ()
     assert listeners(qual2b, "logical_camera_belt") == ("/agent",)
@@ -92,9 +92,9 @@ def test_look_subscribes_only_to_needed_cameras() -> None:
     assert view.parts_in_bins() == [], "what was seen before has been forgotten"
 
 
-def look_and(note: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:
-    """Look at the bins, and call `note` meanwhile."""
-    leave = client.subscribe("/ariac/current_score", lambda _score: note())
+def look_and_call(callback: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:
+    """Look at the bins, and call `callback` meanwhile."""
+    leave = client.subscribe("/ariac/current_score", lambda _score: callback())
     view.look(BINS)
     leave()
     return view.parts_in_bins()
