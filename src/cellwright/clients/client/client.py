@@ -254,7 +254,11 @@ class Client(NodeClient):
         return bool(self.call("/ariac/gripper/control", request).success)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
-        """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
+        """Send AGV 1 or 2 away with its tray as a kit of a type, such as `order_0_kit_0`; False unless it is ready.
+
+        Raises:
+            UnknownNameError: the cell has no such AGV.
+        """
         request = osrf_gear.AGVControlRequest(kit_type=kit_type)
         return bool(self.call(f"/ariac/agv{number}", request).success)
 
@@ -269,7 +273,10 @@ class Client(NodeClient):
         return self._sensors[name]
 
     def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Call `callback(message)` for each reading of a sensor; the returned function ends that.
+        """Call `callback(message)` for each reading of a sensor.
+
+        Returns:
+            A function that ends the subscription.
 
         Raises:
             UnknownNameError: as for `sensor`.

@@ -107,9 +107,14 @@ class NodeClient:
         self._advance(self.transport.now() + round(duration * 1e9), None)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
-        """Let time pass until `condition()` is true, checked after each tick; return its last value.
+        """Let time pass until `condition()` is true.
 
-        Waits at most `timeout` seconds of simulation time; None or infinity for no limit.
+        Args:
+            condition: called at once, and then after each tick.
+            timeout: longest wait in simulation time [s]; None or infinity for no limit.
+
+        Returns:
+            The last value of the condition: False after a timeout.
 
         Raises:
             UsageError: called from a callback or another thread, or with a timeout that is not a number.
@@ -144,16 +149,26 @@ class NodeClient:
             raise UsageError("sleep and wait_until cannot be called from a callback; return from it first")
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
-        """Call `callback(message)` for each message on a topic; the returned function ends that.
+        """Call `callback(message)` for each message on a topic.
 
-        A `passive` callback only stores the message or a part of it, and does not read the time either. In lockstep
-        time need not stop for it, which is faster, and changes nothing.
+        Args:
+            topic: name of the topic.
+            callback: takes each message, inside `sleep` and `wait_until`.
+            passive: the callback only stores the message or a part of it, and does not read the time. In lockstep
+                time need not stop for it, which is faster, and changes nothing.
+
+        Returns:
+            A function that ends the subscription.
         """
         self._refuse_strangers()
         return self.transport.subscribe(topic, callback, passive=passive)
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message to the cell; it takes effect before the next step.
+
+        Args:
+            topic: a topic that the cell subscribes to.
+            message: a message of the topic's type, from `cellwright.middleware.messages`.
 
         Raises:
             UnknownNameError: the cell subscribes to no such topic.
@@ -164,6 +179,13 @@ class NodeClient:
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service and wait for its response.
+
+        Args:
+            service: name of the service.
+            request: a request of the service's type, from `cellwright.middleware.messages`.
+
+        Returns:
+            The response.
 
         Raises:
             UnknownNameError: there is no such service.
