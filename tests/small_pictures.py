@@ -7,9 +7,9 @@ process that has loaded Cellwright.
 import sys
 from typing import Any
 
-from cellwright.util.process import interrupts_end_the_process
+from cellwright.util.process import silent_ctrl_c
 
-with interrupts_end_the_process():  # as the command itself does while it loads
+with silent_ctrl_c():  # as the command itself does while it loads
     from cellwright.rendering import picture
 
 draw_full_size = picture.render

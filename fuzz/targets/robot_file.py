@@ -102,6 +102,6 @@ def attempt(data: bytes) -> None:
         check_refusal(error, str(_PATH))
         return
     simulated = mujoco.MjData(world.model)
-    world.put_in_first_pose(simulated)
+    world.set_initial_posture(simulated)
     for _ in range(5):
         mujoco.mj_step(world.model, simulated)

@@ -4,7 +4,7 @@ import errno
 import sys
 import threading
 
-from cellwright.util.process import StandardStreams, end_despite_threads, interrupts_end_the_process
+from cellwright.util.process import StandardStreams, exit_despite_threads, silent_ctrl_c
 
 _NO_MEMORY = ("failed to map segment", "annot allocate memory", "ould not allocate memory")
 """Parts of the messages in which the library loader and the engine report a lack of memory."""
@@ -14,12 +14,12 @@ def main() -> int:
     """Run the command line and return its exit status."""
     before = threading.enumerate()
     try:
-        with interrupts_end_the_process():
+        with silent_ctrl_c():
             streams = StandardStreams()
             from cellwright.cli.main import main as run_command_line
 
         status = streams.status(run_command_line())
-        end_despite_threads(before, status)
+        exit_despite_threads(before, status)
         return status
     except KeyboardInterrupt:  # between two lines of ours, where nothing else handles it
         sys.stderr.write("interrupted\n")

@@ -37,7 +37,7 @@ BODIES_IN_VIEW = {
 def cell() -> tuple[mujoco.MjModel, RayCaster]:
     world = build_world(Trial("views", has_arm=True))
     data = mujoco.MjData(world.model)
-    world.put_in_first_pose(data)
+    world.set_initial_posture(data)
     return world.model, RayCaster(world.model, data)
 
 

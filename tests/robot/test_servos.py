@@ -56,7 +56,7 @@ def make_simulation(
 ) -> tuple[Simulation, JointServos]:
     config = config or two_arms()
     world = build_robot(config, timestep=timestep)
-    simulation = Simulation(world.model, timestep=timestep, first_pose=world.put_in_first_pose)
+    simulation = Simulation(world.model, timestep=timestep, first_pose=world.set_initial_posture)
     servos = JointServos(config.robot, motion)
     simulation.add(servos)
     simulation.reset()

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from cellwright.util.process import interrupts_end_the_process
+from cellwright.util.process import silent_ctrl_c
 
 
 @pytest.fixture(autouse=True)
@@ -16,14 +16,14 @@ def _restore_handler() -> Iterator[None]:
 
 def test_ctrl_c_ends_process_during_loading() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    with interrupts_end_the_process():
+    with silent_ctrl_c():
         assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_failed_loading_restores_ctrl_c_handler() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    with pytest.raises(ImportError), interrupts_end_the_process():
+    with pytest.raises(ImportError), silent_ctrl_c():
         raise ImportError
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -31,7 +31,7 @@ def test_failed_loading_restores_ctrl_c_handler() -> None:
 @pytest.mark.parametrize("own", [signal.SIG_IGN, signal.SIG_DFL, lambda _number, _frame: None])
 def test_handler_of_caller_stays(own: signal.Handlers) -> None:
     signal.signal(signal.SIGINT, own)
-    with interrupts_end_the_process():
+    with silent_ctrl_c():
         assert signal.getsignal(signal.SIGINT) is own
     assert signal.getsignal(signal.SIGINT) is own
 
@@ -41,7 +41,7 @@ def test_loading_in_thread_keeps_handler() -> None:
     found: list[object] = []
 
     def load() -> None:
-        with interrupts_end_the_process():
+        with silent_ctrl_c():
             found.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=load)

@@ -94,7 +94,7 @@ class Cell(CellDevices):
             self.world.model,
             timestep=Fraction(*trial.settings.timestep),
             seed=self.seed,
-            first_pose=self.world.put_in_first_pose,
+            first_pose=self.world.set_initial_posture,
         )
         self.parts = Parts(self.world.parts)
         self.overlaps = Overlaps(self.parts)

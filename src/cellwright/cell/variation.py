@@ -81,11 +81,11 @@ class Bounds:
                 raise UsageError(f"{name} of a variation must be from {lower:g} to {upper:g} (got {value:g})")
 
 
-USUAL = Bounds()
+DEFAULT_BOUNDS = Bounds()
 """Bounds of `--vary`."""
 
 
-def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
+def vary(trial: Trial, seed: int, bounds: Bounds = DEFAULT_BOUNDS) -> Trial:
     """Return a variation of a trial: other places of the parts that lie in bins, and other circumstances.
 
     Args:
@@ -108,7 +108,7 @@ def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
     return replace(trial, bin_parts=parts[:count], extra_parts=parts[count:], circumstances=circumstances)
 
 
-def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds = USUAL) -> tuple[Part, ...]:
+def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds = DEFAULT_BOUNDS) -> tuple[Part, ...]:
     """Move the parts that lie in bins, one after the other, each within its bounds.
 
     A place is drawn again while the part would come nearer than `CLEARANCE` to another part or to the edge of its bin's

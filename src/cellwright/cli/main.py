@@ -14,7 +14,7 @@ from typer.core import TyperGroup
 
 from cellwright._package import VERSION
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.util.process import interrupts_end_the_process
+from cellwright.util.process import silent_ctrl_c
 
 if TYPE_CHECKING:
     from cellwright.running.run import RunResult
@@ -96,7 +96,7 @@ class CommandsOnDemand(TyperGroup):
 @cache
 def _loaded(name: str) -> Any:
     module, _, attribute = COMMANDS[name].partition(":")
-    with interrupts_end_the_process():
+    with silent_ctrl_c():
         loaded = getattr(import_module(f"{_ROOM}.{module}"), attribute)
     if isinstance(loaded, typer.Typer):
         return typer.main.get_command(loaded)

@@ -99,8 +99,8 @@ def ready_line(name: str, server: Server, speed: float | None) -> str:
 
 def pace_text(pace: PaceFigures) -> str:
     """Return how time kept up with the wall clock, in words."""
-    stood = f", {pace.stood:.1f} s paused for slow clients" if pace.stood else ""
-    return f"{pace.factor:.4f} x real time, latest step {pace.worst_lateness * 1e3:.1f} ms late{stood}"
+    held = f", {pace.held:.1f} s paused for slow clients" if pace.held else ""
+    return f"{pace.factor:.4f} x real time, latest step {pace.worst_lateness * 1e3:.1f} ms late{held}"
 
 
 ShowProgress: TypeAlias = Callable[..., None]

@@ -87,7 +87,7 @@ def run_served(
         typer.echo(result.error, err=True, nl=False)
     if not as_json:
         summary.show_result(console, result)
-        if result.pace is not None and (verbose or result.pace.stood):
+        if result.pace is not None and (verbose or result.pace.held):
             output.print_entry(console, "pace", output.pace_text(result.pace))
     pictures = Pictures(camera, [], output.warn)
     # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.

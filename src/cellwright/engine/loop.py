@@ -97,7 +97,7 @@ class PaceFigures:
     """Average real-time factor: simulated seconds in a second of wall time."""
     worst_lateness: float
     """Largest lateness of a tick [s] of wall time."""
-    stood: float = 0.0
+    held: float = 0.0
     """Total wall time [s] for which time stood for clients that were behind."""
 
 
@@ -147,7 +147,7 @@ class SimulationLoop:
         """Pace so far; None if time does not follow the wall clock."""
         if self.rate.speed is None or (self._service is not None and self._service.lockstep):
             return None
-        return PaceFigures(self.pacer.factor, self.pacer.max_lateness, self.pacer.stood)
+        return PaceFigures(self.pacer.factor, self.pacer.max_lateness, self.pacer.held)
 
     def run(self) -> None:
         """Step the simulation until the stop condition holds.
@@ -184,7 +184,7 @@ class SimulationLoop:
         while not self.stop.is_requested and service.hold_time():
             self._serve(_NAP, until_request=False)
             self._serve_and_poll()
-        self.pacer.stand(time.perf_counter() - started)
+        self.pacer.hold(time.perf_counter() - started)
         return not self.stop.is_requested
 
     def _wait_for_rate(self) -> bool:

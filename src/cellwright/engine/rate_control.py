@@ -150,8 +150,8 @@ class RealTimePacer:
         self._started = self._wall = self._stepped = clock()
         self._started_at = self._simulated = self._newest = simulation.now
         self._paused_time = 0.0
-        self.stood = 0.0
-        """Total wall time [s] that `pause` has reported."""
+        self.held = 0.0
+        """Total wall time [s] that `hold` has reported."""
         self.max_lateness = 0.0
         """Largest lateness of a tick [s] of wall time."""
 
@@ -181,10 +181,10 @@ class RealTimePacer:
             self._wall, self._simulated = now, self._newest
         return False
 
-    def stand(self, seconds: float) -> None:
-        """Report that time stood for a wall time [s]; it is not made up for, and counts for the factor."""
+    def hold(self, seconds: float) -> None:
+        """Report that time held for a wall time [s]; it is not made up for, and counts for the factor."""
         self._wall += seconds
-        self.stood += seconds
+        self.held += seconds
 
     def _wait(self, seconds: float) -> None:
         if seconds <= _MAX_WAIT:

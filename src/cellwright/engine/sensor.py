@@ -148,7 +148,7 @@ class Sensor(Device, ABC, Generic[R]):
     def enabled(self, enabled: bool) -> None:
         self._enabled = enabled
         if not enabled:
-            self._lose_under_way()
+            self._drop_pending()
 
     @abstractmethod
     def measure(self, index: int) -> R:
@@ -218,7 +218,7 @@ class Sensor(Device, ABC, Generic[R]):
         for watch in self._watches:
             watch.cancel()
         self._watches.clear()
-        self._lose_under_way()
+        self._drop_pending()
 
     def _sample(self, index: int) -> None:
         if not self._enabled:
@@ -236,7 +236,7 @@ class Sensor(Device, ABC, Generic[R]):
         while self._pending_readings and self._pending_readings[0].time_ns <= latest:
             self._deliver(self._pending_readings.popleft())
 
-    def _lose_under_way(self) -> None:
+    def _drop_pending(self) -> None:
         """Drop readings that were measured and not delivered yet."""
         self._pending_readings.clear()
 
@@ -276,6 +276,6 @@ class Sensor(Device, ABC, Generic[R]):
 
     def _after_time_jump(self) -> None:
         """Drop pending readings after a jump of time, and deliver all later readings to all listeners."""
-        self._lose_under_way()
+        self._drop_pending()
         for listener in self._listeners:
             listener.since = -1

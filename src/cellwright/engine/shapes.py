@@ -148,7 +148,7 @@ def _reach(shape: Shape) -> Vector3:
     return (x, y, z)
 
 
-def add_looks(body: Any) -> Any:
+def add_visuals(body: Any) -> Any:
     """Add a body `<name> looks`, fixed to `body`, for shapes that are only seen.
 
     In each step the engine computes the bounds of every shape of a body that can be touched, including those only seen.

@@ -124,7 +124,7 @@ class InputKind(StrEnum):
 class ExternalInput:
     """Message or request from outside for a topic or service; JSON values if it bypassed the bus."""
 
-    how: InputKind
+    kind: InputKind
     name: str
     message: Any
     node: str

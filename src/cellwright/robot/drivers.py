@@ -277,4 +277,4 @@ def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
     found = plugins.find_class(name, method="command", error=DriverError)
     if not callable(found) or not hasattr(found, "command"):
         raise DriverError(f"{name}: not a driver; give a class with joints, command(targets), read() and close()")
-    return plugins.maker(name, found, DriverError)
+    return plugins.make_factory(name, found, DriverError)

@@ -241,7 +241,7 @@ class RobotWorld:
     config: RobotConfig
     model: mujoco.MjModel
 
-    def put_in_first_pose(self, data: mujoco.MjData) -> None:
+    def set_initial_posture(self, data: mujoco.MjData) -> None:
         """Write the initial posture.
 
         A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
@@ -291,7 +291,7 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     with _report_refusal(config):
         world = RobotWorld(config, spec.compile())
     data = mujoco.MjData(world.model)
-    world.put_in_first_pose(data)
+    world.set_initial_posture(data)
     if overlapping := overlapping_pairs(world.model, data) if self_collision else []:
         exclude_contacts(spec, overlapping)
         world = RobotWorld(config, spec.compile())

@@ -87,7 +87,7 @@ class RobotNode:
             if driver is not None:
                 on_failure.callback(close_driver, driver)
             self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
-            self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
+            self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.set_initial_posture)
             self.servos = JointServos(config.robot, motion)
             self.driver: Driver = self.servos
             if driver is not None:

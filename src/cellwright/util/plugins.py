@@ -178,7 +178,7 @@ def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
         raise error(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
 
 
-def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> Callable[..., T]:
+def make_factory(name: str, found: Callable[..., T], error: type[CellwrightError]) -> Callable[..., T]:
     """Return a factory for objects of a foreign class.
 
     Args:

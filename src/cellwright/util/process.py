@@ -26,7 +26,7 @@ STOP_TIMEOUT = 2.0
 
 
 @contextmanager
-def interrupts_end_the_process() -> Iterator[None]:
+def silent_ctrl_c() -> Iterator[None]:
     """End the process silently at Ctrl-C, as most programs do; restore the handler afterwards.
 
     Loading takes half a second, in which Python would answer Ctrl-C with a traceback through its imports. A handler
@@ -44,7 +44,7 @@ def interrupts_end_the_process() -> Iterator[None]:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
+def exit_despite_threads(before: Collection[threading.Thread], status: int) -> None:
     """End this process with `status`, and say so, if threads other than `before` still run after `STOP_TIMEOUT`."""
     own = {*before, threading.current_thread()}
     left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]

@@ -25,7 +25,7 @@ class Bench:
         if not sleep:
             self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         self.data: Any = mujoco.MjData(self.model)
-        self.world.put_in_first_pose(self.data)
+        self.world.set_initial_posture(self.data)
         self.parts = {part.name: part for part in self.world.parts}
 
     def run(self, seconds: float) -> None:

@@ -154,7 +154,7 @@ SAG = [(PICK, -1.24), (ON_BELT, -2.06), (PLACE, -2.98), (ZERO, -3.25)]
 def test_original_servo_has_computed_static_sag(floating: Bench, joints: dict[str, float], sag: float) -> None:
     """Height that the gripper loses to gravity [mm], as computed from the original's gains and masses."""
     mujoco.mj_resetData(floating.model, floating.data)
-    floating.world.put_in_first_pose(floating.data)
+    floating.world.set_initial_posture(floating.data)
     floating.put_arm(joints)
     before = floating.body_pose(GRIPPER).position[2]
     floating.run(3.0)
@@ -165,7 +165,7 @@ def test_original_servo_has_computed_static_sag(floating: Bench, joints: dict[st
 def test_rail_and_pan_joint_reach_setpoint(floating: Bench, joint: str, error: float) -> None:
     """Published dry friction would hold them back; the servos bring them to within a thousandth."""
     mujoco.mj_resetData(floating.model, floating.data)
-    floating.world.put_in_first_pose(floating.data)
+    floating.world.set_initial_posture(floating.data)
     floating.command(joint, INITIAL_POSITIONS[joint] + error)
     floating.run(3.0)
     assert joint_value(floating, joint) == pytest.approx(INITIAL_POSITIONS[joint] + error, abs=1e-3 * error)

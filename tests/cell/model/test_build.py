@@ -169,7 +169,7 @@ def test_same_trial_makes_same_model() -> None:
 def test_put_in_first_pose_writes_all_positions(world: World) -> None:
     data = mujoco.MjData(world.model)
     data.qpos[:] = 7.0
-    world.put_in_first_pose(data)
+    world.set_initial_posture(data)
     assert (data.qpos == world.initial_qpos).all()
     pan = world.model.actuator_ctrladr[world.model.actuator("shoulder_pan_joint").id]
     assert list(data.ctrl[pan : pan + 2]) == [3.14, 0.0]

@@ -61,7 +61,7 @@ def drop(bench: Bench, seed: int) -> tuple[float, float]:
     """Drop everything in random orientations; return the worst depth [m] while falling, and at the end."""
     rng = np.random.default_rng(seed)
     mujoco.mj_resetData(bench.model, bench.data)
-    bench.world.put_in_first_pose(bench.data)
+    bench.world.set_initial_posture(bench.data)
     for part, (_, x, y, z) in zip(bench.world.parts, SPOTS, strict=True):
         turn = rng.normal(size=4)
         bench.place(part, (x, y, z + 1.0), tuple(turn / np.linalg.norm(turn)))

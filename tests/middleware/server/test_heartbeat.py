@@ -97,7 +97,7 @@ def test_loop_holds_time_for_client_that_requested_pings(monkeypatch: pytest.Mon
         connect_with_pings(hall, "/gone").connection.close()
         loop = SimulationLoop(talk.node.simulation, hall.server, stop=StopCondition(200_000_000))
         loop.run()
-        assert loop.pacer.stood > 0.2
+        assert loop.pacer.held > 0.2
         assert loop.pacer.factor < 0.9
         assert hall.lines == ["time stands while /silent is more than 0.1 s behind (reported once)"]
 
@@ -112,7 +112,7 @@ def test_loop_without_rate_or_wait_does_not_hold_time(rate: float | None, *, can
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=rate, stop=stop, can_wait=can_wait)
         loop.run()
         assert hall.server.hold_time()
-        assert loop.pacer.stood == 0.0
+        assert loop.pacer.held == 0.0
 
 
 def connect_with_pings(hall: Hall, node: str) -> Talker:

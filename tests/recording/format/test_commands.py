@@ -53,7 +53,7 @@ def test_command_is_noted_before_execution_even_if_refused() -> None:
     with pytest.raises(RejectedCommandError):
         bus.publish("/hear", SetBoolRequest(data=True), node="/e")  # of the wrong type
     assert done == [(True, "/a", 1), (False, "/b", 2), (True, "/c", 3)]
-    assert [(each.tick, each.how, each.name, each.type, each.node, each.stamp) for each in commands] == [
+    assert [(each.tick, each.kind, each.name, each.type, each.node, each.stamp) for each in commands] == [
         (7, InputKind.PUBLISH, "/hear", "std_msgs/Bool", "/a", 99),
         (7, InputKind.PUBLISH, "/hear", "std_msgs/Bool", "/b", 99),
         (7, InputKind.CALL, "/serve", "std_srvs/SetBool", "/c", 99),
@@ -83,15 +83,15 @@ def test_noted_commands_can_be_executed_again() -> None:
 
 @given(
     tick=st.integers(0, 1 << 60),
-    how=st.sampled_from(InputKind),
+    kind=st.sampled_from(InputKind),
     words=st.tuples(st.text(), st.text(), st.text()),
     data=st.binary(),
     stamp=st.none() | st.integers(),
 )
 def test_command_survives_encoding(
-    tick: int, how: InputKind, words: tuple[str, str, str], data: bytes, stamp: int | None
+    tick: int, kind: InputKind, words: tuple[str, str, str], data: bytes, stamp: int | None
 ) -> None:
-    command = Command(tick, how, *words, data, stamp)
+    command = Command(tick, kind, *words, data, stamp)
     assert Command.decode(command.encode()) == command
 
 

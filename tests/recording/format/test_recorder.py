@@ -67,7 +67,7 @@ def test_recorded_commands_reproduce_run(recorded: tuple[Path, str]) -> None:
     with RecordingFile(recorded[0]) as recording:
         commands = list(recording.commands())
         hashes = [value for _, value in recording.values(names.STATE_HASH)]
-    assert [(each.tick, each.how.value, each.name) for each in commands] == [
+    assert [(each.tick, each.kind.value, each.name) for each in commands] == [
         (0, "call", "/ariac/start_competition"),
         (1, "publish", "/ariac/arm/command"),
         (1, "publish", "/ariac/arm/command"),

@@ -62,7 +62,7 @@ def test_links_keep_relative_poses_with_any_fixed_link(numbers: list[float], fix
 def test_robot_starts_at_home_without_gravity_on_movable_base() -> None:
     world = build_robot(two_arms(), timestep=Fraction(1, 1000))
     data = mujoco.MjData(world.model)
-    world.put_in_first_pose(data)
+    world.set_initial_posture(data)
     assert data.joint("elbow_left").qpos[0] == -1.0
     assert world.model.opt.timestep == 0.001
     assert world.model.opt.gravity.tolist() == [0.0, 0.0, 0.0]
@@ -83,7 +83,7 @@ def test_joint_that_cannot_be_at_0_starts_at_nearest_limit() -> None:
     ]
     world = build_robot(of_joints(*joints))
     data = mujoco.MjData(world.model)
-    world.put_in_first_pose(data)
+    world.set_initial_posture(data)
     assert {name: data.joint(name).qpos[0] for name in ranges} == {
         "above": 0.2,
         "below": -0.3,

@@ -189,7 +189,7 @@ def evidence(
     score: GameScore,
     process_time: int = 0,
     *,
-    could: AttainableScore | None = None,
+    attainable: AttainableScore | None = None,
     fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
 ) -> Evidence:
     """Return the evidence for a score of the trial that was played.
@@ -198,10 +198,10 @@ def evidence(
         trial: the trial.
         score: the score of the game.
         process_time: time from the start to the end of the game [ns].
-        could: the attainable points, if known already.
+        attainable: the attainable points, if known already.
         fates: fates of the parts that judged kits lack, by kit type; see `kit_evidence`.
     """
-    could = could or attainable_score(trial)
+    attainable = attainable or attainable_score(trial)
     announced = {order.order_id: order for order in score.orders}
     silent = [
         OrderScore(order.order_id, tuple(KitScore(kit.kit_type) for kit in order.kits))
@@ -215,7 +215,7 @@ def evidence(
             tuple(
                 kit_evidence(
                     kit,
-                    could.kit(kit.kit_type),
+                    attainable.kit(kit.kit_type),
                     is_announced=order.order_id in announced,
                     fates=fates.get(kit.kit_type, ()),
                 )
@@ -224,7 +224,7 @@ def evidence(
         )
         for order in (*score.orders, *silent)
     )
-    return Evidence(orders, could, score.part_travel_time, process_time, system_cost(trial.sensors))
+    return Evidence(orders, attainable, score.part_travel_time, process_time, system_cost(trial.sensors))
 
 
 def evidence_to_json(found: Evidence) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import mujoco
 from cellwright.cell.model.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
 from cellwright.config.layout import TRAY_PLATE
 from cellwright.engine import colours
-from cellwright.engine.shapes import Colour, Role, Touch, add_looks, add_shape, at, box, capsule, cylinder
+from cellwright.engine.shapes import Colour, Role, Touch, add_shape, add_visuals, at, box, capsule, cylinder
 from cellwright.util.pose import Pose, Vector3
 
 AGV_MASS = 50.0
@@ -60,7 +60,7 @@ def add_agv(spec: Any, agv: str) -> None:
 
 def _fill_agv(body: Any, colour: Colour) -> None:
     """Add chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
-    looks = add_looks(body)
+    looks = add_visuals(body)
     add_shape(body, box(0.555, 1.023, 0.409, at(z=0.3045), colour, 1.0), Role.BOTH, mass=AGV_MASS)
     add_shape(body, box(0.673, 1.171, 0.124, at(z=0.162), colours.BLACK), Role.BOTH)
     add_shape(body, cylinder(0.087, 0.875, at(0.0, -0.275, 0.4375), colours.STEEL_LIGHT), Role.BOTH)

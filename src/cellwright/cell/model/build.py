@@ -100,7 +100,7 @@ class World:
     """Cell as a compiled model.
 
     Joint values are zero where the robot description says; the engine's own reset therefore stretches the arm out. Call
-    `put_in_first_pose` after it.
+    `set_initial_posture` after it.
 
     Attributes:
         parts: every part, in the order of the model: those in play first, then those that wait.
@@ -115,7 +115,7 @@ class World:
     initial_ctrl: NDArray[np.float64]
     own_types: Mapping[str, OwnPartType]
 
-    def put_in_first_pose(self, data: Any) -> None:
+    def set_initial_posture(self, data: Any) -> None:
         """Write the positions and setpoints that a run begins with into an `MjData`."""
         data.qpos[:] = self.initial_qpos
         data.ctrl[:] = self.initial_ctrl

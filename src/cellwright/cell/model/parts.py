@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.engine import colours, shapes
-from cellwright.engine.shapes import Role, Shape, Touch, add_looks, add_shape, at, bounds, box, cylinder, mesh
+from cellwright.engine.shapes import Role, Shape, Touch, add_shape, add_visuals, at, bounds, box, cylinder, mesh
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
@@ -225,7 +225,7 @@ def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
     for shape in kind.solid:
         role = Role.SOLID if kind.seen else Role.BOTH
         add_shape(body, shape, role, Touch.PART, mass=kind.mass)
-    looks = add_looks(body) if kind.seen else None
+    looks = add_visuals(body) if kind.seen else None
     for shape in kind.seen:
         add_shape(looks, shape, Role.SEEN)
     return body

@@ -71,4 +71,4 @@ def maker_of(target: str, found: object) -> Callable[[], Agent]:
         raise AgentError(
             f"{target}: run(client) must be a plain method (got async or a generator); remove async and yield"
         )
-    return plugins.maker(target, found, AgentError)
+    return plugins.make_factory(target, found, AgentError)

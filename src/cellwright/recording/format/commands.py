@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -25,7 +26,7 @@ class Command:
 
     Attributes:
         tick: number of ticks that had passed.
-        how: kind of input.
+        kind: kind of input.
         name: of the topic or service.
         type: short name of the message or service type; empty for input that bypasses the bus.
         node: the sender.
@@ -34,7 +35,7 @@ class Command:
     """
 
     tick: int
-    how: InputKind
+    kind: InputKind
     name: str
     type: str
     node: str
@@ -48,8 +49,14 @@ class Command:
         Raises:
             MessageError: a value does not fit its field.
         """
-        data = json.dumps(given.message).encode() if given.how is InputKind.EXTRA else to_cdr(given.message)
-        return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
+        data = json.dumps(given.message).encode() if given.kind is InputKind.EXTRA else to_cdr(given.message)
+        return Command(tick, given.kind, given.name, type_name, given.node, data, stamp)
+
+    @property
+    def how(self) -> InputKind:
+        """Former name of `kind`."""
+        warnings.warn("Command.how is deprecated; use kind", DeprecationWarning, stacklevel=2)
+        return self.kind
 
     def message(self) -> Any:
         """Decode the message or request; a dictionary of JSON values for input that bypasses the bus.
@@ -58,12 +65,12 @@ class Command:
             RecordingError: the type is unknown, or the bytes do not fit it.
         """
         try:
-            if self.how is InputKind.EXTRA:
+            if self.kind is InputKind.EXTRA:
                 request = json.loads(self.data)
                 if not isinstance(request, dict):
                     raise MessageError("not a JSON object")
                 return request
-            is_call = self.how is InputKind.CALL
+            is_call = self.kind is InputKind.CALL
             return from_cdr(self.data, service_type(self.type).request if is_call else message_type(self.type))
         except (CellwrightError, ValueError, RecursionError) as error:
             raise RecordingError(f"invalid command on {self.name} at tick {self.tick}: {error}") from None
@@ -75,7 +82,7 @@ class Command:
             RecordingError: it cannot be decoded, or is something that cannot be done here.
         """
         message = self.message()
-        if self.how is InputKind.EXTRA:
+        if self.kind is InputKind.EXTRA:
             extra = (extras or {}).get(self.name)
             if extra is None:
                 raise RecordingError(f"{self.name}: the request at tick {self.tick} is not supported here")
@@ -83,13 +90,13 @@ class Command:
                 extra(message)
             return
         with suppress(CellwrightError):
-            (bus.call if self.how is InputKind.CALL else bus.publish)(
+            (bus.call if self.kind is InputKind.CALL else bus.publish)(
                 self.name, message, node=self.node, is_decoded=True
             )
 
     def encode(self) -> str:
         """Encode as JSON."""
-        values = {"tick": self.tick, "kind": self.how.value, "name": self.name, "type": self.type, "node": self.node}
+        values = {"tick": self.tick, "kind": self.kind.value, "name": self.name, "type": self.type, "node": self.node}
         return json.dumps({**values, "stamp": self.stamp, "data": base64.b64encode(self.data).decode()})
 
     @staticmethod
@@ -101,16 +108,16 @@ class Command:
         """
         try:
             values = json.loads(text)
-            how, data = InputKind(values["kind"]), base64.b64decode(values["data"], validate=True)
-            tick, stamp, name, kind, node = (values[key] for key in ("tick", "stamp", "name", "type", "node"))
+            kind, data = InputKind(values["kind"]), base64.b64decode(values["data"], validate=True)
+            tick, stamp, name, type_name, node = (values[key] for key in ("tick", "stamp", "name", "type", "node"))
             if (
-                not all(isinstance(each, str) for each in (name, kind, node))
+                not all(isinstance(each, str) for each in (name, type_name, node))
                 or type(tick) is not int
                 or not 0 <= tick < 1 << 62
                 or not (stamp is None or type(stamp) is int)
             ):
                 raise ValueError("values of wrong types")
-            return Command(tick, how, name, kind, node, data, stamp)
+            return Command(tick, kind, name, type_name, node, data, stamp)
         except (ValueError, TypeError, KeyError, RecursionError):
             raise RecordingError(f"invalid command: {text!r:.60}") from None
 
@@ -128,7 +135,7 @@ def note_commands(
     """
 
     def note(given: ExternalInput) -> None:
-        match given.how:
+        match given.kind:
             case InputKind.PUBLISH:
                 type_name = type_of(type(given.message))
             case InputKind.CALL:

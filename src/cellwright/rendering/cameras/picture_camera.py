@@ -310,6 +310,6 @@ class PictureCamera(Sensor[Picture]):
         super().close()
         self._service.close()
 
-    def _lose_under_way(self) -> None:
-        super()._lose_under_way()
+    def _drop_pending(self) -> None:
+        super()._drop_pending()
         self._exposures.clear()

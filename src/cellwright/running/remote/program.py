@@ -22,7 +22,7 @@ from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.ros1.host import installation
 from cellwright.running.run import agent_traceback, call_agent
 from cellwright.util.errors import CellwrightError, RunEndedError
-from cellwright.util.process import end_despite_threads
+from cellwright.util.process import exit_despite_threads
 
 
 class ExitReason(StrEnum):
@@ -89,7 +89,7 @@ def main(arguments: Sequence[str]) -> None:
         document = {"parting": agent_exit.parting, "error": agent_exit.error}
     sys.stdout.flush()
     Path(report).write_text(json.dumps(document), encoding="utf-8")
-    end_despite_threads(before, 0)
+    exit_despite_threads(before, 0)
 
 
 class _SimulationTimeHandler(logging.Handler):

@@ -123,7 +123,7 @@ class CellPanel:
     def _score(self, score: GameScore, attainable: AttainableScore) -> dict[str, Any]:
         """Score with its evidence, without times, and without orders that are still secret."""
         fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they reveal the faulty parts
-        found = evidence_to_json(evidence(without_faults(self._cell), score, could=attainable, fates=fates))
+        found = evidence_to_json(evidence(without_faults(self._cell), score, attainable=attainable, fates=fates))
         for key in ("process_time", "part_travel_time"):
             del found[key]
         known = {order.order_id for order in known_orders(self._cell)}

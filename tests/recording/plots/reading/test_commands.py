@@ -25,7 +25,7 @@ def test_reader_collects_times_by_command_name(called: list[str]) -> None:
 def test_encoded_command_gives_track_of_its_name() -> None:
     reader = CommandReader()
     command = Command(
-        tick=7, how=InputKind.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
+        tick=7, kind=InputKind.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
     )
     reader.take(message(0.5, String(data=command.encode())))
     (track,) = reader.tracks()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from cellwright.util.process import StandardStreams, interrupts_end_the_process
+from cellwright.util.process import StandardStreams, silent_ctrl_c
 
 _INTERRUPTED = 130
 
@@ -12,7 +12,7 @@ _INTERRUPTED = 130
 def main() -> int:
     """Run the launcher with the arguments of the process; return its exit status."""
     try:
-        with interrupts_end_the_process():
+        with silent_ctrl_c():
             streams = StandardStreams()
             from cellwright.cli.launchers.gear.launcher import main as launch
 

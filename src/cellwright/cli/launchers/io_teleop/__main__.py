@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from cellwright.util.process import StandardStreams, interrupts_end_the_process
+from cellwright.util.process import StandardStreams, silent_ctrl_c
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -12,7 +12,7 @@ _INTERRUPTED = 130
 
 def main() -> int:
     """Run the node of a script with the arguments of the process; return its exit status."""
-    with interrupts_end_the_process():
+    with silent_ctrl_c():
         streams = StandardStreams()
         from cellwright.cli.launchers.io_teleop.arguments import command
         from cellwright.cli.main import main as cellwright
