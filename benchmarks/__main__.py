@@ -12,9 +12,9 @@ import typer
 from rich.console import Console
 
 from benchmarks import benchmarks
-from benchmarks.benchmarks import BenchmarkResult, take
+from benchmarks.benchmarks import BenchmarkResult, run_benchmark
 from benchmarks.machine import machine
-from benchmarks.report import page, show, telling
+from benchmarks.report import page, progress_line, show
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, main
@@ -28,14 +28,14 @@ _NAMES = ", ".join(f"`{each.name}`" for each in benchmarks.BENCHMARKS)
 def bench(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="NAME", help=f"What to measure: {_NAMES}; all when left out.", show_default=False),
+        typer.Argument(metavar="NAME", help=f"Benchmarks to run: {_NAMES} (default: all).", show_default=False),
     ] = None,
     quick: Annotated[
         bool,
         typer.Option(
             "--quick",
             metavar="",
-            help="With few repeats, to see that everything works. The figures are rough, and bounds are not judged.",
+            help="Use few repeats, to check that everything works; figures are rough, and bounds are not judged.",
         ),
     ] = False,
     write: Annotated[
@@ -78,9 +78,9 @@ def bench(
         console.print(f"{name:<12}  {value}", markup=False, soft_wrap=True)
     taken: list[BenchmarkResult] = []
     for each in chosen:
-        with telling(console, each.title) as on_progress:
-            taken.append(take(each, on_progress, quick=quick))
-        show(console, taken[-1], judged=not quick)
+        with progress_line(console, each.title) as on_progress:
+            taken.append(run_benchmark(each, on_progress, quick=quick))
+        show(console, taken[-1], with_verdicts=not quick)
     status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
     if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
         status = NOT_DONE

@@ -162,7 +162,7 @@ class BenchmarkResult:
         }
 
 
-def take(benchmark: Benchmark, on_progress: OnProgress, *, quick: bool = False) -> BenchmarkResult:
+def run_benchmark(benchmark: Benchmark, on_progress: OnProgress, *, quick: bool = False) -> BenchmarkResult:
     """Run a benchmark.
 
     Args:

@@ -61,31 +61,33 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
 
 def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, on_progress: OnProgress) -> Iterator[Figure]:
     topics = cell.topics()
-    listened = [(f"a subscriber to {name}", [name]) for name in _that_speak(cell, start, steps)]
+    listened = [(f"a subscriber to {name}", [name]) for name in _active_topics(cell, start, steps)]
     listened += [("a subscriber to every topic", topics), ("two subscribers to every topic", topics * 2)]
     on_progress(f"listeners on {len(listened) - 2} topics")
     for label, names in listened:
-        heard: list[str] = []
+        received: list[str] = []
         bare, more = best_in_turn(
-            repeats, partial(_run, cell, start, steps), partial(_run, cell, start, steps, names, heard)
+            repeats, partial(_run, cell, start, steps), partial(_run, cell, start, steps, names, received)
         )
-        count = len(heard) / repeats
+        count = len(received) / repeats
         each = (more - bare) / count * 1e6 if count else math.nan
         yield Figure(f"{label} / none", more / bare, note=f"{count:.0f} messages in {steps} steps, {each:.1f} us each")
 
 
-def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
+def _active_topics(cell: Cell, start: Snapshot, steps: int) -> list[str]:
     """Return the topics with a message at a rate; one that comes on an event costs too little to time."""
-    heard: list[str] = []
-    _run(cell, start, steps, cell.topics(), heard)
-    counts = Counter(heard)
+    received: list[str] = []
+    _run(cell, start, steps, cell.topics(), received)
+    counts = Counter(received)
     return [name for name in cell.topics() if counts[name] > MAX_UNTIMED]
 
 
-def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None) -> float:
+def _run(
+    cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), received: list[str] | None = None
+) -> float:
     """Run some steps from a snapshot, with listeners that count; return their processor time [s]."""
     restore_snapshot(cell.simulation, start)
-    counted = [] if heard is None else heard
+    counted = [] if received is None else received
     subscriptions = [cell.bus.subscribe(name, partial(_count, counted, name)) for name in topics]
     spent = processor_time(partial(_step, cell, steps))
     for each in subscriptions:
@@ -93,8 +95,8 @@ def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), he
     return spent
 
 
-def _count(heard: list[str], name: str, _message: object) -> None:
-    heard.append(name)
+def _count(received: list[str], name: str, _message: object) -> None:
+    received.append(name)
 
 
 def _step(cell: Cell, steps: int) -> None:
@@ -127,7 +129,7 @@ def _recording(until: float, repeats: int) -> Iterator[Figure]:
         def worked(options: RunOptions) -> float:
             return processor_time(lambda: run_cell(cell, KitterAgent(), options))
 
-        bare, heard, recorded = best_in_turn(
+        bare, subscribed, recorded = best_in_turn(
             min(repeats, 3),
             lambda: worked(RunOptions(until=until)),
             lambda: worked(RunOptions(until=until, listen=["all"])),
@@ -135,7 +137,9 @@ def _recording(until: float, repeats: int) -> Iterator[Figure]:
         )
         rate = file.stat().st_size / 1024 / until
     yield Figure("a run of the agent recorded / without", recorded / bare, note=f"{until:g} s, {rate:.0f} KiB each")
-    yield Figure("a run of the agent recorded / with subscribers", recorded / heard, note="a subscriber to every topic")
+    yield Figure(
+        "a run of the agent recorded / with subscribers", recorded / subscribed, note="a subscriber to every topic"
+    )
 
 
 def _second_cell(cell: Cell, start: Snapshot, steps: int, repeats: int) -> Iterator[Figure]:

@@ -59,12 +59,12 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
         BenchmarkSkippedError: there is one processor only.
     """
     if usable_processors() < 2 and not quick:
-        raise BenchmarkSkippedError("it needs two processors")
+        raise BenchmarkSkippedError("requires two processors")
     mover = ShortMover if quick else Mover
     jobs = finals(mover, FINALS[:1] if quick else FINALS)
     spent = {1: [0.0, 0.0], 2: [0.0, 0.0]}
     for first in range(0, len(jobs), BATCH):
-        on_progress(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, by one and by two")
+        on_progress(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, one and two at a time")
         for workers, sums in spent.items():  # in turn, so that other load falls on both
             for index, seconds in enumerate(times(jobs[first : first + BATCH], workers)):
                 sums[index] += seconds
@@ -75,7 +75,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
             "x real time",
             note=f"{wall:.1f} s, {busy / wall:.2f} processors busy",
         )
-    yield Figure("two at a time / one", spent[1][0] / spent[2][0], note="2 would be the most")
+    yield Figure("two at a time / one", spent[1][0] / spent[2][0], note="2 is the maximum")
 
 
 def finals(mover: type[Mover], names: Sequence[str]) -> list[Job]:

@@ -58,7 +58,7 @@ class FinishedRun:
     wall: float
     state_hash: str
     file_size: int
-    seen: float = 0.0
+    viewed: float = 0.0
 
 
 def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
@@ -68,7 +68,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
         BenchmarkSkippedError: this system does not report the processor time of a process.
     """
     if not Path("/proc/self/stat").exists():
-        raise BenchmarkSkippedError("it needs /proc, where Linux tells what a process took")
+        raise BenchmarkSkippedError("requires /proc, where Linux reports the processor time of a process")
     until, filmed, repeats = (0.5, 0.2, 1) if quick else (UNTIL, FILMED, REPEATS)
     found: list[FinishedRun] = []
     on_progress("a page and a recording")
@@ -79,30 +79,30 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
             "a recording": ["--record", f"{folder}/run.mcap", *_FAST],
         }
         best = _in_turn(options, until, repeats, found)
-        for label, ran in best.items():
+        for label, run in best.items():
             if label:
                 bound = VIEW_COST if "page" in label else None
-                size = f"; {ran.file_size / 1e6:.1f} MB for {until:g} s" if ran.file_size else ""
-                yield _ratio(label, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
+                size = f"; {run.file_size / 1e6:.1f} MB for {until:g} s" if run.file_size else ""
+                yield _ratio(label, run, best[""], bound, f"{run.processor:.2f} and {best[''].processor:.2f} s{size}")
         yield from _browser(on_progress, until, min(repeats, 2), found)
         yield from _video(on_progress, folder, filmed, repeats)
-    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", maximum=1)
+    yield Figure("different end states of all these runs", len({run.state_hash for run in found}), "", maximum=1)
 
 
 def _browser(on_progress: OnProgress, until: float, repeats: int, found: list[FinishedRun]) -> Iterator[Figure]:
     browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
     label = "a page in a browser"
     if browser is None:
-        yield Figure(f"{label} / bare", math.nan, note="there is no Chromium here")
+        yield Figure(f"{label} / bare", math.nan, note="Chromium is not installed")
         return
     on_progress(label)
     best = _in_turn({"": _WATCHED, label: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
-    ran, bare = best[label], best[""]
-    if not ran.seen:
-        yield Figure(f"{label} / bare", math.nan, note="the browser did not come")
+    run, bare = best[label], best[""]
+    if not run.viewed:
+        yield Figure(f"{label} / bare", math.nan, note="the browser did not connect")
         return
-    note = f"Chromium without a display for {ran.seen:.0f} s; {ran.processor:.2f} and {bare.processor:.2f} s"
-    yield _ratio(label, ran, bare, VIEW_COST, note)
+    note = f"Chromium without a display for {run.viewed:.0f} s; {run.processor:.2f} and {bare.processor:.2f} s"
+    yield _ratio(label, run, bare, VIEW_COST, note)
 
 
 def _video(on_progress: OnProgress, folder: str, until: float, repeats: int) -> Iterator[Figure]:
@@ -115,8 +115,8 @@ def _video(on_progress: OnProgress, folder: str, until: float, repeats: int) -> 
     yield Figure("a picture of a video, in wall time", (video.wall - bare.wall) / count * 1e3, "ms", note="all cores")
 
 
-def _ratio(label: str, ran: FinishedRun, bare: FinishedRun, maximum: float | None, note: str) -> Figure:
-    value = ran.processor / bare.processor if bare.processor > 0 else math.nan
+def _ratio(label: str, run: FinishedRun, bare: FinishedRun, maximum: float | None, note: str) -> Figure:
+    value = run.processor / bare.processor if bare.processor > 0 else math.nan
     return Figure(f"{label} / bare", value, maximum=maximum, note=note)
 
 
@@ -129,11 +129,11 @@ def _in_turn(
     for _ in range(repeats):
         for name, more in options.items():
             start[name] = min(start.get(name, math.inf), _run(more, _SHORT, None).processor)
-            ran = _run(more, until, browser)
-            found.append(ran)
-            if name not in best or ran.processor < best[name].processor:
-                best[name] = ran
-    return {name: replace(ran, processor=ran.processor - start[name]) for name, ran in best.items()}
+            run = _run(more, until, browser)
+            found.append(run)
+            if name not in best or run.processor < best[name].processor:
+                best[name] = run
+    return {name: replace(run, processor=run.processor - start[name]) for name, run in best.items()}
 
 
 def _run(options: Sequence[str], until: float, browser: str | None) -> FinishedRun:
@@ -159,10 +159,10 @@ def _run(options: Sequence[str], until: float, browser: str | None) -> FinishedR
     process.wait()
     process.stdout.close()
     process.stderr.close()
-    seen = page.end() if page is not None else 0.0
+    viewed = page.end() if page is not None else 0.0
     files = [Path(word) for word in options if word.startswith("/")]
     size = sum(file.stat().st_size for file in files if file.exists())
-    return FinishedRun(processor, document["wall"], document["state_hash"], size, seen)
+    return FinishedRun(processor, document["wall"], document["state_hash"], size, viewed)
 
 
 class _Visit:

@@ -22,7 +22,7 @@ PATIENCE = 30.0
 """Longest time [s] that a process may take to end on request."""
 
 
-class Served:
+class ServerProcess:
     """A process of `cellwright` that serves something.
 
     Args:
@@ -40,17 +40,17 @@ class Served:
         )
         self._lines: list[str] = []
         self._reader: threading.Thread | None = None
-        said: list[str] = []
-        while (found := _ADDRESS.search(said[-1] if said else "")) is None:
-            said.append(self._line())
-            if not said[-1]:
+        lines: list[str] = []
+        while (found := _ADDRESS.search(lines[-1] if lines else "")) is None:
+            lines.append(self._line())
+            if not lines[-1]:
                 self.close()
-                raise UsageError(f"{' '.join(arguments)}: it did not begin to serve: {''.join(said).strip()[:300]}")
+                raise UsageError(f"{' '.join(arguments)}: no server started: {''.join(lines).strip()[:300]}")
         self.address = found[1], int(found[2])
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def __enter__(self) -> Served:
+    def __enter__(self) -> ServerProcess:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -30,7 +30,7 @@ MIN_DEFAULT_RATIO = 10.0
 WARM_UP, WINDOW, REPEATS = 3, 2, 3  # [s], [s]; PyBullet's parts fall asleep after two seconds
 
 
-class Ours:
+class CellSide:
     """The cell, stepped as a program steps it."""
 
     def __init__(self, cell: Cell) -> None:
@@ -42,7 +42,7 @@ class Ours:
             self.cell.step()
 
 
-class Theirs:
+class TwinSide:
     """Its twin in PyBullet, whose arm follows the same trajectory."""
 
     def __init__(self, cell: Cell, *, sleeping: bool) -> None:
@@ -62,7 +62,7 @@ class Theirs:
         self.twin.close()
 
 
-Side: TypeAlias = Ours | Theirs
+Side: TypeAlias = CellSide | TwinSide
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
     with ExitStack() as stack:
         ours, (theirs, by_default) = pair(MANY, rate, repeats, stack, sleeping=(True, False))
         still, twins = pair(MANY, rate, repeats, stack, sleeping=(True,), riding=0)
-        awake = Ours(busy_cell(MANY, rate, _seconds(repeats)))
+        awake = CellSide(busy_cell(MANY, rate, _seconds(repeats)))
         awake.cell.simulation.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         times = min_times([ours, theirs, by_default, still, *twins, awake], rate, repeats)
         own, other, restless, own_resting, other_resting, own_restless = times
@@ -114,12 +114,12 @@ def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
         )
         yield Figure(f"{label}: ours", 1e6 / own / rate, "x real time")
         yield Figure(f"{label}: speed / PyBullet with sleep", other / own, minimum=MIN_RATIOS[rate], note=shares)
-        asleep = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
+        default_note = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
         yield Figure(
             f"{label}: speed / PyBullet by default, without sleep",
             restless / own,
             minimum=MIN_DEFAULT_RATIO,
-            note=asleep,
+            note=default_note,
         )
         yield Figure(f"{label}: speed / PyBullet with sleep, empty belt", other_resting / own_resting)
         yield Figure(f"{label}: speed / PyBullet, both without sleep", restless / own_restless)
@@ -134,11 +134,11 @@ def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
 
 def pair(
     count: int, rate: int, repeats: int, stack: ExitStack, *, sleeping: Sequence[bool], riding: int = BELT_PARTS
-) -> tuple[Ours, list[Theirs]]:
+) -> tuple[CellSide, list[TwinSide]]:
     """Return a busy cell at its first step, and a twin of it for each of `sleeping`; the stack closes them."""
     cell = busy_cell(count, rate, _seconds(repeats), riding)
-    twins = [stack.enter_context(closing(Theirs(cell, sleeping=asleep))) for asleep in sleeping]
-    return Ours(cell), twins
+    twins = [stack.enter_context(closing(TwinSide(cell, sleeping=asleep))) for asleep in sleeping]
+    return CellSide(cell), twins
 
 
 def min_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
@@ -154,7 +154,7 @@ def min_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
     return [each / (WINDOW * rate) * 1e6 for each in best]
 
 
-def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
+def agreement(ours: CellSide, theirs: TwinSide, steps: int) -> Agreement:
     """Return the agreement of both over the next `steps`, after equally many."""
     cell, twin = ours.cell, theirs.twin
     assert cell.arm is not None

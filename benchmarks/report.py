@@ -47,39 +47,39 @@ def verdict_text(figure: Figure) -> str:
     return "held" if figure.is_held else "NOT HELD"
 
 
-def show(console: Console, taken: BenchmarkResult, *, judged: bool) -> None:
+def show(console: Console, taken: BenchmarkResult, *, with_verdicts: bool) -> None:
     """Print the figures of a benchmark.
 
     Args:
         console: the console.
         taken: the benchmark.
-        judged: print for each figure if its bound is held.
+        with_verdicts: print for each figure if its bound is held.
     """
     console.print()
     console.print(Text(taken.benchmark.title, style="bold"))
     if taken.figures:
-        console.print(_table(taken, judged=judged))
+        console.print(_table(taken, with_verdicts=with_verdicts))
     for word, reason in (("skipped", taken.skipped), ("failed", taken.failed)):
         if reason:
             console.print(f"{word}: {reason}", markup=False, soft_wrap=True, style="yellow")
 
 
-def _table(taken: BenchmarkResult, *, judged: bool) -> Table:
+def _table(taken: BenchmarkResult, *, with_verdicts: bool) -> Table:
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
     found.add_column("figure", ratio=1)
     for heading in ("value", "bound"):
         found.add_column(heading, justify="right", no_wrap=True)
-    if judged:
+    if with_verdicts:
         found.add_column("", no_wrap=True)
     for figure in taken.figures:
-        cells = [_named(figure), Text(value_text(figure)), Text(bound_text(figure))]
-        if judged:
+        cells = [_label(figure), Text(value_text(figure)), Text(bound_text(figure))]
+        if with_verdicts:
             cells.append(Text(verdict_text(figure), style="" if figure.is_held else "bold red"))
         found.add_row(*cells)
     return found
 
 
-def _named(figure: Figure) -> Text:
+def _label(figure: Figure) -> Text:
     text = Text(figure.label)
     if figure.note:
         text.append(f"\n  {figure.note}", style="dim")
@@ -125,17 +125,23 @@ def page(
     about = [("date", day.isoformat()), *machine.items()]
     lines = [HEAD.rstrip(), *rough, "", "## The machine", "", *table(("", ""), about)]
     for each in taken:
-        lines += ["", f"## {each.benchmark.title}", *_section(each, judged=not quick)]
+        lines += ["", f"## {each.benchmark.title}", *_section(each, with_verdicts=not quick)]
     return "\n".join(lines) + "\n"
 
 
-def _section(taken: BenchmarkResult, *, judged: bool) -> Iterator[str]:
+def _section(taken: BenchmarkResult, *, with_verdicts: bool) -> Iterator[str]:
     for paragraph in (f"`python -m benchmarks {taken.benchmark.name}`", *taken.benchmark.about()):
         yield from ("", *textwrap.wrap(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False))
     if taken.figures:
         yield ""
         rows = [
-            (figure.label, value_text(figure), bound_text(figure), verdict_text(figure) if judged else "", figure.note)
+            (
+                figure.label,
+                value_text(figure),
+                bound_text(figure),
+                verdict_text(figure) if with_verdicts else "",
+                figure.note,
+            )
             for figure in taken.figures
         ]
         yield from table(("figure", "value", "bound", "", "note"), rows)
@@ -161,7 +167,7 @@ def cell(text: str) -> str:
 
 
 @contextmanager
-def telling(console: Console, title: str) -> Iterator[OnProgress]:
+def progress_line(console: Console, title: str) -> Iterator[OnProgress]:
     """Yield a function that shows lines about a benchmark while it runs."""
     with progress_bar(console, title, None) as moving:
 

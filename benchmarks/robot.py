@@ -54,17 +54,17 @@ class Sines:
         return targets
 
 
-class Ours:
+class NodeSide:
     """The node."""
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
         self.node = RobotNode(config, timestep=Fraction(1, rate))
         self.sines = sines
-        self.heard = 0
-        self.node.bus.subscribe("/io_teleop/joint_states", self._hear)
+        self.received = 0
+        self.node.bus.subscribe("/io_teleop/joint_states", self._receive)
 
-    def _hear(self, _message: object) -> None:
-        self.heard += 1
+    def _receive(self, _message: object) -> None:
+        self.received += 1
 
     def command(self, time: float) -> None:
         """Publish targets of all joints, as a client does."""
@@ -77,11 +77,11 @@ class Ours:
         """Take one step; the node publishes its joint states itself."""
         self.node.simulation.step()
 
-    def look(self) -> None:
+    def read_joints(self) -> None:
         """Do nothing: the listener has had the joint states already."""
 
 
-class PyBullet:
+class PyBulletSide:
     """PyBullet, driven as the original drives it."""
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
@@ -124,12 +124,12 @@ class PyBullet:
         """Disconnect from the engine."""
         self.engine.disconnect(physicsClientId=self.client)
 
-    def look(self) -> None:
+    def read_joints(self) -> None:
         """Read all joints, as for each joint_states."""
         self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
 
 
-def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> float:
+def time_of(side: NodeSide | PyBulletSide, rate: int, steps: int, *, moving: bool) -> float:
     """Return the processor time of some steps [s]."""
     due = {step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate}
 
@@ -138,7 +138,7 @@ def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> fl
             if step in due:
                 if moving:
                     side.command(step / rate)
-                side.look()
+                side.read_joints()
             side.step()
 
     return processor_time(run)
@@ -148,9 +148,9 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     """Step both, at rest and moving; without PyBullet the node alone."""
     config = load_robot(ROBOT, lambda _line: None)
     sines = Sines(config)
-    kinds: list[Callable[[RobotConfig, int, Sines], Ours | PyBullet]] = [Ours]
+    kinds: list[Callable[[RobotConfig, int, Sines], NodeSide | PyBulletSide]] = [NodeSide]
     if find_spec("pybullet") is not None:
-        kinds.append(PyBullet)
+        kinds.append(PyBulletSide)
     for rate in RATES[:1] if quick else RATES:
         on_progress(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
         sides = [kind(config, rate, sines) for kind in kinds]

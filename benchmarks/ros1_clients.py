@@ -20,9 +20,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-def main(what, name, count):
-    rospy.init_node("client_" + what, anonymous=True, disable_rostime=True)
-    return {"echo": echo, "topic": topic, "fresh": fresh, "kept": kept, "joints": joints}[what](name, int(count))
+def main(kind, name, count):
+    rospy.init_node("client_" + kind, anonymous=True, disable_rostime=True)
+    return {"echo": echo, "topic": topic, "fresh": fresh, "kept": kept, "joints": joints}[kind](name, int(count))
 
 def echo(name, _count):
     pong = rospy.Publisher(name + "/pong", String, queue_size=10, tcp_nodelay=True)
@@ -43,17 +43,17 @@ def measured(call, count):
     return times
 
 def topic(name, count):
-    heard = threading.Semaphore(0)
-    rospy.Subscriber(name + "/pong", String, lambda _: heard.release(), tcp_nodelay=True)
+    received = threading.Semaphore(0)
+    rospy.Subscriber(name + "/pong", String, lambda _: received.release(), tcp_nodelay=True)
     ping = rospy.Publisher(name + "/ping", String, queue_size=10, tcp_nodelay=True)
     while not ping.get_num_connections():
         time.sleep(0.01)
-    while not heard.acquire(timeout=0.5):
+    while not received.acquire(timeout=0.5):
         ping.publish("x")
     time.sleep(0.5)
-    while heard.acquire(blocking=False):
+    while received.acquire(blocking=False):
         pass
-    return measured(lambda: (ping.publish("x"), heard.acquire()), count)
+    return measured(lambda: (ping.publish("x"), received.acquire()), count)
 
 def fresh(name, count):
     rospy.wait_for_service(name + "/ask")
@@ -64,15 +64,15 @@ def kept(name, count):
     return measured(rospy.ServiceProxy(name + "/ask", Trigger, persistent=True), count)
 
 def joints(name, count):
-    heard = []
-    def hear(message):
-        heard.append((message.header.seq, message.header.stamp.to_sec()))
+    received = []
+    def receive(message):
+        received.append((message.header.seq, message.header.stamp.to_sec()))
 
-    rospy.Subscriber(name, JointState, hear)
-    while len(heard) < count:
+    rospy.Subscriber(name, JointState, receive)
+    while len(received) < count:
         time.sleep(0.01)
-    heard = heard[:count]
-    return [heard[-1][0] - heard[0][0] + 1 - count, (count - 1) / (heard[-1][1] - heard[0][1])]
+    received = received[:count]
+    return [received[-1][0] - received[0][0] + 1 - count, (count - 1) / (received[-1][1] - received[0][1])]
 
 print(json.dumps(main(*sys.argv[1:])), flush=True)
 """
@@ -146,9 +146,9 @@ class Clients:
     def _ask(self, trip: str, name: str, count: int) -> list[float]:
         with self._start(trip, name, count) as client:
             try:
-                said, _ = client.communicate(timeout=LIMIT)
+                output, _ = client.communicate(timeout=LIMIT)
             except subprocess.TimeoutExpired:
                 client.kill()
                 raise
-        figures: list[float] = json.loads(said)
+        figures: list[float] = json.loads(output)
         return figures

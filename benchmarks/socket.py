@@ -15,7 +15,7 @@ from fractions import Fraction
 
 from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.listener import listening
-from benchmarks.processes import Served
+from benchmarks.processes import ServerProcess
 from benchmarks.timing import percentile
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import ARM_JOINTS
@@ -51,7 +51,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
 
 def round_trips(rounds: int) -> Iterator[Figure]:
     """Yield figures of calls, commands, and a goal until its status arrives, at a cell in real time."""
-    with Served("serve", "lesson", "--port", "0") as served:
+    with ServerProcess("serve", "lesson", "--port", "0") as served:
         transport = SocketTransport(served.address, node="/bench")
         request = GetMaterialLocationsRequest(material_type="gear_part")
         yield times("a service call", rounds, lambda _: transport.call("/ariac/material_locations", request))
@@ -64,8 +64,8 @@ def round_trips(rounds: int) -> Iterator[Figure]:
         )
 
         def goal(index: int) -> None:
-            said = goal_message(way, f"goal {index}")
-            transport.publish(f"{FOLLOW}/goal", said)
+            message = goal_message(way, f"goal {index}")
+            transport.publish(f"{FOLLOW}/goal", message)
             transport.advance(None, lambda: f"goal {index}" in seen)
             seen.clear()
 
@@ -97,9 +97,9 @@ def fast_joint_states(ticks: int, encodings: Sequence[str]) -> Iterator[Figure]:
     """Yield figures of joint states at 1 kHz: the cost of a listening client, and its losses."""
     alone, _ = ticks_with(None, ticks)
     for encoding in encodings:
-        cost, heard = ticks_with(encoding, ticks)
+        cost, received = ticks_with(encoding, ticks)
         yield Figure(f"joint states in the form of {encoding}: cost", cost - alone, "us/message")
-        yield Figure(f"joint states in the form of {encoding}: lost", ticks - heard, f"of {ticks}", maximum=0.0)
+        yield Figure(f"joint states in the form of {encoding}: lost", ticks - received, f"of {ticks}", maximum=0.0)
 
 
 def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
@@ -134,7 +134,7 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
 
 def pace(seconds: float) -> Iterator[Figure]:
     """Yield figures of the real-time pace, with a client that listens to clock and joint states."""
-    with Served("serve", "lesson", "--port", "0", "--json", "--until", str(seconds)) as served:
+    with ServerProcess("serve", "lesson", "--port", "0", "--json", "--until", str(seconds)) as served:
         transport = SocketTransport(served.address, node="/bench")
         transport.subscribe("/ariac/joint_states", lambda _: None)
         with suppress(RunEndedError):

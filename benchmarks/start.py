@@ -63,32 +63,32 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     spans, busy, resident = [], math.inf, math.nan
     for _ in range(runs):
         begin = time.time()
-        said = json.loads(ran("-c", PROGRAM))
-        moments = [begin, *said["moments"]]
+        report = json.loads(run_python("-c", PROGRAM))
+        moments = [begin, *report["moments"]]
         spans.append([later - earlier for earlier, later in pairwise(moments)])
-        busy = min(busy, said["busy"])
-        if said["resident"] is not None:
-            resident = said["resident"]
+        busy = min(busy, report["busy"])
+        if report["resident"] is not None:
+            resident = report["resident"]
     totals = [sum(each) for each in spans]
     yield Figure("process until its first step", min(totals), "s", maximum=1.0, note=f"median {_median(totals)}")
     best = spans[totals.index(min(totals))]
     for label, span in zip(STEPS, best, strict=True):
         yield Figure(f"of that: {label}", span * 1e3, "ms")
     yield Figure("processor time of that process", busy, "s")
-    note = "" if math.isfinite(resident) else "this system does not tell"
+    note = "" if math.isfinite(resident) else "not reported by this system"
     yield Figure("resident memory after it", resident, "MiB", maximum=None if note else 200.0, note=note)
     on_progress(f"{runs} commands")
     commands = []
     for _ in range(runs):
         begin = time.time()
-        ran(*COMMAND)
+        run_python(*COMMAND)
         commands.append(time.time() - begin)
     yield Figure(
         "cellwright run of one step, from start to exit", min(commands), "s", note=f"median {_median(commands)}"
     )
 
 
-def ran(*arguments: str) -> str:
+def run_python(*arguments: str) -> str:
     """Run this Python with some arguments; return its output.
 
     Raises:
@@ -96,7 +96,7 @@ def ran(*arguments: str) -> str:
     """
     done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=LIMIT, check=False)  # noqa: S603
     if done.returncode != 0:
-        raise UsageError(f"a process that was to be timed failed: {done.stderr.strip()[-200:]}")
+        raise UsageError(f"a timed process failed: {done.stderr.strip()[-200:]}")
     return done.stdout
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.benchmarks import Figure, OnProgress
-from benchmarks.processes import Served, ros1_environment
+from benchmarks.processes import ServerProcess, ros1_environment
 from benchmarks.timing import percentile
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.config.robot.robots import load_robot
@@ -48,25 +48,25 @@ from sensor_msgs.msg import JointState
 def main(joint, trials, step, moves, rest, jitter):
     rospy.init_node("bench", anonymous=True, disable_rostime=True)
     moved = threading.Event()
-    def hear(message):
+    def receive(message):
         if abs(message.velocity[message.name.index(joint)]) > moves:
-            came.append(time.perf_counter())
+            arrivals.append(time.perf_counter())
             moved.set()
 
-    came, found, sign = [], [], 1
-    rospy.Subscriber("/io_teleop/joint_states", JointState, hear, tcp_nodelay=True)
+    arrivals, found, sign = [], [], 1
+    rospy.Subscriber("/io_teleop/joint_states", JointState, receive, tcp_nodelay=True)
     command = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=1, tcp_nodelay=True)
     while not command.get_num_connections():
         time.sleep(0.01)
     for number in range(trials + 1):
         time.sleep(rest + random.random() * jitter)
-        came.clear()
+        arrivals.clear()
         moved.clear()
         begin = time.perf_counter()
         command.publish(JointState(name=[joint], position=[sign * step]))
         if not moved.wait(5.0):
-            raise RuntimeError("nothing moved")
-        found.append(came[0] - begin)
+            raise RuntimeError("no motion within 5 s of a command")
+        found.append(arrivals[0] - begin)
         sign = -sign
     print(json.dumps(found[1:]))
 
@@ -79,15 +79,15 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
     node = RobotNode(load_robot(ROBOT, lambda _line: None))
     number, place = node.commander.numbers[JOINT], [joint.name for joint in node.config.robot.movable].index(JOINT)
     applied, moved, target, over = [0.0], threading.Event(), [0.0], threading.Event()
-    came: list[float] = []
+    arrivals: list[float] = []
 
-    def look(_tick: int) -> None:
+    def check_target(_tick: int) -> None:
         if not applied[0] and node.commander.applied[number] == target[0]:
             applied[0] = time.perf_counter()
 
-    def hear(message: Any) -> None:
+    def receive(message: Any) -> None:
         if applied[0] and abs(message.velocity[place]) > MOVES:  # before, it is the end of the previous motion
-            came.append(time.perf_counter())
+            arrivals.append(time.perf_counter())
             moved.set()
 
     def run() -> None:
@@ -95,8 +95,8 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
         while not over.is_set():
             pacer.step()
 
-    node.simulation.watch("bench", None, look)
-    node.bus.subscribe(STATES, hear)
+    node.simulation.watch("bench", None, check_target)
+    node.bus.subscribe(STATES, receive)
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     ways: tuple[list[float], list[float]] = [], []
@@ -104,14 +104,14 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
         _rest()
         target[0], message = _command(number_of_trial)
         applied[0] = 0.0
-        came.clear()
+        arrivals.clear()
         moved.clear()
         begin = time.perf_counter()
         node.simulation.inbox.put(lambda message=message: node.bus.publish(COMMAND, message))  # type: ignore[misc]
         if not moved.wait(5.0):
-            raise UsageError("nothing moved")
+            raise UsageError("no motion within 5 s of a command")
         ways[0].append(applied[0] - begin)
-        ways[1].append(came[0] - begin)
+        ways[1].append(arrivals[0] - begin)
     over.set()
     thread.join()
     return ways
@@ -122,24 +122,24 @@ def over_the_socket(trials: int) -> list[float]:
     with served() as robot:
         transport = SocketTransport(robot.address, node="/bench")
         place = [joint.name for joint in load_robot(ROBOT, lambda _line: None).robot.movable].index(JOINT)
-        came: list[float] = []
+        arrivals: list[float] = []
 
-        def hear(message: Any) -> None:
+        def receive(message: Any) -> None:
             if abs(message.velocity[place]) > MOVES:
-                came.append(time.perf_counter())
+                arrivals.append(time.perf_counter())
 
-        transport.subscribe(STATES, hear)
+        transport.subscribe(STATES, receive)
         found = []
         for number in range(trials):
             until = time.perf_counter() + REST
             transport.advance(None, lambda until=until: time.perf_counter() > until)  # type: ignore[misc]
             time.sleep(random.random() * JITTER)  # that was in step with the messages
-            came.clear()
+            arrivals.clear()
             _, message = _command(number)
             begin = time.perf_counter()
             transport.publish(COMMAND, message)
-            transport.advance(None, lambda: bool(came))
-            found.append(came[0] - begin)
+            transport.advance(None, lambda: bool(arrivals))
+            found.append(arrivals[0] - begin)
         transport.close()
     return found
 
@@ -162,9 +162,9 @@ def over_ros1(trials: int, python: str, environment: Mapping[str, str]) -> list[
     return times
 
 
-def served(*options: str, environment: Mapping[str, str] | None = None) -> Served:
+def served(*options: str, environment: Mapping[str, str] | None = None) -> ServerProcess:
     """Start the robot's node in a process of its own."""
-    return Served("teleop", ROBOT, "--port", "0", *options, environment=environment)
+    return ServerProcess("teleop", ROBOT, "--port", "0", *options, environment=environment)
 
 
 def sampling(trials: int = 20_000) -> tuple[list[float], list[float]]:

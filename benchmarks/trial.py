@@ -59,7 +59,7 @@ def bench_trial() -> Trial:
         return load_trial([path]).trial
 
 
-def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[FinishedRun, list[Command]]:
+def run_with_agent(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[FinishedRun, list[Command]]:
     """Run the trial with the agent; return the run, and the agent's commands.
 
     Args:
@@ -82,10 +82,10 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Finished
             client.wait_until(lambda: False)
         except RunEndedError:
             pass
-        return _passed(cell, engine, time.perf_counter() - begin), commands
+        return _finished_run(cell, engine, time.perf_counter() - begin), commands
 
 
-def played(seconds: int, commands: Sequence[Command]) -> FinishedRun:
+def replay(seconds: int, commands: Sequence[Command]) -> FinishedRun:
     """Replay the agent's commands into a cell without listeners."""
     with engine_timed() as engine:
         cell = Cell(bench_trial())
@@ -94,10 +94,10 @@ def played(seconds: int, commands: Sequence[Command]) -> FinishedRun:
             cell.simulation.step_until(cell.simulation.clock.time_of(command.tick))
             command.carry_out(cell.bus)
         cell.simulation.step_until(seconds * NANOSECONDS)
-        return _passed(cell, engine, time.perf_counter() - begin)
+        return _finished_run(cell, engine, time.perf_counter() - begin)
 
 
-def _passed(cell: Cell, engine: EngineTime, wall: float) -> FinishedRun:
+def _finished_run(cell: Cell, engine: EngineTime, wall: float) -> FinishedRun:
     ticks = cell.simulation.clock.tick
     if engine.steps != ticks:
         raise RuntimeError(f"{engine.steps} of {ticks} steps were timed")
@@ -107,14 +107,14 @@ def _passed(cell: Cell, engine: EngineTime, wall: float) -> FinishedRun:
 def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Run the trial without listeners, with the agent, and with a subscriber to every topic."""
     seconds = QUICK_SECONDS if quick else SECONDS
-    on_progress("the agent works it")
-    agent, commands = worked(seconds)
-    on_progress("no subscribers")
-    alone = min((played(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
+    on_progress("a run with the agent")
+    agent, commands = run_with_agent(seconds)
+    on_progress("runs without subscribers")
+    alone = min((replay(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
     yield from figures("without subscribers", alone, seconds, maximum=1.15)
     yield from figures("the agent kitter at work", agent, seconds, maximum=1.3)
-    on_progress("everything is listened to")
-    observed, _ = worked(seconds, topics=None)
+    on_progress("a run with a subscriber to every topic")
+    observed, _ = run_with_agent(seconds, topics=None)
     yield from figures("the agent kitter at work, a subscriber to every topic", observed, seconds)
     parts = len(Cell(bench_trial()).parts.all)
     yield Figure(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.soak.face import ROUND
 from benchmarks.soak.leg import FACES, HOUR
-from benchmarks.soak.report import is_well, lines, picture
+from benchmarks.soak.report import has_passed, lines, picture
 from benchmarks.soak.soak import SoakError, soak
 from cellwright.util.files import write_atomic
 
@@ -28,9 +28,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = _parser().parse_args(arguments)
     if not ROUND / HOUR <= options.hours <= _MAX_HOURS:
-        return _refuse(f"--hours {options.hours:g}: give from {ROUND / HOUR:g}, which is one round, to {_MAX_HOURS:g}")
+        return _refuse(f"--hours {options.hours:g}: must be from {ROUND / HOUR:g} (one round) to {_MAX_HOURS:g}")
     if options.pieces < 1:
-        return _refuse(f"--pieces {options.pieces}: give at least 1")
+        return _refuse(f"--pieces {options.pieces}: must be at least 1")
     if options.picture is not None and not options.picture.absolute().parent.is_dir():
         return _refuse(f"--picture {options.picture}: there is no folder {options.picture.parent}")
     rounds = round(options.hours * HOUR / ROUND)
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with tempfile.TemporaryDirectory(prefix="cellwright-endurance-") as folder:
             for face in [options.face] if options.face else FACES:
-                _print(f"{face}: {options.hours:g} simulated hours in one process, and in {options.pieces} beside it")
+                _print(f"{face}: {options.hours:g} simulated hours in one process, and in {options.pieces} pieces")
                 runs.append(
                     soak(face, rounds, options.pieces, Path(folder), everything=options.everything, on_progress=_print)
                 )
@@ -54,20 +54,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stderr.write(f"error: {options.picture}: cannot be written: {error.strerror}\n")
             return 1
         _print(f"\npicture  {options.picture}")
-    return 0 if all(map(is_well, runs)) else 1
+    return 0 if all(map(has_passed, runs)) else 1
 
 
 def _parser() -> argparse.ArgumentParser:
     words = (
-        "Lets a cell and a robot work for simulated hours in one process, and beside it the same in pieces, each "
-        "continued from a checkpoint by a fresh process. Memory is to be flat, and the states equal at every cut."
+        "Run a cell and a robot for simulated hours in one process, and the same in pieces, each in a new process "
+        "from a checkpoint. Memory must stay flat, and the states must be equal at every cut."
     )
     parser = argparse.ArgumentParser(prog="python -m benchmarks.soak", description=words)
     parser.add_argument("--hours", type=float, default=10.0, help="simulated hours (10)")
-    parser.add_argument("--pieces", type=int, default=10, help="into how many pieces the second run is cut (10)")
-    parser.add_argument("--face", choices=FACES, help="one of the two, and not both after each other")
-    parser.add_argument("--everything", action="store_true", help="listen to every topic, and not only to some")
-    parser.add_argument("--picture", type=Path, metavar="FILE.svg", help="where a picture of memory over time goes")
+    parser.add_argument("--pieces", type=int, default=10, help="number of pieces of the second run (10)")
+    parser.add_argument("--face", choices=FACES, help="run only this one (default: both, one after the other)")
+    parser.add_argument("--everything", action="store_true", help="subscribe to every topic instead of some")
+    parser.add_argument("--picture", type=Path, metavar="FILE.svg", help="file for a picture of memory over time")
     return parser
 
 

@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 
-from benchmarks.soak.face import ROUND, Ears
+from benchmarks.soak.face import ROUND, MessageCounter
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.model.frames import SPAWN_FRAME
@@ -72,9 +72,9 @@ class CellFace:
         self.counts: Counter[str] = Counter()
         self._transport = InProcess(self.cell)
         self._client = Client(self._transport)
-        ears = Ears(self.cell.bus, self.counts)
+        counter = MessageCounter(self.cell.bus, self.counts)
         for topic in self.cell.topics() if everything else HEARD:
-            ears.listen(topic)
+            counter.listen(topic)
         if self.cell.gripper is not None:
             self.cell.gripper.on_change.append(self._count_grip)
         count = len(RIDERS)
@@ -122,4 +122,4 @@ class CellFace:
         self.counts["AGVs sent"] += self._client.control_agv(number, kit_type)
 
     def _count_grip(self, gripper: VacuumGripper) -> None:
-        self.counts["parts taken hold of"] += gripper.attached
+        self.counts["parts gripped"] += gripper.attached

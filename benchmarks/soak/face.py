@@ -30,7 +30,7 @@ class Face(Protocol):
         """Run a round, from `number * ROUND` on."""
 
 
-class Ears:
+class MessageCounter:
     """Listens to topics and keeps only the number of messages."""
 
     def __init__(self, bus: Bus, counts: Counter[str]) -> None:
@@ -41,6 +41,6 @@ class Ears:
         """Count the messages of a topic."""
 
         def count(_message: object) -> None:
-            self._counts["messages heard"] += 1
+            self._counts["messages received"] += 1
 
         self._bus.subscribe(topic, count, node="/endurance")

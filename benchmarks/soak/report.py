@@ -9,19 +9,19 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.soak.memory import STEADY
-from benchmarks.soak.soak import TRACED, Soaked
+from benchmarks.soak.soak import TRACED, SoakResult
 from cellwright.clients.operators.plots import svg_text
 
 _COLOUR = "#1f5fa8"
 _MIN_SPAN = 10.0  # [MiB]: a smaller range would exaggerate noise
 
 
-def is_well(soaked: Soaked) -> bool:
+def has_passed(soaked: SoakResult) -> bool:
     """Return whether memory was steady, and both runs were in the same state at every cut."""
     return soaked.first_difference is None and (math.isnan(soaked.growth.end) or soaked.growth.is_steady)
 
 
-def lines(soaked: Soaked) -> Iterator[str]:
+def lines(soaked: SoakResult) -> Iterator[str]:
     """Yield the lines of the table."""
     growth, last = soaked.growth, soaked.whole.get(soaked.rounds, "")
     yield f"{soaked.face}: {soaked.hours:g} simulated hours in one process, {soaked.wall:.0f} s"
@@ -47,7 +47,7 @@ def lines(soaked: Soaked) -> Iterator[str]:
     yield _line("", last)
 
 
-def picture(runs: Sequence[Soaked]) -> str:
+def picture(runs: Sequence[SoakResult]) -> str:
     """Return the text of an SVG file: memory over time, one frame for each run."""
     figure = Figure(figsize=(9.0, 2.8 * len(runs)), layout="constrained")
     for run, frame in zip(runs, figure.subplots(len(runs), 1, squeeze=False)[:, 0], strict=True):

@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 
-from benchmarks.soak.face import ROUND, Ears
+from benchmarks.soak.face import ROUND, MessageCounter
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.robot.node import RobotNode
@@ -33,10 +33,10 @@ class RobotFace:
         self.node = RobotNode(config, sim_time=True)
         self.simulation = self.node.simulation
         self.counts: Counter[str] = Counter()
-        ears = Ears(self.node.bus, self.counts)
+        counter = MessageCounter(self.node.bus, self.counts)
         published = [topic.name for topic in self.node.bus.topics() if topic.publishers]
         for topic in published if everything else ["/io_teleop/joint_states"]:
-            ears.listen(topic)
+            counter.listen(topic)
         joints = [joint for joint in config.robot.driven if joint.mimic is None]
         self._names = [joint.name for joint in joints]
         lower = np.array([max(joint.limits.lower, -1.0) for joint in joints])
@@ -59,6 +59,6 @@ class RobotFace:
                 closed = 0.5 - 0.5 * math.cos(2 * math.pi * GRIPS * phase / 4)
                 message = joint_state(["right", "left"], [closed, 1.0 - closed], time=simulation.now)
                 bus.publish("/io_teleop/target_gripper_status", message)
-                self.counts["grips commanded"] += 1
+                self.counts["gripper commands"] += 1
             self.counts["joint commands"] += 1
             simulation.step_until(begin + (index + 1) * ROUND // COMMANDS)

@@ -28,7 +28,7 @@ class SoakError(CellwrightError):
 
 
 @dataclass
-class Soaked:
+class SoakResult:
     """Result of a long run of one face.
 
     Attributes:
@@ -84,7 +84,7 @@ def soak(
     everything: bool = False,
     traced: int = TRACED,
     on_progress: Callable[[str], None] = lambda _line: None,
-) -> Soaked:
+) -> SoakResult:
     """Run a face for long, in one piece and in pieces at the same time.
 
     Args:
@@ -99,7 +99,7 @@ def soak(
     Raises:
         SoakError: a process ended before it was over.
     """
-    found = Soaked(face, rounds)
+    found = SoakResult(face, rounds)
     cuts = borders(rounds, pieces)
     begun = time.monotonic()
 

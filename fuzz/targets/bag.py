@@ -62,6 +62,6 @@ def attempt(data: bytes) -> None:
     except UsageError as error:
         check_lines([error], [str(_PATH)])
         return
-    times = [moment.time for moment in found.moments]
+    times = [sample.time for sample in found.samples]
     if times != sorted(times) or not all(map(math.isfinite, times)):
         raise FindingError("targets that no clock comes to")

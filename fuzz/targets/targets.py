@@ -46,8 +46,8 @@ def attempt(data: bytes) -> None:
         except UsageError as error:
             check_lines([error], [str(path)])
             continue
-        times = [moment.time for moment in found.moments]
-        values = [value for moment in found.moments for value in moment.values.values()]
+        times = [sample.time for sample in found.samples]
+        values = [value for sample in found.samples for value in sample.values.values()]
         if times != sorted(times) or not all(map(math.isfinite, (*times, *values, found.duration))):
             raise FindingError("targets that no clock comes to")
         if not all(found.positions.values()) or found.first.keys() != found.positions.keys():

@@ -5,13 +5,13 @@ from cellwright.util.errors import UnknownNameError
 
 
 @pytest.mark.parametrize("benchmark", BENCHMARKS, ids=lambda each: each.name)
-def test_each_benchmark_has_its_module(benchmark: Benchmark) -> None:
+def test_benchmark_finds_its_module_and_text(benchmark: Benchmark) -> None:
     assert find_benchmark(benchmark.name) is benchmark
     assert callable(benchmark.measure())
     assert all(benchmark.about())
 
 
-def test_an_unknown_benchmark() -> None:
+def test_unknown_benchmark_is_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match="did you mean step"):
         find_benchmark("steps")
 
@@ -19,6 +19,6 @@ def test_an_unknown_benchmark() -> None:
 @pytest.mark.parametrize(
     ("value", "held"), [(1.0, False), (2.0, True), (2.5, True), (3.0, True), (3.1, False), (float("nan"), False)]
 )
-def test_bounds(value: float, held: bool) -> None:
+def test_figure_is_held_within_bounds(value: float, held: bool) -> None:
     assert Figure("a", value, maximum=3.0, minimum=2.0).is_held is held
     assert Figure("a", value).is_held

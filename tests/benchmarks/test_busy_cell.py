@@ -4,7 +4,7 @@ from benchmarks.busy_cell import BELT_PARTS, ON_BELT, busy_cell
 from cellwright.cell.model.furniture import BELT_GEOM
 
 
-def test_the_arm_swings_and_touches_nothing_while_parts_ride_and_rest() -> None:
+def test_busy_cell_arm_swings_without_contact_while_parts_ride_and_rest() -> None:
     cell = busy_cell(60, 240, 4)
     model, data = cell.simulation.model, cell.simulation.data
     robot = {body for body in range(model.nbody) if model.body(model.body_rootid[body]).name == "linear_arm_actuator"}
@@ -26,5 +26,5 @@ def test_the_arm_swings_and_touches_nothing_while_parts_ride_and_rest() -> None:
     assert cell.arm.read().positions == pytest.approx(cell.arm.controller.positions(cell.simulation.now), abs=2e-3)
 
 
-def test_without_parts() -> None:
+def test_busy_cell_without_parts_is_empty() -> None:
     assert not busy_cell(0, 240, 1, riding=0).world.parts

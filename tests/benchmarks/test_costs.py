@@ -7,7 +7,7 @@ from cellwright.engine.snapshot import take_snapshot
 
 
 @pytest.mark.slow
-def test_figures() -> None:
+def test_costs_quick_run_yields_figures_with_notes() -> None:
     progress: list[str] = []
     figures = {figure.label: figure for figure in costs.measure(progress.append, quick=True)}
     assert [line.split()[0] for line in progress] == ["listeners", "a", "a", "a"]
@@ -19,27 +19,27 @@ def test_figures() -> None:
     assert "KiB written" in figures["a run of the agent with a log / without"].note
 
 
-def test_all_go_the_same_way() -> None:
+def test_listeners_leave_state_hash_unchanged() -> None:
     cell = costs.lesson_cell()
     start = take_snapshot(cell.simulation)
     costs._run(cell, start, 30)
     alone = cell.state_hash()
-    heard: list[str] = []
-    costs._run(cell, start, 30, cell.topics(), heard)
-    assert heard.count("/clock") == 30
+    received: list[str] = []
+    costs._run(cell, start, 30, cell.topics(), received)
+    assert received.count("/clock") == 30
     assert cell.state_hash() == alone
     assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
 
 
-def test_only_topics_that_speak_are_timed() -> None:
+def test_silent_topics_are_not_timed() -> None:
     cell = costs.lesson_cell()
     start = take_snapshot(cell.simulation)
-    names = costs._that_speak(cell, start, 200)
+    names = costs._active_topics(cell, start, 200)
     assert {"/clock", "/ariac/joint_states", "/ariac/laser_profiler"} <= set(names)
     assert {"/tf_static", "/ariac/orders"}.isdisjoint(names)
 
 
-def test_the_lesson_has_begun_without_listeners() -> None:
+def test_lesson_cell_starts_without_listeners() -> None:
     cell = costs.lesson_cell()
     cell.step()
     assert cell.competition.state in ("ready", "go")

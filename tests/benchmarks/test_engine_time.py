@@ -8,7 +8,7 @@ from benchmarks.step import trial_with
 from cellwright.cell.cell import Cell
 
 
-def test_every_step_is_timed_and_the_engine_is_left_as_it_was() -> None:
+def test_engine_timed_counts_steps_and_restores_engine() -> None:
     before = mujoco.mj_step, mujoco.mj_step1, mujoco.mj_step2
     with engine_timed() as engine:
         cell = Cell(trial_with(1))
@@ -22,7 +22,7 @@ def test_every_step_is_timed_and_the_engine_is_left_as_it_was() -> None:
     assert engine.overhead >= 0.0
 
 
-def test_a_step_in_two_halves_is_one_step() -> None:
+def test_step_in_two_halves_counts_once() -> None:
     cell = Cell(trial_with(1))
     model, data = cell.simulation.model, cell.simulation.data
     with engine_timed() as engine:
@@ -31,14 +31,14 @@ def test_a_step_in_two_halves_is_one_step() -> None:
     assert (engine.steps, engine.calls) == (1, 2)
 
 
-def test_an_error_inside_leaves_the_engine_as_it_was() -> None:
+def test_engine_timed_restores_engine_after_error() -> None:
     before = mujoco.mj_step
     with pytest.raises(ZeroDivisionError), engine_timed():
         raise ZeroDivisionError
     assert mujoco.mj_step is before
 
 
-def test_what_the_timing_costs_is_taken_off() -> None:
+def test_timing_overhead_is_subtracted() -> None:
     engine = EngineTime(within=0.25, whole=0.5)
     timed = engine.timed(lambda _model, _data: None, 1)
     timed(None, None)
@@ -47,7 +47,7 @@ def test_what_the_timing_costs_is_taken_off() -> None:
     assert engine.overhead == 1.0
 
 
-def test_the_cost_of_timing_is_small_and_its_share_smaller() -> None:
+def test_cost_of_timing_is_below_1_ms() -> None:
     within, whole = cost_of_timing()
     assert 0.0 <= within <= whole < 1e-3
     assert CALLS > 1000

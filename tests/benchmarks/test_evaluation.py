@@ -10,21 +10,21 @@ from tests.quick_children import QUICK_WORKERS
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_figures() -> None:
+def test_evaluation_quick_run_yields_ratio_of_two_workers() -> None:
     progress: list[str] = []
     one, two, ratio = evaluation.measure(progress.append, quick=True)
-    assert progress == ["runs 1 to 2 of 2, by one and by two"]
+    assert progress == ["runs 1 to 2 of 2, one and two at a time"]
     assert one.label == "2 runs of 0.2 s, 1 at a time"
     assert ratio.value == pytest.approx(two.value / one.value)
 
 
-def test_the_work_can_be_halved() -> None:
+def test_evaluation_jobs_are_even_in_number() -> None:
     jobs = evaluation.finals(evaluation.Mover, evaluation.FINALS)
     assert len(jobs) == 30
     assert {job.seed for job in jobs} == {1, 2}
 
 
-def test_one_processor_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_evaluation_on_one_processor_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evaluation, "usable_processors", lambda: 1)
     with pytest.raises(BenchmarkSkippedError, match="two processors"):
         next(evaluation.measure(print))
@@ -41,7 +41,7 @@ class Fails:
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_a_run_that_is_not_done_has_no_time() -> None:
+def test_unfinished_run_is_reported_by_name() -> None:
     jobs = evaluation.finals(Fails, ["final01"])[:1]  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="not done: final01"):
         evaluation.times(jobs, 1)

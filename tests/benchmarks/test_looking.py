@@ -13,7 +13,7 @@ from benchmarks.benchmarks import BenchmarkSkippedError
 COSTS = {"--view": 0.1, "--record": 0.4, "--video": 1.2}
 START = 0.8
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it needs /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="requires /proc")
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]
     return done
 
 
-def test_the_start_does_not_count(runs: list[tuple[str, float, str | None]]) -> None:
+def test_viewing_cost_excludes_start_of_run(runs: list[tuple[str, float, str | None]]) -> None:
     progress: list[str] = []
     figures = {figure.label: figure for figure in looking.measure(progress.append, quick=False)}
     assert figures["a page without a browser / bare"].value == pytest.approx(1.1, abs=0.2)
@@ -50,7 +50,7 @@ def test_the_start_does_not_count(runs: list[tuple[str, float, str | None]]) -> 
     assert {option for option, _until, browser in runs if browser} == {"--view"}
 
 
-def test_without_a_browser_that_figure_is_missing(
+def test_browser_figure_without_browser_is_nan(
     runs: list[tuple[str, float, str | None]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(looking, "_BROWSERS", ("no-such-browser",))
@@ -60,19 +60,19 @@ def test_without_a_browser_that_figure_is_missing(
     assert all(browser is None for _option, _until, browser in runs)
 
 
-def test_a_browser_that_never_came_is_no_figure(
+def test_browser_figure_without_connection_is_nan(
     runs: list[tuple[str, float, str | None]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ran = looking._run
     monkeypatch.setattr(looking, "_run", lambda options, until, _browser: ran(options, until, None))
     figures = {figure.label: figure for figure in looking.measure(lambda _: None, quick=True)}
     assert math.isnan(figures["a page in a browser / bare"].value)
-    assert "did not come" in figures["a page in a browser / bare"].note
+    assert "did not connect" in figures["a page in a browser / bare"].note
     assert runs
 
 
 @pytest.mark.slow
-def test_a_run_tells_what_it_took(tmp_path: Path) -> None:
+def test_finished_run_reports_time_hash_and_file_size(tmp_path: Path) -> None:
     ran = looking._run(["--record", str(tmp_path / "run.mcap")], 0.1, None)
     assert ran.processor > 0.05
     assert 0 < ran.wall < 60
@@ -80,7 +80,7 @@ def test_a_run_tells_what_it_took(tmp_path: Path) -> None:
     assert ran.file_size == (tmp_path / "run.mcap").stat().st_size > 1000
 
 
-def test_elsewhere_it_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_viewing_cost_without_proc_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Path, "exists", lambda _self: False)
     with pytest.raises(BenchmarkSkippedError, match="/proc"):
         next(looking.measure(lambda _: None, quick=True))

@@ -9,16 +9,16 @@ import pytest
 from benchmarks import machine
 
 
-def test_nothing_names_the_machine_or_its_folders() -> None:
+def test_machine_has_no_host_name_or_home_folder() -> None:
     found = machine.machine()
     assert {"processor", "processors", "system", "versions"} <= found.keys()
-    said = " ".join(found.values())
+    text = " ".join(found.values())
     assert "mujoco 4." in found["versions"]
-    assert str(Path.home()) not in said
-    assert platform.node() not in said.split()
+    assert str(Path.home()) not in text
+    assert platform.node() not in text.split()
 
 
-def test_a_system_that_tells_little(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machine_with_little_information_omits_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_arguments: object, **_more: object) -> str:
         raise OSError
 

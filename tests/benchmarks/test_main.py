@@ -24,7 +24,7 @@ def fakes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmarks, "BENCHMARKS", found)
 
 
-def test_a_table(bench: CommandLine) -> None:
+def test_command_prints_table_of_figures(bench: CommandLine) -> None:
     ran = bench("held", "skipped")
     assert (ran.status, ran.err) == (0, "")
     table = ran.out.partition("What is held: measuring well\n")[2]
@@ -42,25 +42,25 @@ def test_a_table(bench: CommandLine) -> None:
 
 
 @pytest.mark.parametrize("name", ["broken", "failed"])
-def test_the_status_tells_of_bounds_and_failures(name: str, bench: CommandLine) -> None:
+def test_broken_bound_or_failure_gives_exit_status_1(name: str, bench: CommandLine) -> None:
     ran = bench("held", name)
     assert ran.status == 1
     assert ("NOT HELD" if name == "broken" else "failed: it broke") in ran.out
 
 
-def test_quick_figures_are_not_judged(bench: CommandLine) -> None:
+def test_quick_run_prints_no_verdicts(bench: CommandLine) -> None:
     ran = bench("broken", "--quick")
     assert ran.status == 0
     assert "measuring quickly" in ran.out
     assert "HELD" not in ran.out
 
 
-def test_what_fails_fails_quickly_too(bench: CommandLine) -> None:
+def test_failure_in_quick_run_gives_exit_status_1(bench: CommandLine) -> None:
     ran = bench("failed", "--quick", "--json")
     assert ran.status == json.loads(ran.out)["exit_status"] == 1
 
 
-def test_all_of_them_as_json(bench: CommandLine) -> None:
+def test_json_lists_all_benchmarks_and_machine(bench: CommandLine) -> None:
     ran = bench("--json")
     document = json.loads(ran.out)
     assert ran.status == document["exit_status"] == 1
@@ -70,12 +70,12 @@ def test_all_of_them_as_json(bench: CommandLine) -> None:
     assert "measuring well" in ran.err
 
 
-def test_a_name_given_twice_is_measured_once(bench: CommandLine) -> None:
+def test_benchmark_named_twice_is_measured_once(bench: CommandLine) -> None:
     ran = bench("held", "held", "--json")
     assert len(json.loads(ran.out)["benchmarks"]) == 1
 
 
-def test_the_page_is_written(bench: CommandLine, tmp_path: Path) -> None:
+def test_write_option_writes_page(bench: CommandLine, tmp_path: Path) -> None:
     ran = bench("held", "--write", "page.md")
     assert ran.status == 0
     assert "page  page.md" in ran.out
@@ -83,7 +83,7 @@ def test_the_page_is_written(bench: CommandLine, tmp_path: Path) -> None:
     assert "| one thing / another | 1.05 x | ≤ 1.15 | held |" in page
 
 
-def test_a_page_that_cannot_be_written_is_reported_after_the_figures(
+def test_unwritable_page_is_reported_after_figures(
     bench: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_arguments: object) -> None:
@@ -97,15 +97,15 @@ def test_a_page_that_cannot_be_written_is_reported_after_the_figures(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "reason"),
     [
         (("heald",), "unknown benchmark 'heald'; did you mean held"),
         (("held", "--write", "page.txt"), "--write page.txt: give a file whose name ends in .md"),
         (("held", "--write", "nowhere/page.md"), "--write nowhere/page.md: there is no folder nowhere"),
     ],
 )
-def test_bad_input(arguments: tuple[str, ...], said: str, bench: CommandLine) -> None:
+def test_bad_arguments_are_refused_in_one_line(arguments: tuple[str, ...], reason: str, bench: CommandLine) -> None:
     ran = bench(*arguments)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith(f"error: {said}")
+    assert ran.err.startswith(f"error: {reason}")
     assert ran.err.count("\n") == 1

@@ -61,15 +61,15 @@ Failed: it broke.
 """
 
 
-def test_the_page() -> None:
+def test_page_has_machine_and_section_per_benchmark() -> None:
     assert page(TAKEN, {"processor": "Fast One"}, DAY) == HEAD + EXPECTED
 
 
-def test_rough_figures_say_that_they_are() -> None:
+def test_page_of_quick_run_is_marked_rough() -> None:
     rough = page(TAKEN, {}, DAY, quick=True)
     assert "**These figures are rough:**" in rough
     assert "| cold start | 1.50 s | ≤ 1 | | |" in rough  # rough figures are not judged
 
 
-def test_what_stands_in_a_cell_cannot_end_it() -> None:
+def test_table_cell_escapes_bars_and_line_breaks() -> None:
     assert cell("a | b\n\n c") == "a \\| b c"

@@ -9,18 +9,18 @@ from pathlib import Path
 import pytest
 
 from benchmarks.listener import count
-from benchmarks.processes import Served, end, free_port, ros1_environment
+from benchmarks.processes import ServerProcess, end, free_port, ros1_environment
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.util.errors import UsageError
 
 
 @pytest.mark.slow
-def test_what_cannot_be_served_says_why() -> None:
-    with pytest.raises(UsageError, match=r"(?s)did not begin to serve: .*unknown trial 'nowhere'"):
-        Served("serve", "nowhere", "--port", "0")
+def test_failed_server_is_reported_with_reason() -> None:
+    with pytest.raises(UsageError, match=r"(?s)no server started: .*unknown trial 'nowhere'"):
+        ServerProcess("serve", "nowhere", "--port", "0")
 
 
-def test_a_process_ends_however_often_it_is_ended() -> None:
+def test_process_can_be_ended_twice() -> None:
     # it sleeps only so that it lives on
     process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], text=True)
     end(process)
@@ -28,7 +28,7 @@ def test_a_process_ends_however_often_it_is_ended() -> None:
     assert process.returncode is not None
 
 
-def test_an_environment_for_ros_has_a_master_of_its_own() -> None:
+def test_ros1_environments_have_separate_masters() -> None:
     with ros1_environment() as one, ros1_environment() as other:
         folder = Path(one["ROS_HOME"])
         assert folder.is_dir()
@@ -38,12 +38,12 @@ def test_an_environment_for_ros_has_a_master_of_its_own() -> None:
     assert not folder.exists()
 
 
-def test_a_free_port_can_be_taken() -> None:
+def test_free_port_can_be_bound() -> None:
     with socket.create_server(("127.0.0.1", free_port())):
         pass
 
 
-def test_messages_are_counted_until_the_cell_is_gone() -> None:
+def test_listener_counts_messages_until_connection_closes() -> None:
     with socket.create_server(("127.0.0.1", 0)) as cell:
 
         def serve() -> None:

@@ -5,22 +5,22 @@ import io
 import pytest
 from rich.console import Console
 
-from benchmarks.report import telling
+from benchmarks.report import progress_line
 
 
-def test_plain_lines_where_nothing_can_move() -> None:
+def test_progress_without_terminal_prints_plain_lines() -> None:
     file = io.StringIO()
-    with telling(Console(file=file, width=20), "A [thing]") as on_progress:
+    with progress_line(Console(file=file, width=20), "A [thing]") as on_progress:
         on_progress("with a line that is longer than the console")
         on_progress("well")
     assert file.getvalue().splitlines() == ["A [thing]: with a line that is longer than the console", "A [thing]: well"]
 
 
-def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_line_in_terminal_is_erased_at_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     file = io.StringIO()
     console = Console(file=file, force_terminal=True, force_interactive=True, width=80)
-    with telling(console, "A thing") as on_progress:
+    with progress_line(console, "A thing") as on_progress:
         on_progress("half of it")
     assert "half of it" in file.getvalue()
     assert file.getvalue().endswith("\x1b[2K")

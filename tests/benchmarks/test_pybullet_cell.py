@@ -6,7 +6,7 @@ from benchmarks import pybullet_cell
 from benchmarks.pybullet_cell import agreement, measure, min_times, pair
 
 
-def test_both_simulate_the_same() -> None:
+def test_pybullet_and_cell_agree_within_tolerance() -> None:
     pytest.importorskip("pybullet")
     with ExitStack() as stack:
         ours, (theirs,) = pair(6, 240, 1, stack, sleeping=(True,), riding=4)
@@ -19,7 +19,7 @@ def test_both_simulate_the_same() -> None:
     assert found.arm[1] < 20.0
 
 
-def test_a_belt_that_stands_still_is_noticed() -> None:
+def test_agreement_reports_standing_belt() -> None:
     pytest.importorskip("pybullet")
     with ExitStack() as stack:
         ours, (theirs,) = pair(2, 240, 1, stack, sleeping=(True,), riding=2)
@@ -32,12 +32,12 @@ def test_a_belt_that_stands_still_is_noticed() -> None:
     assert theirs_off < 1.0
 
 
-def test_the_times_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_min_times_are_per_step(monkeypatch: pytest.MonkeyPatch) -> None:
     ran: list[int] = []
     clock = iter([0.0, 4.0, 10.0, 12.0])
     monkeypatch.setattr("time.process_time", lambda: next(clock))
 
-    class Side(pybullet_cell.Ours):
+    class Side(pybullet_cell.CellSide):
         def run(self, steps: int) -> None:
             ran.append(steps)
 
@@ -47,7 +47,7 @@ def test_the_times_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_its_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pybullet_cell_quick_run_yields_bounded_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet")
     for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "MIN_RATIOS": {60: 1.0}}.items():
         monkeypatch.setattr(pybullet_cell, name, value)

@@ -16,21 +16,21 @@ from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 
 
-def test_without_pybullet_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_twin_without_pybullet_is_skipped_with_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pybullet", None)
     with pytest.raises(BenchmarkSkippedError, match="PyBullet is not installed"):
         PyBulletTwin(busy_cell(0, 240, 1), sleeping=True)
 
 
-def test_it_says_nothing_of_its_own(capfd: pytest.CaptureFixture[str]) -> None:
+def test_twin_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pybullet")
     capfd.readouterr()  # output of the import, if this was the first
     PyBulletTwin(busy_cell(1, 240, 1), sleeping=False).close()
-    print("heard")
-    assert capfd.readouterr() == ("heard\n", "")
+    print("printed")
+    assert capfd.readouterr() == ("printed\n", "")
 
 
-def test_the_arm_is_read_without_what_only_has_a_name() -> None:
+def test_arm_description_omits_empty_links() -> None:
     text = arm_description(busy_cell(0, 240, 1))
     for joint in ARM_JOINTS:
         assert text.count(f'name="{joint}"') == 1
@@ -39,7 +39,7 @@ def test_the_arm_is_read_without_what_only_has_a_name() -> None:
     assert "vacuum_gripper_link" in text
 
 
-def test_the_arm_weighs_the_same() -> None:
+def test_twin_arm_has_masses_of_cell_arm() -> None:
     pytest.importorskip("pybullet")
     links = list(BODIES.values())
     masses = [*(link.mass for link in links[:-2]), links[-2].mass + links[-1].mass]  # the cup is one with the last link
@@ -48,7 +48,7 @@ def test_the_arm_weighs_the_same() -> None:
 
 
 @pytest.mark.parametrize("sleeping", [True, False])
-def test_each_type_of_part_comes_to_rest_as_in_ours(sleeping: bool) -> None:
+def test_twin_parts_come_to_rest_as_in_cell(sleeping: bool) -> None:
     pytest.importorskip("pybullet")
     places = [Pose.from_rpy((x, y, BIN_SURFACE + 0.02), (0.0, 0.0, x + y)) for x, y in BIN_CENTRES.values()]
     kinds = sorted(PART_TYPES)[: len(places)]

@@ -14,7 +14,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot, "ROBOT", "tandem")
 
 
-def test_beside_pybullet() -> None:
+def test_robot_figures_compare_node_with_pybullet() -> None:
     pytest.importorskip("pybullet")
     figures = list(robot.measure(lambda _: None, quick=True))
     assert [figure.label for figure in figures[:3]] == [
@@ -26,7 +26,7 @@ def test_beside_pybullet() -> None:
     assert all(figure.value > 0.0 for figure in figures)
 
 
-def test_without_pybullet_the_node_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robot_figures_without_pybullet_measure_node_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot, "find_spec", lambda _: None)
     figures = list(robot.measure(lambda _: None, quick=True))
     assert len(figures) == 4
@@ -34,11 +34,11 @@ def test_without_pybullet_the_node_alone(monkeypatch: pytest.MonkeyPatch) -> Non
     assert figures[1].note == "PyBullet is not installed"
 
 
-def test_the_node_follows_and_tells_at_its_rate() -> None:
+def test_robot_node_follows_targets_and_publishes_at_rate() -> None:
     config = load_robot(robot.ROBOT, lambda _: None)
     sines = robot.Sines(config)
-    ours = robot.Ours(config, 240, sines)
+    ours = robot.NodeSide(config, 240, sines)
     before = np.array(ours.node.commander.applied)
     robot.time_of(ours, 240, 120, moving=True)
-    assert ours.heard == 50
+    assert ours.received == 50
     assert not np.allclose(ours.node.commander.applied, before)

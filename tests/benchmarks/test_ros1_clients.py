@@ -24,18 +24,18 @@ def ran(clients: Clients) -> Clients:
     return clients
 
 
-def test_each_is_asked_in_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clients_measure_each_trip_in_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ros1_clients, "CLIENT", HEAD + "print([float(sys.argv[3])])\n")
     clients = ran(clients_of(tmp_path))
     assert (clients.figures, clients.error) == ({"kept /bare": [2.0], "kept /bench": [2.0], "50 Hz": [3.0]}, "")
 
 
-def test_one_that_fails_leaves_none_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failing_client_gives_error_and_ends_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ros1_clients, "CLIENT", HEAD)
     assert ran(clients_of(tmp_path)).error
 
 
-def test_one_that_takes_too_long_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_client_times_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ros1_clients, "CLIENT", HEAD + "time.sleep(600)\n")
     monkeypatch.setattr(ros1_clients, "LIMIT", 0.2)
     assert "timed out" in ran(clients_of(tmp_path)).error

@@ -11,7 +11,7 @@ from tests.quick_children import QUICK_SERVING
 
 @QUICK_SERVING
 @pytest.mark.slow
-def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_socket_quick_run_yields_figures_without_loss(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "lockstep", lambda _until: iter(()))  # it is a run of the command, tested with that
     progress: list[str] = []
     figures = {figure.label: figure for figure in socket.measure(progress.append, quick=True)}
@@ -23,13 +23,13 @@ def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     assert 0.0 < figures["real time, with a subscriber"].value < 1.5
 
 
-def test_a_tick_without_a_listener_is_timed_too() -> None:
-    cost, heard = socket.ticks_with(None, 20)
+def test_tick_without_listener_is_timed() -> None:
+    cost, received = socket.ticks_with(None, 20)
     assert cost > 0.0
-    assert heard == 0
+    assert received == 0
 
 
-def test_a_goal_as_the_arm_takes_it() -> None:
+def test_goal_message_is_accepted_by_arm() -> None:
     way = joint_trajectory(ARM_JOINTS, [trajectory_point((0.0,) * 7, time_from_start=10**9)])
     goal = socket.goal_message(way, "a goal")
     cell = lesson_cell()
@@ -42,7 +42,7 @@ def test_a_goal_as_the_arm_takes_it() -> None:
     assert cell.arm.controller.goal.goal_id == "a goal"
 
 
-def test_the_median_and_the_slowest() -> None:
+def test_times_figure_has_median_and_99_percent() -> None:
     figure = socket.times("waiting", 3, lambda index: None)
     assert (figure.label, figure.unit) == ("waiting", "ms")
     assert 0.0 <= figure.value < 1000.0

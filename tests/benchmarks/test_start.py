@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from benchmarks.start import STEPS, measure, ran
+from benchmarks.start import STEPS, measure, run_python
 from cellwright.util.errors import UsageError
 
 
 @pytest.mark.slow
-def test_its_shares_make_the_whole() -> None:
+def test_start_shares_add_up_to_total() -> None:
     progress: list[str] = []
     figures = {figure.label: figure for figure in measure(progress.append, quick=True)}
     assert progress == ["1 programs", "1 commands"]
@@ -20,6 +20,6 @@ def test_its_shares_make_the_whole() -> None:
     assert math.isnan(memory.value) or (memory.value > 20.0 and memory.maximum == 200.0)
 
 
-def test_a_process_that_fails_says_why() -> None:
+def test_failing_process_is_reported_with_output() -> None:
     with pytest.raises(UsageError, match="no luck"):
-        ran("-c", "raise SystemExit('no luck')")
+        run_python("-c", "raise SystemExit('no luck')")

@@ -12,14 +12,14 @@ from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 THING = FakeBenchmark("a", "A thing", 1.0)
 
 
-def printed(taken: BenchmarkResult, *, judged: bool = True, colour: bool = False) -> str:
+def printed(taken: BenchmarkResult, *, with_verdicts: bool = True, colour: bool = False) -> str:
     file = io.StringIO()
     console = Console(file=file, width=80, force_terminal=colour, color_system="standard" if colour else None)
-    show(console, taken, judged=judged)
+    show(console, taken, with_verdicts=with_verdicts)
     return file.getvalue()
 
 
-def test_a_row_for_each_figure_and_its_note_below() -> None:
+def test_table_has_row_per_figure_and_notes_below() -> None:
     lines = [
         line.split() for line in printed(BenchmarkResult(THING, (HELD, BROKEN, FREE))).splitlines() if line.strip()
     ]
@@ -32,26 +32,26 @@ def test_a_row_for_each_figure_and_its_note_below() -> None:
     ]
 
 
-def test_what_is_not_held_is_seen_from_afar() -> None:
+def test_broken_bound_is_printed_in_red() -> None:
     text = printed(BenchmarkResult(THING, (HELD, BROKEN)), colour=True)
     assert text.count("\x1b[1;31m") == 1
 
 
-def test_what_is_not_judged_says_nothing_of_it() -> None:
-    text = printed(BenchmarkResult(THING, (HELD, BROKEN)), judged=False)
+def test_table_without_judgement_has_no_verdicts() -> None:
+    text = printed(BenchmarkResult(THING, (HELD, BROKEN)), with_verdicts=False)
     assert "≤ 1.15" in text
     assert "held" not in text.lower()
 
 
-def test_a_figure_that_could_not_be_taken_says_why() -> None:
-    text = printed(BenchmarkResult(THING, (Figure("memory", math.nan, "MiB", note="this system does not tell"),)))
+def test_missing_figure_is_printed_with_its_note() -> None:
+    text = printed(BenchmarkResult(THING, (Figure("memory", math.nan, "MiB", note="not reported by this system"),)))
     assert [line.split() for line in text.splitlines()][-2:] == [
         ["memory", "-"],
-        ["this", "system", "does", "not", "tell"],
+        ["not", "reported", "by", "this", "system"],
     ]
 
 
-def test_long_figures_are_folded_and_nothing_is_cut() -> None:
+def test_long_label_is_folded_not_cut() -> None:
     label = "the time that something with a long name takes beside something else with a name as long"
     text = printed(BenchmarkResult(THING, (Figure(label, 1.0, "x", maximum=2.0),)))
     assert max(map(len, text.splitlines())) <= 80
@@ -60,7 +60,7 @@ def test_long_figures_are_folded_and_nothing_is_cut() -> None:
     assert set(label.split()) <= set(words)
 
 
-def test_what_was_skipped_or_failed_says_why() -> None:
+def test_skipped_or_failed_benchmark_is_printed_with_reason() -> None:
     assert "skipped: no [engine]" in printed(BenchmarkResult(THING, skipped="no [engine]"))
     text = printed(BenchmarkResult(THING, (FREE,), failed="it broke"))
     assert "steps" in text

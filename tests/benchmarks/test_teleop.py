@@ -11,7 +11,7 @@ from tests.quick_children import QUICK_SERVING
 
 @QUICK_SERVING
 @pytest.mark.slow
-def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_teleop_quick_run_without_ros_yields_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(_environment: object) -> None:
         raise UsageError("there is no ROS 1")
 
@@ -25,28 +25,28 @@ def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(figures) == 5
 
 
-def test_waiting_alone() -> None:
+def test_sampling_delays_are_within_tick_and_message_period() -> None:
     applied, moved = teleop.sampling(2000)
     assert all(0.0 < time <= 1 / 240 + 1e-12 for time in applied)
     assert all(0.0 < time <= 3 / 240 + 1e-12 for time in moved)
     assert sum(moved) > sum(applied)
 
 
-def test_in_one_process_each_command_is_applied_and_motion_published(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_process_command_is_applied_and_motion_published(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(teleop, "REST", 0.15)
     applied, moved = teleop.in_one_process(2)
     assert len(applied) == len(moved) == 2
     assert all(0.0 < time < 5.0 for time in (*applied, *moved))
 
 
-def test_commands_go_to_and_fro() -> None:
+def test_commands_alternate_in_sign() -> None:
     first, message = teleop._command(0)
     second, _ = teleop._command(1)
     assert first == -second == teleop.STEP
     assert (list(message.name), list(message.position)) == ([teleop.JOINT], [first])
 
 
-def test_a_figure_of_times() -> None:
+def test_figure_of_times_has_median_and_note() -> None:
     found = teleop.figure("a way", [0.001, 0.002, 0.003], "computed")
     assert (found.label, found.unit) == ("a way", "ms")
     assert found.value == pytest.approx(2.0)

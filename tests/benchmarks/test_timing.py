@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from benchmarks.timing import best_in_turn, percentile, processor_time
 
 
-def test_repeats_are_taken_in_turn_and_the_best_counts() -> None:
+def test_best_in_turn_interleaves_repeats_and_returns_minimum() -> None:
     order: list[str] = []
 
     def work(name: str, times: list[float]) -> Callable[[], float]:
@@ -25,7 +25,7 @@ def test_repeats_are_taken_in_turn_and_the_best_counts() -> None:
     assert "".join(order) == "ababab"
 
 
-def test_processor_time_is_that_of_the_work() -> None:
+def test_processor_time_runs_work_once() -> None:
     done: list[int] = []
     assert processor_time(lambda: done.extend(range(1000))) >= 0.0
     assert len(done) == 1000
@@ -33,7 +33,7 @@ def test_processor_time_is_that_of_the_work() -> None:
 
 @pytest.mark.slow
 @given(st.lists(st.floats(0.0, 1e6), min_size=2, max_size=20), st.integers(1, 98))
-def test_percentiles_rise_and_lie_within(times: list[float], percent: int) -> None:
+def test_percentiles_rise_and_stay_in_range(times: list[float], percent: int) -> None:
     lower, upper = percentile(times, percent), percentile(times, percent + 1)
     assert min(times) - 1e-6 <= lower <= upper + 1e-6 <= max(times) + 2e-6
     assert percentile([1.0, 3.0], 50) == pytest.approx(2.0)

@@ -12,12 +12,12 @@ from cellwright.cell.cell import Cell
 from cellwright.config.check import check
 
 
-def test_it_is_a_sound_trial() -> None:
+def test_bench_trial_passes_check_without_warnings() -> None:
     report = check([Path(str(files("benchmarks") / "trial.yaml"))])
     assert (report.ok, report.warnings) == (True, ())
 
 
-def test_it_has_all_that_a_trial_can_have() -> None:
+def test_bench_trial_has_all_kinds_of_content() -> None:
     found = bench_trial()
     assert found.time_limit == trial.SECONDS
     assert len(found.bin_parts) >= 60
@@ -33,7 +33,7 @@ def test_it_has_all_that_a_trial_can_have() -> None:
     assert set(found.faulty_parts) <= names
 
 
-def test_its_parts_lie_still() -> None:
+def test_bench_trial_parts_are_at_rest() -> None:
     cell = Cell(bench_trial())
     cell.simulation.step_until(10**9)
     data = cell.simulation.data
@@ -41,7 +41,7 @@ def test_its_parts_lie_still() -> None:
 
 
 @pytest.mark.slow
-def test_the_three_runs_are_one_trajectory() -> None:
+def test_three_measured_runs_end_in_same_state() -> None:
     progress: list[str] = []
     figures = {figure.label: figure for figure in measure(progress.append, quick=True)}
     assert len(progress) == 3

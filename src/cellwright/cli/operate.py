@@ -189,8 +189,8 @@ def show_plot(console: Console, exercise: Exercise) -> None:
     """Draw a joint's targets and its motion in the characters of the terminal."""
     trace = exercise.trace
     curves = [
-        Curve("target", trace.told_at, trace.told, "yellow"),
-        Curve("measured", trace.seen_at, trace.seen, "cyan"),
+        Curve("target", trace.target_times, trace.targets, "yellow"),
+        Curve("measured", trace.measured_times, trace.measured, "cyan"),
     ]
     width = min(console.width, _PLOT_WIDTH)
     console.print(terminal_plot(curves, width=width, height=_PLOT_HEIGHT, unit="rad; m"))
@@ -223,7 +223,9 @@ def csv_text(exercises: Sequence[Exercise]) -> str:
     lines = ["joint,time,target,measured,error\n"]
     for each in exercises:
         trace = each.trace
-        rows = np.column_stack([trace.seen_at, trace.target, trace.seen, trace.target - trace.seen])
+        rows = np.column_stack(
+            [trace.measured_times, trace.target_in_force, trace.measured, trace.target_in_force - trace.measured]
+        )
         for time, target, seen, error in rows.tolist():
             lines.append(f"{trace.joint},{time:.6f},{target:.9g},{seen:.9g},{error:.9g}\n")
     return "".join(lines)
@@ -358,7 +360,7 @@ def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: 
         for number, joint in enumerate(joints, start=1):
             progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
             try:
-                exercises.append(exercise(robot, joint, wave, on_beat=show))
+                exercises.append(exercise(robot, joint, wave, on_progress=show))
             except (CellwrightError, RunEndedError) as error:
                 return exercises, f"{joint}: {error}"
     return exercises, ""
@@ -607,7 +609,7 @@ def play(
     if as_json:
         document = {
             "file": str(file),
-            "moments": len(targets.moments),
+            "moments": len(targets.samples),
             "duration": targets.duration,
             "outcome": outcome,
             "rounds": rounds,
@@ -645,9 +647,9 @@ def _play_once(
                 raise _StopRequestedError
             progress.update(task, completed=time)
 
-        playback.approach(robot, targets.first, approach, on_beat=beat)
+        playback.approach(robot, targets.first, approach, on_progress=beat)
         progress.update(task, description=str(targets.path), total=targets.duration)
-        playback.play(robot, targets, speed=speed, on_beat=beat)
+        playback.play(robot, targets, speed=speed, on_progress=beat)
 
 
 app = typer.Typer(

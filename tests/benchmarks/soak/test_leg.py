@@ -41,7 +41,9 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Rep
 
 @pytest.mark.slow
 @pytest.mark.parametrize("face", FACES)
-def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[str], tuple[Reports, str]]) -> None:
+def test_leg_from_checkpoint_reaches_states_of_uncut_run(
+    face: str, first: Callable[[str], tuple[Reports, str]]
+) -> None:
     whole = run(Leg(face, 0, 2, (1, 2)))
     begun, saved = first(face)
     second = run(Leg(face, 1, 2, (2,), start=saved))
@@ -51,34 +53,34 @@ def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[st
 
 
 @pytest.mark.slow
-def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Reports, str]]) -> None:
+def test_cell_leg_counts_grips_parts_and_messages(first: Callable[[str], tuple[Reports, str]]) -> None:
     begun, _ = first("cell")
     counts = begun["counts"][0]
-    assert counts["parts taken hold of"] == 1
+    assert counts["parts gripped"] == 1
     assert counts["parts put on the belt"] == counts["AGVs sent"] == 2
-    assert counts["messages heard"] > 50_000
+    assert counts["messages received"] > 50_000
 
 
 @pytest.mark.slow
-def test_objects_are_counted() -> None:
+def test_traced_leg_reports_growth_by_code_line() -> None:
     (kib, places), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
     assert -100 < kib < 200
     assert all(re.fullmatch(r"[+-]\d+\.\d KiB (\S+\.py|<.+>):\d+", line) for line in places), places
     assert not tracemalloc.is_tracing()  # it would slow down all that this process does from here on
 
 
-def test_a_leg_survives_the_command_line() -> None:
+def test_leg_round_trips_through_json() -> None:
     leg = Leg("cell", 3, 7, (5, 7), "a.npz", "b.npz", everything=True)
     assert Leg.from_json(leg.to_json()) == leg
 
 
-def test_a_checkpoint_that_is_none(tmp_path: Path) -> None:
+def test_leg_with_missing_checkpoint_is_refused(tmp_path: Path) -> None:
     with pytest.raises(CheckpointError, match=r"none\.npz"):
         run_leg(Leg("cell", 1, 2, start=str(tmp_path / "none.npz")), lambda _kind, _value: None)
 
 
 @pytest.mark.slow
-def test_the_process_ends_with_who_started_it() -> None:
+def test_leg_process_ends_when_its_stdin_closes() -> None:
     leg = Leg("cell", 0, 100_000)
     with subprocess.Popen(
         [sys.executable, "-m", "benchmarks.soak.leg", leg.to_json()], stdin=subprocess.PIPE, stdout=subprocess.PIPE

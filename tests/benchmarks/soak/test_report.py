@@ -8,23 +8,25 @@ from collections import Counter
 import pytest
 
 from benchmarks.soak.memory import Sample
-from benchmarks.soak.report import is_well, lines, picture
-from benchmarks.soak.soak import Soaked
+from benchmarks.soak.report import has_passed, lines, picture
+from benchmarks.soak.soak import SoakResult
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def soaked(*, slope: float = 0.0, pieces: dict[int, str] | None = None, memory: float = 80.0) -> Soaked:
+def soaked(*, slope: float = 0.0, pieces: dict[int, str] | None = None, memory: float = 80.0) -> SoakResult:
     samples = [Sample(number / 100, memory + slope * number / 100) for number in range(1, 101)]
     same = {50: "aa", 100: "bb"}
-    return Soaked("cell", 100, 12.3, samples, same, same if pieces is None else pieces, Counter({"AGVs sent": 1234}))
+    return SoakResult(
+        "cell", 100, 12.3, samples, same, same if pieces is None else pieces, Counter({"AGVs sent": 1234})
+    )
 
 
-def test_a_run_that_is_well() -> None:
+def test_report_of_steady_run_lists_its_figures() -> None:
     run = soaked()
     run.grown, run.max_growth = -1.5, ("+1.0 KiB bus.py:3",)
     text = "\n".join(lines(run))
-    assert is_well(run)
+    assert has_passed(run)
     assert text.startswith("cell: 1 simulated hours in one process, 12 s")
     for words in ("1,234", "80.0 MiB early, 80.0 MiB late: steady", "-1.5 KiB", "bus.py:3", "the same in 2 pieces"):
         assert words in text
@@ -37,19 +39,19 @@ def test_a_run_that_is_well() -> None:
         (soaked(pieces={50: "aa", 100: "cc"}), "DIFFERS between one piece and 2, first at round 100"),
     ],
 )
-def test_a_run_that_is_not(run: Soaked, words: str) -> None:
-    assert not is_well(run)
+def test_report_names_growth_or_difference(run: SoakResult, words: str) -> None:
+    assert not has_passed(run)
     assert words in "\n".join(lines(run))
 
 
-def test_memory_that_is_not_measured() -> None:
+def test_report_without_memory_figures_says_so() -> None:
     run = soaked(memory=math.nan)
-    assert is_well(run)
+    assert has_passed(run)
     assert "not reported by this system" in "\n".join(lines(run))
     ET.fromstring(picture([run]))
 
 
-def test_the_picture_has_a_frame_for_each_run() -> None:
+def test_picture_has_one_curve_per_run() -> None:
     root = ET.fromstring(picture([soaked(), soaked(slope=3.0)]))
     curves = [path for path in root.iter(f"{SVG}path") if "stroke: #1f5fa8" in path.attrib.get("style", "")]
     assert len(curves) == 2

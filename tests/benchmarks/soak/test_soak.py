@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.soak.soak import Soaked, SoakError, borders, soak
+from benchmarks.soak.soak import SoakError, SoakResult, borders, soak
 
 
 @pytest.mark.slow
 @given(st.integers(1, 3000), st.integers(1, 50))
-def test_borders(rounds: int, pieces: int) -> None:
+def test_borders_cut_rounds_into_even_pieces(rounds: int, pieces: int) -> None:
     found = borders(rounds, pieces)
     sizes = {b - a for a, b in pairwise(found)}
     assert (found[0], found[-1]) == (0, rounds)
@@ -22,24 +22,24 @@ def test_borders(rounds: int, pieces: int) -> None:
 
 
 @pytest.mark.slow
-def test_processes_are_run_and_compared(tmp_path: Path) -> None:
+def test_soak_runs_and_compares_processes(tmp_path: Path) -> None:
     progress: list[str] = []
     found = soak("cell", 2, 2, tmp_path, traced=0, on_progress=progress.append)
     assert found.first_difference is None
     assert list(found.whole) == list(found.pieces) == [1, 2]
     assert [each.hours for each in found.samples] == pytest.approx([0.01, 0.02])
-    assert found.counts["messages heard"] > 500
+    assert found.counts["messages received"] > 500
     assert len(progress) == 2
     assert progress[1].startswith("cell: 0.02 of 0.02 h")
 
 
-def test_a_process_that_ends_early(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_soak_with_early_exit_of_process_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(SoakError, match=r"cell: rounds 0 to .*: exit status 1"):
         soak("cell", 2, 2, tmp_path)
 
 
-def test_the_first_difference() -> None:
-    assert Soaked("cell", 2, whole={1: "a", 2: "b"}, pieces={1: "a", 2: "b"}).first_difference is None
-    assert Soaked("cell", 2, whole={1: "a", 2: "b"}, pieces={1: "a", 2: "c"}).first_difference == 2
-    assert Soaked("cell", 2, whole={1: "a", 2: "b"}, pieces={}).first_difference == 1
+def test_first_difference_is_earliest_unequal_cut() -> None:
+    assert SoakResult("cell", 2, whole={1: "a", 2: "b"}, pieces={1: "a", 2: "b"}).first_difference is None
+    assert SoakResult("cell", 2, whole={1: "a", 2: "b"}, pieces={1: "a", 2: "c"}).first_difference == 2
+    assert SoakResult("cell", 2, whole={1: "a", 2: "b"}, pieces={}).first_difference == 1

@@ -21,20 +21,20 @@ class Robot:
         client.sleep(1.1)
         client.control_agv(1, self.sent)
 
-class Picky:
+class WithArgument:
     def __init__(self, tool):
         self.tool = tool
 
     def run(self, client):
         pass
 
-class Unsaid(Exception):
+class Unprintable(Exception):
     def __str__(self):
         raise RuntimeError
 
-class Sulky(Robot):
+class Failing(Robot):
     def __init__(self):
-        raise Unsaid
+        raise Unprintable
 
 class Async:
     async def run(self, client):
@@ -66,7 +66,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_bundled() -> None:
+def test_find_agent_by_bundled_name_constructs_it() -> None:
     agent = find_agent("lesson")()
     assert isinstance(agent, LessonAgent)
     assert isinstance(agent, Agent)
@@ -75,14 +75,14 @@ def test_bundled() -> None:
 @pytest.mark.parametrize(
     "name", ["my_robot.py:Robot", "./my_robot.py:Robot", "my_robot:Robot", "{folder}/my_robot.py:Robot"]
 )
-def test_a_class_in_a_file_or_module_of_ones_own(folder: Path, name: str) -> None:
+def test_find_agent_in_user_file_or_module_runs_it(folder: Path, name: str) -> None:
     make = find_agent(name.format(folder=folder))
     assert make() is not make()
     result = run_cell(Cell(KITTING), make())
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
 
 
-def test_a_class_of_an_installed_package() -> None:
+def test_find_agent_in_installed_package_constructs_it() -> None:
     assert isinstance(find_agent("cellwright.clients.agents.lesson:LessonAgent")(), LessonAgent)
 
 
@@ -108,14 +108,14 @@ def test_a_class_of_an_installed_package() -> None:
         ("wrong.py:Robot", "wrong.py:1: cannot be imported: SyntaxError"),
     ],
 )
-def test_what_is_wrong_is_said(folder: Path, name: str, reason: str) -> None:
+def test_find_agent_with_bad_name_is_refused_with_reason(folder: Path, name: str, reason: str) -> None:
     with pytest.raises(AgentError, match=reason):
         find_agent(name)
 
 
-def test_an_agent_that_cannot_be_made(folder: Path) -> None:
-    make = find_agent("my_robot.py:Picky")
-    with pytest.raises(AgentError, match=r"my_robot.py:Picky: cannot be made: TypeError: .*tool"):
+def test_failed_construction_of_agent_is_reported(folder: Path) -> None:
+    make = find_agent("my_robot.py:WithArgument")
+    with pytest.raises(AgentError, match=r"my_robot.py:WithArgument: cannot be made: TypeError: .*tool"):
         make()
-    with pytest.raises(AgentError, match=r"my_robot.py:Sulky: cannot be made: Unsaid: no reason given"):
-        find_agent("my_robot.py:Sulky")()
+    with pytest.raises(AgentError, match=r"my_robot.py:Failing: cannot be made: Unprintable: no reason given"):
+        find_agent("my_robot.py:Failing")()

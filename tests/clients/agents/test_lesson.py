@@ -56,7 +56,7 @@ def bin_only() -> Record:
 
 
 @pytest.mark.slow
-def test_two_piston_rods_are_fetched_from_bin_7(bin_only: Record) -> None:
+def test_lesson_fetches_two_piston_rods_from_bin_7(bin_only: Record) -> None:
     assert [part for _, part in bin_only.held] == ["bin7|piston_rod_part_5", "bin7|piston_rod_part_6"]
     # 1.5 s to be ready and 1 s to reach for it; the sleeps of one part add up to 6.4 s
     first, second = (time for time, _ in bin_only.held)
@@ -64,7 +64,7 @@ def test_two_piston_rods_are_fetched_from_bin_7(bin_only: Record) -> None:
     assert second - first == pytest.approx(6.4, abs=0.3)
 
 
-def test_both_are_left_on_the_tray_of_agv_1(bin_only: Record) -> None:
+def test_lesson_leaves_both_rods_on_tray_of_agv_1(bin_only: Record) -> None:
     """Both are let go at one place, so that one may come to lie on the other; neither falls off."""
     parts = bin_only.cell.parts
     assert bin_only.on_tray.keys() & {"bin7|piston_rod_part_5", "bin7|piston_rod_part_6"}
@@ -76,7 +76,7 @@ def test_both_are_left_on_the_tray_of_agv_1(bin_only: Record) -> None:
         assert 0.0 < z < 0.1
 
 
-def test_it_ends_with_the_kit_sent_and_an_honest_score(bin_only: Record) -> None:
+def test_lesson_ends_with_kit_sent_and_points_for_presence(bin_only: Record) -> None:
     result = bin_only.result
     assert (result.outcome, result.competition_state) == (Outcome.DONE, "done")
     assert bin_only.orders == 1
@@ -90,7 +90,7 @@ def test_it_ends_with_the_kit_sent_and_an_honest_score(bin_only: Record) -> None
 
 
 @pytest.mark.slow
-def test_the_whole_lesson_goes_on_to_the_belt_and_ends() -> None:
+def test_whole_lesson_works_belt_and_ends() -> None:
     record = play(LessonAgent(timeout=12.0))
     assert [part for _, part in record.held][:2] == ["bin7|piston_rod_part_5", "bin7|piston_rod_part_6"]
     assert record.cell.agvs[1].state in ("delivering", "returning")
@@ -100,7 +100,7 @@ def test_the_whole_lesson_goes_on_to_the_belt_and_ends() -> None:
 
 
 @pytest.mark.slow
-def test_it_says_what_it_does(caplog: pytest.LogCaptureFixture) -> None:
+def test_lesson_logs_its_actions(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level("INFO")
     record = play(LessonAgent(from_belt=False, parts=1))
     assert [part for _, part in record.held] == ["bin7|piston_rod_part_5"]
@@ -109,7 +109,7 @@ def test_it_says_what_it_does(caplog: pytest.LogCaptureFixture) -> None:
 
 
 @pytest.mark.slow
-def test_an_agv_that_is_away_changes_nothing_for_it() -> None:
+def test_lesson_with_absent_agv_runs_to_its_end() -> None:
     class Busy(LessonAgent):
         def run(self, client: Client) -> None:
             client.call("/ariac/agv1", AGVControlRequest("nothing"))
@@ -119,13 +119,13 @@ def test_an_agv_that_is_away_changes_nothing_for_it() -> None:
     assert result.outcome in (Outcome.UNTIL, Outcome.GAVE_UP)
 
 
-def test_waypoints_are_the_arms_seven_joints_and_one_number_too_many() -> None:
+def test_waypoints_have_seven_joints_and_one_extra_number() -> None:
     assert len(WAYPOINTS) == 11
     assert {len(each) for each in WAYPOINTS} == {len(ARM_JOINTS) + 1}
     assert all(each[-1] == 0.0 for each in WAYPOINTS)
 
 
-def test_a_waypoint_with_one_joint_put_elsewhere() -> None:
+def test_changed_waypoint_differs_in_one_joint() -> None:
     moved = changed(PICK, 1, WAYPOINTS[PICK][1] + STEP)
     assert moved[1] == pytest.approx(0.38)
     assert (*moved[:1], *moved[2:]) == (*WAYPOINTS[PICK][:1], *WAYPOINTS[PICK][2:])

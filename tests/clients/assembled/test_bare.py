@@ -23,11 +23,11 @@ def run(program: str, *arguments: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT).stdout
 
 
-def test_it_loads_with_the_standard_library_alone() -> None:
+def test_assembled_robot_imports_with_standard_library_only() -> None:
     assert run(BARE, str(Path(cellwright.__file__).parent)) == "AssembledRobot\n"
 
 
-def test_the_module_of_the_ros_package_knows_the_interpreter(tmp_path: Path) -> None:
+def test_ros_package_module_has_path_of_interpreter(tmp_path: Path) -> None:
     files = package_files(IO_TELEOP, tmp_path)
     for name in ("__init__", "robot_module"):
         path = tmp_path / "io_teleop_robot_utils" / f"{name}.py"

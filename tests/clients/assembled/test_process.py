@@ -31,7 +31,7 @@ def urdf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_urdf(tmp_path_factory.mktemp("robot"))
 
 
-def test_no_interpreter(urdf: Path) -> None:
+def test_missing_interpreter_is_refused(urdf: Path) -> None:
     class Lost(AssembledRobot):
         python = "/no/such/python"
 
@@ -39,7 +39,7 @@ def test_no_interpreter(urdf: Path) -> None:
         Lost(urdf, configs())
 
 
-def test_an_interpreter_without_cellwright(urdf: Path, tmp_path: Path) -> None:
+def test_interpreter_without_cellwright_is_refused(urdf: Path, tmp_path: Path) -> None:
     false = tmp_path / "false"
     false.write_text("#!/bin/sh\nexit 3\n")
     false.chmod(0o755)
@@ -54,7 +54,7 @@ def test_an_interpreter_without_cellwright(urdf: Path, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks processes up in /proc")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_it_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
+def test_robot_process_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
     program = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, str(urdf), json.dumps(configs())],
         stdout=subprocess.PIPE,
@@ -73,7 +73,7 @@ def test_it_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
 
 
 @pytest.mark.slow
-def test_when_it_is_gone_that_is_said(urdf: Path) -> None:
+def test_dead_robot_process_is_reported_in_each_call(urdf: Path) -> None:
     robot = AssembledRobot(urdf, configs())
     robot._process._process.kill()
     with pytest.raises(CellwrightError, match="does not answer"):
@@ -96,7 +96,7 @@ class Interrupted:
 
 
 @pytest.mark.slow
-def test_after_a_ctrl_c_answers_belong_to_their_questions(urdf: Path) -> None:
+def test_answers_match_requests_after_ctrl_c(urdf: Path) -> None:
     robot = AssembledRobot(urdf, configs())
     process = robot._process
     connection = process._connection

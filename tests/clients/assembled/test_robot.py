@@ -40,7 +40,7 @@ def wait_for_joints(robot: AssembledRobot, condition: Callable[[], object]) -> N
     wait_until(condition, "end of the motion", seen=lambda: robot.joint_states().positions)
 
 
-def test_names_and_indices(robot: AssembledRobot) -> None:
+def test_joint_and_link_names_map_to_indices(robot: AssembledRobot) -> None:
     names = ["lift", "shoulder", "tip", "finger", "thumb", "neck", "nod"]
     assert robot.joint_name2id_dict == {name: index for index, name in enumerate(names)}
     assert robot.joint_id2name_dict == dict(enumerate(names))
@@ -52,7 +52,7 @@ def test_names_and_indices(robot: AssembledRobot) -> None:
     assert len(states.velocities) == len(states.efforts) == 6
 
 
-def test_parts_are_those_of_the_configuration(robot: AssembledRobot) -> None:
+def test_parts_match_configuration(robot: AssembledRobot) -> None:
     (arm,) = robot.arms
     assert (arm.arm_joint_index, arm.ee_index, arm.home_j_pos) == ([1], 2, [0.5])
     assert robot.grippers[0].finger_index == [3, 4]
@@ -61,7 +61,7 @@ def test_parts_are_those_of_the_configuration(robot: AssembledRobot) -> None:
     assert robot.dorsal.dorsal_lift_joint_index == 0
 
 
-def test_joints_move_to_their_targets(robot: AssembledRobot) -> None:
+def test_joints_move_to_targets_and_stop_at_limits(robot: AssembledRobot) -> None:
     robot.move_j([1, 0], [-0.5, 0.2], [1.0], [5.0])
     wait_for_joints(
         robot, lambda: abs(robot.arms[0].joint_pos[0] + 0.5) < 1e-3 and abs(robot.dorsal.height - 0.2) < 1e-3
@@ -72,7 +72,7 @@ def test_joints_move_to_their_targets(robot: AssembledRobot) -> None:
     assert robot.arms[0].joint_pos == pytest.approx([0.25])
 
 
-def test_grippers_close_and_open(robot: AssembledRobot) -> None:
+def test_gripper_closes_and_opens_by_status(robot: AssembledRobot) -> None:
     (gripper,) = robot.grippers
     assert gripper.joint_pos_from_status(0.5) == [0.02, 0.01]
     gripper.move(1.7)
@@ -82,7 +82,7 @@ def test_grippers_close_and_open(robot: AssembledRobot) -> None:
     assert gripper.status == pytest.approx(0.25)
 
 
-def test_head_and_lift(robot: AssembledRobot) -> None:
+def test_head_and_lift_move_and_return_home(robot: AssembledRobot) -> None:
     def is_at(rotation: list[float], height: float) -> bool:
         return bool(np.allclose([*robot.head.rotation, robot.dorsal.height], [*rotation, height], atol=1e-3))
 
@@ -93,7 +93,7 @@ def test_head_and_lift(robot: AssembledRobot) -> None:
     wait_for_joints(robot, lambda: is_at([0.0, 0.1, 0.2], 0.1))
 
 
-def test_poses(robot: AssembledRobot) -> None:
+def test_tip_poses_match_hand_calculation(robot: AssembledRobot) -> None:
     """Worked out by hand: the robot faces y, and its arm hangs by 0.5 rad."""
     c, s = np.cos(0.5), np.sin(0.5)
     (x, y, z), turn = robot.arms[0].abs_ee_pose
@@ -105,7 +105,7 @@ def test_poses(robot: AssembledRobot) -> None:
     assert robot.arms[0].home_ee_pose[0] == pytest.approx((x, y, z), abs=1e-6)
 
 
-def test_a_tip_goes_to_a_pose(robot: AssembledRobot) -> None:
+def test_tip_moves_to_pose_until_next_command(robot: AssembledRobot) -> None:
     """One joint turns it, on a circle about the shoulder."""
     c, s = np.cos(0.8), np.sin(0.8)
     half = [np.sin(0.4), np.cos(0.4)]
@@ -117,7 +117,7 @@ def test_a_tip_goes_to_a_pose(robot: AssembledRobot) -> None:
     wait_for_joints(robot, lambda: abs(robot.arms[0].joint_pos[0] - 0.2) < 0.01)
 
 
-def test_the_base(robot: AssembledRobot) -> None:
+def test_base_is_set_to_pose_and_refuses_invalid_ones(robot: AssembledRobot) -> None:
     assert robot.base.pose[0] == pytest.approx([0, 0, 0.2])
     robot.base.reset_base(((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 2.0)))  # not quite a unit quaternion
     assert robot.base.pose[0] == pytest.approx([1.0, 2.0, 0.0])
@@ -130,7 +130,7 @@ def test_the_base(robot: AssembledRobot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("indices", "positions", "said"),
+    ("indices", "positions", "reason"),
     [
         ([7], [0.0], "joint index 7: must be from 0 to 6"),
         ([-1], [0.0], "joint index -1"),
@@ -140,14 +140,16 @@ def test_the_base(robot: AssembledRobot) -> None:
         ([0, 1], [0.1], "must have the same length .got 2 and 1"),
     ],
 )
-def test_what_is_refused(robot: AssembledRobot, indices: Any, positions: Any, said: str) -> None:
+def test_invalid_joint_command_is_refused_without_motion(
+    robot: AssembledRobot, indices: Any, positions: Any, reason: str
+) -> None:
     for command in (robot.move_j, robot.reset_j):
-        with pytest.raises(UsageError, match=said):
+        with pytest.raises(UsageError, match=reason):
             command(indices, positions)
     assert robot.arms[0].joint_pos == pytest.approx([0.5], abs=1e-6)
 
 
-def test_unknown_names(robot: AssembledRobot) -> None:
+def test_unknown_joint_or_link_is_refused(robot: AssembledRobot) -> None:
     with pytest.raises(UnknownNameError, match="unknown joint 'shoulde'; did you mean shoulder"):
         robot.joint_name2id_dict["shoulde"]
     with pytest.raises(KeyError):
@@ -157,7 +159,7 @@ def test_unknown_names(robot: AssembledRobot) -> None:
         robot.link_pose(99)
 
 
-def test_from_many_threads(robot: AssembledRobot) -> None:
+def test_robot_serves_many_threads(robot: AssembledRobot) -> None:
     errors: list[BaseException] = []
 
     def work(joint: int) -> None:
@@ -181,7 +183,7 @@ def test_from_many_threads(robot: AssembledRobot) -> None:
     ("attribute", "entry", "has_window"),
     [(None, {}, False), (None, {"without_gui": False}, True), (True, {"without_gui": False}, False), (False, {}, True)],
 )
-def test_who_asks_for_a_window(
+def test_window_is_requested_by_attribute_or_configuration(
     urdf: Path, monkeypatch: pytest.MonkeyPatch, attribute: bool | None, entry: dict[str, Any], has_window: bool
 ) -> None:
     class Seen(AssembledRobot):
@@ -196,7 +198,7 @@ def test_who_asks_for_a_window(
 
 
 @pytest.mark.slow
-def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
+def test_client_of_node_connects_to_robot_address(robot: AssembledRobot) -> None:
     transport = SocketTransport(robot.address)
     assert "/io_teleop/joint_cmd" in {topic["name"] for topic in transport.welcome["topics"]}
     transport.close()
@@ -204,7 +206,7 @@ def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
 
 
 @pytest.mark.slow
-def test_a_configuration_that_is_wrong(urdf: Path) -> None:
+def test_invalid_configuration_is_refused_with_place(urdf: Path) -> None:
     with pytest.raises(UsageError) as caught:
         AssembledRobot(urdf, {**configs(), "arms": [{"joint_index": [99], "ee_index": 2, "rest_j_pos": [0.5]}]})
     assert "configs: arms" in str(caught.value)
@@ -213,7 +215,7 @@ def test_a_configuration_that_is_wrong(urdf: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_bare_robot_and_debug_which_prints_the_index_table(
+def test_robot_without_parts_in_debug_prints_index_table(
     urdf: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -223,15 +225,15 @@ def test_a_bare_robot_and_debug_which_prints_the_index_table(
     assert (bare.arms, bare.with_ee_constraint, bare.physics_clent_id) == ([], True, 3)
     bare.reset_home()
     bare.close()
-    said = capfd.readouterr()
-    rows = [line.split() for line in said.out.splitlines()]
+    captured = capfd.readouterr()
+    rows = [line.split() for line in captured.out.splitlines()]
     assert ["1", "shoulder", "revolute", "shoulder_link", "lift_link", "-2", "2"] in rows
     assert ["2", "tip", "fixed", "tip_link", "shoulder_link"] in rows
-    assert "window cannot open" in said.err
+    assert "window cannot open" in captured.err
 
 
 @pytest.mark.slow
-def test_how_far_a_gripper_is_closed_whose_thumb_follows_the_other_way(urdf: Path, tmp_path: Path) -> None:
+def test_gripper_status_with_opposite_mimic_joint_is_exact(urdf: Path, tmp_path: Path) -> None:
     text = urdf.read_text()
     at = text.index("/>", text.index("<limit", text.index('name="thumb"'))) + 2
     assert 'lower="0.0" upper="0.02"' in text[at - 80 : at]
@@ -248,7 +250,7 @@ def test_how_far_a_gripper_is_closed_whose_thumb_follows_the_other_way(urdf: Pat
 
 
 @pytest.mark.slow
-def test_a_gripper_that_is_open_at_its_upper_limits(urdf: Path) -> None:
+def test_gripper_open_at_upper_limits_has_inverted_status(urdf: Path) -> None:
     robot = AssembledRobot(urdf, configs() | {"grippers": [{"joint_index": [3, 4], "open": ["upper", "lower"]}]})
     (gripper,) = robot.grippers
     assert gripper.joint_range == [[0.0, 0.04], [0.0, 0.02]]

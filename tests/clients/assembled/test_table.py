@@ -3,7 +3,7 @@ from math import inf
 from cellwright.clients.assembled.joints import JointInfo, index_table
 
 
-def test_columns_stand_under_their_heads_and_limits_where_there_are_any() -> None:
+def test_index_table_aligns_columns_and_omits_infinite_limits() -> None:
     table = index_table(
         [
             JointInfo(0, "a_long_name", "revolute", "arm", "base", -1.5, 1.5, 10.0, 2.0, True),

@@ -24,14 +24,14 @@ def in_order(positions: dict[str, float]) -> list[float]:
     return [positions[name] for name in ARM_JOINTS]
 
 
-def test_before_anything_was_heard() -> None:
+def test_client_before_first_message_has_default_values() -> None:
     client = client_of(Cell(WHOLE))
     assert (client.competition_state, client.score, client.orders) == ("", 0.0, [])
     assert (client.joint_positions, client.joint_velocities) == ({}, {})
     assert (client.gripper_enabled, client.gripper_attached) == (False, False)
 
 
-def test_a_kit_from_the_order_to_the_score() -> None:
+def test_client_works_kit_from_order_to_score() -> None:
     client = client_of(Cell(KITTING))
     client.sleep(0.1)
     assert client.competition_state == "init"
@@ -49,7 +49,7 @@ def test_a_kit_from_the_order_to_the_score() -> None:
     assert client.score == 6.0
 
 
-def test_waiting_for_the_next_order() -> None:
+def test_wait_for_order_returns_orders_in_turn() -> None:
     client = client_of(Cell(replace(KITTING, orders=(order(), order(1, start_time=1.0)), extra_parts=())))
     client.start_competition()
     assert [each.order_id for each in (client.wait_for_order(), client.wait_for_order()) if each] == [
@@ -60,7 +60,7 @@ def test_waiting_for_the_next_order() -> None:
     assert client.wait_for_order(0.5) is None
 
 
-def test_ending_the_competition() -> None:
+def test_end_competition_ends_it_for_good() -> None:
     client = client_of(Cell(KITTING))
     assert client.end_competition()
     client.sleep(0.2)
@@ -68,13 +68,13 @@ def test_ending_the_competition() -> None:
     assert not client.start_competition()
 
 
-def test_where_material_is() -> None:
+def test_material_locations_name_storage_units() -> None:
     client = client_of(Cell(WHOLE))
     assert client.material_locations("gear_part") == ("belt", "bin8")
     assert client.material_locations("gear_prat") == ()
 
 
-def test_where_the_joints_are() -> None:
+def test_joint_positions_match_initial_posture() -> None:
     client = client_of(Cell(ARM_ONLY))
     client.sleep(0.1)
     assert client.joint_positions.keys() == {*ARM_JOINTS, "vacuum_gripper_joint"}
@@ -82,7 +82,7 @@ def test_where_the_joints_are() -> None:
     assert client.joint_velocities.keys() == client.joint_positions.keys()
 
 
-def test_going_somewhere_and_standing_there() -> None:
+def test_move_arm_returns_when_arm_stands_at_goal() -> None:
     for servo, close in (("original", 0.003), ("precise", 0.001)):
         client = client_of(Cell(ARM_ONLY, servo=servo))  # type: ignore[arg-type]
         assert client.move_arm([in_order(START), in_order(NEAR)], [0.5, 1.5])
@@ -91,21 +91,21 @@ def test_going_somewhere_and_standing_there() -> None:
         assert all(abs(client.joint_velocities[name]) < 0.02 for name in JOINTS)
 
 
-def test_how_close_is_close_enough() -> None:
+def test_move_arm_with_tight_tolerance_times_out() -> None:
     client = client_of(Cell(ARM_ONLY))
     assert not client.move_arm([in_order(NEAR)], tolerance=0.0001, timeout=0.5)  # the arm sags by more
     assert client.time == 1.5
     assert client.move_arm([in_order(NEAR)])
 
 
-def test_not_arriving_in_time() -> None:
+def test_move_arm_to_unreachable_goal_times_out() -> None:
     client = client_of(Cell(ARM_ONLY))
     far = {**START, "linear_arm_actuator_joint": 2.5}  # beyond the end of the rail
     assert not client.move_arm([in_order(far)], timeout=0.5)
     assert client.time == 1.5
 
 
-def test_waypoints_are_a_second_apart_by_default() -> None:
+def test_send_arm_without_times_spaces_waypoints_by_1_s() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     assert cell.arm is not None
@@ -115,7 +115,7 @@ def test_waypoints_are_a_second_apart_by_default() -> None:
     assert cell.arm.controller.end == 2_000_000_000
 
 
-def test_velocities_make_the_way_smooth() -> None:
+def test_send_arm_with_velocities_follows_cubic() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     client.send_arm([in_order(NEAR)], [1.0], velocities=[[0.0] * 7])
@@ -126,37 +126,37 @@ def test_velocities_make_the_way_smooth() -> None:
 
 
 @pytest.mark.parametrize("duration", [0.0, 0.03, 0.0513, 0.5, 0.777])
-def test_after_a_doze_all_is_as_new_as_after_a_sleep(duration: float) -> None:
-    awake, dozing = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
-    for client, pass_time in ((awake, awake.sleep), (dozing, dozing.idle)):
+def test_idle_leaves_same_state_as_sleep(duration: float) -> None:
+    awake, idle_client = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
+    for client, pass_time in ((awake, awake.sleep), (idle_client, idle_client.idle)):
         client.sleep(0.123)
         client.send_arm([in_order(NEAR)], [1.0])
         client.control_gripper(True)
         pass_time(duration)
-    assert dozing.transport.now() == awake.transport.now()
-    assert dozing.joint_positions == awake.joint_positions
-    assert dozing.gripper_enabled is awake.gripper_enabled
+    assert idle_client.transport.now() == awake.transport.now()
+    assert idle_client.joint_positions == awake.joint_positions
+    assert idle_client.gripper_enabled is awake.gripper_enabled
 
 
-def test_in_a_doze_neither_joint_states_nor_gripper_are_listened_to_until_shortly_before_its_end() -> None:
+def test_idle_pauses_subscriptions_until_shortly_before_its_end() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
-    heard: dict[str, list[float]] = {"/ariac/joint_states": [], "/ariac/gripper/state": []}
+    subscribed_at: dict[str, list[float]] = {"/ariac/joint_states": [], "/ariac/gripper/state": []}
 
-    def look(_score: object) -> None:
-        for topic, times in heard.items():
+    def record_subscribed(_score: object) -> None:
+        for topic, times in subscribed_at.items():
             if cell.bus.topic(topic).subscribers:
                 times.append(round(client.time, 3))
 
-    client.subscribe("/ariac/current_score", look)
+    client.subscribe("/ariac/current_score", record_subscribed)
     client.idle(1.02)
-    assert heard == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
+    assert subscribed_at == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
     assert client.joint_states.count > 0
     client.sleep(0.2)
-    assert heard["/ariac/gripper/state"] == [1.0, 1.1, 1.2]
+    assert subscribed_at["/ariac/gripper/state"] == [1.0, 1.1, 1.2]
 
 
-def test_a_doze_that_cannot_be_leaves_the_client_awake() -> None:
+def test_refused_idle_leaves_subscriptions_on() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     for duration in (-1.0, math.nan, math.inf):
@@ -175,7 +175,7 @@ def test_a_doze_that_cannot_be_leaves_the_client_awake() -> None:
     assert cell.bus.topic("/ariac/gripper/state").subscribers == ("/agent",)
 
 
-def test_other_joints_in_another_order() -> None:
+def test_send_arm_accepts_joints_in_given_order() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     client.send_arm([tuple(NEAR.values())], joints=JOINTS)
@@ -183,7 +183,7 @@ def test_other_joints_in_another_order() -> None:
     assert cell.arm.controller.positions(10**9) == pytest.approx(list(NEAR.values()))
 
 
-def test_no_waypoints_bring_the_arm_to_rest() -> None:
+def test_send_arm_without_waypoints_stops_arm() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     client.send_arm([in_order(NEAR)], [10.0])
@@ -212,7 +212,9 @@ def test_no_waypoints_bring_the_arm_to_rest() -> None:
         (lambda c: c.send_arm([INITIAL], [1e30]), RejectedCommandError, "sec must be from"),
     ],
 )
-def test_what_makes_no_sense_is_refused(act: Callable[[Client], object], error: type[Exception], reason: str) -> None:
+def test_invalid_arm_command_is_refused_without_effect(
+    act: Callable[[Client], object], error: type[Exception], reason: str
+) -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     before = cell.state_hash()
@@ -221,7 +223,7 @@ def test_what_makes_no_sense_is_refused(act: Callable[[Client], object], error: 
     assert cell.state_hash() == before
 
 
-def test_a_trajectory_message() -> None:
+def test_trajectory_message_has_positions_times_and_velocities() -> None:
     message = trajectory_message(("a", "b"), [(1.0, 2.0), (3.0, 4.0)], [0.5, 1.25], [(0.1, 0.2), (0.3, 0.4)])
     assert message.joint_names == ["a", "b"]
     assert nanoseconds(message.header.stamp) == 0
@@ -230,7 +232,7 @@ def test_a_trajectory_message() -> None:
     np.testing.assert_array_equal(message.points[0].velocities, [0.1, 0.2])
 
 
-def test_picking_a_rod() -> None:
+def test_gripper_picks_and_releases_rod() -> None:
     cell = Cell(WHOLE)
     client = client_of(cell)
     assert client.control_gripper(True)
@@ -243,7 +245,7 @@ def test_picking_a_rod() -> None:
     assert (client.gripper_enabled, client.gripper_attached) == (False, False)
 
 
-def test_sensors_are_listened_to_from_when_they_are_asked_for() -> None:
+def test_sensor_is_subscribed_on_first_request() -> None:
     cell = Cell(WHOLE)
     client = client_of(cell)
     assert cell.bus.topic("/ariac/logical_camera_1").subscribers == ()
@@ -258,7 +260,7 @@ def test_sensors_are_listened_to_from_when_they_are_asked_for() -> None:
     assert got == [False] * 5  # the newest one at once, then four in 0.2 s
 
 
-def test_a_cell_without_arm_or_agvs() -> None:
+def test_client_of_bare_cell_refuses_arm_and_agv_commands() -> None:
     client = client_of(Cell(BARE))
     client.sleep(0.2)
     assert client.competition_state == "init"
@@ -270,7 +272,7 @@ def test_a_cell_without_arm_or_agvs() -> None:
 
 
 @pytest.mark.parametrize("name", ["break_beam_l", "logical_camera", "", "arm/stat", "../clock"])
-def test_a_sensor_that_is_not_there_is_an_error_that_names_those_that_are(name: str) -> None:
+def test_unknown_sensor_is_refused_with_known_ones(name: str) -> None:
     client = Client(InProcess(Cell(WHOLE)))
     for ask in (client.sensor, lambda each: client.on_sensor(each, print)):
         with pytest.raises(UnknownNameError) as caught:
@@ -288,7 +290,7 @@ def test_a_sensor_that_is_not_there_is_an_error_that_names_those_that_are(name: 
     assert client.sensor("break_beam_1").wait(1.0) is not None
 
 
-def test_where_more_topics_may_come_a_sensor_is_waited_for(caplog: pytest.LogCaptureFixture) -> None:
+def test_unknown_sensor_over_open_transport_is_awaited(caplog: pytest.LogCaptureFixture) -> None:
     class Growing(InProcess):
         knows_all_topics = False
 

@@ -16,7 +16,7 @@ def never() -> bool:
     return False
 
 
-def test_time_goes_on_in_whole_ticks_to_the_first_at_or_after() -> None:
+def test_advance_stops_at_first_tick_at_or_after_target() -> None:
     transport = InProcess(Cell(BARE))
     transport.advance(3_000_000, never)
     assert transport.now() == 4_000_000
@@ -26,14 +26,14 @@ def test_time_goes_on_in_whole_ticks_to_the_first_at_or_after() -> None:
     assert transport.now() == 4_000_000
 
 
-def test_it_stops_as_soon_as_what_is_waited_for_is_there() -> None:
+def test_advance_stops_when_condition_is_met() -> None:
     cell = Cell(BARE)
     transport = InProcess(cell)
     transport.advance(None, lambda: cell.simulation.clock.tick == 7)
     assert transport.now() == 14_000_000
 
 
-def test_nothing_is_delivered_but_while_time_passes() -> None:
+def test_messages_are_delivered_only_during_advance() -> None:
     cell = Cell(KITTING)
     transport = InProcess(cell)
     got: list[int] = []
@@ -44,7 +44,7 @@ def test_nothing_is_delivered_but_while_time_passes() -> None:
     assert got == [2_000_000, 4_000_000, 6_000_000]
 
 
-def test_what_is_latched_is_delivered_with_the_next_tick() -> None:
+def test_latched_message_is_delivered_with_next_tick() -> None:
     cell = Cell(KITTING)
     start(cell)
     cell.step()
@@ -56,7 +56,7 @@ def test_what_is_latched_is_delivered_with_the_next_tick() -> None:
     assert got == ["order_0"]
 
 
-def test_messages_come_in_the_order_in_which_they_were_said() -> None:
+def test_messages_arrive_in_publishing_order() -> None:
     cell = Cell(WHOLE)
     transport = InProcess(cell)
     got: list[tuple[str, int]] = []
@@ -71,7 +71,7 @@ def test_messages_come_in_the_order_in_which_they_were_said() -> None:
     ]
 
 
-def test_who_has_left_hears_nothing_more_not_even_what_was_on_its_way() -> None:
+def test_left_subscription_drops_queued_messages() -> None:
     cell = Cell(KITTING)
     transport = InProcess(cell)
     got: list[str] = []
@@ -88,7 +88,7 @@ def test_who_has_left_hears_nothing_more_not_even_what_was_on_its_way() -> None:
     assert cell.bus.topic("/clock").subscribers == ()
 
 
-def test_who_keeps_a_client_past_the_end_gets_nothing_more_of_the_cell() -> None:
+def test_closed_client_refuses_every_action() -> None:
     cell = Cell(KITTING)
     client = Client(InProcess(cell))
     client.close()
@@ -107,30 +107,30 @@ def test_who_keeps_a_client_past_the_end_gets_nothing_more_of_the_cell() -> None
 
 
 @pytest.mark.parametrize("until", [None, 10_000_000])
-def test_a_callback_that_closes_the_client_ends_its_time(until: int | None) -> None:
+def test_callback_that_closes_client_ends_advance(until: int | None) -> None:
     cell = Cell(KITTING)
     transport = InProcess(cell)
-    heard: list[str] = []
+    received: list[str] = []
     transport.subscribe("/clock", lambda _: transport.close())
-    transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+    transport.subscribe("/ariac/gripper/state", lambda _: received.append("gripper"))
     with pytest.raises(RunEndedError, match="the client is closed"):
         transport.advance(until)
     assert transport.now() == 2_000_000
-    assert heard == []
+    assert received == []
 
 
-def test_who_has_left_leaves_nothing_behind() -> None:
+def test_left_subscription_is_not_kept() -> None:
     transport = InProcess(Cell(BARE))
     kept: list[object] = []
     stay = transport.subscribe("/clock", kept.append)
     for _ in range(3):
         transport.subscribe("/clock", kept.append)()
-    assert list(transport._leave) == [stay]
+    assert list(transport._subscriptions) == [stay]
     transport.advance(2_000_000, never)
     assert len(kept) == 1
 
 
-def test_a_conversation_cannot_stop_time() -> None:
+def test_reply_in_callback_is_delivered_with_next_tick() -> None:
     """Replies to a callback come with the next tick."""
     cell = Cell(ARM_ONLY)
     transport = InProcess(cell)
@@ -146,7 +146,7 @@ def test_a_conversation_cannot_stop_time() -> None:
     assert got == [2_000_000, 4_000_000, 6_000_000, 8_000_000, 10_000_000]
 
 
-def test_an_error_in_a_callback_comes_out_and_nothing_is_lost() -> None:
+def test_error_in_callback_is_raised_without_message_loss() -> None:
     cell = Cell(KITTING)
     transport = InProcess(cell)
     got: list[int] = []
@@ -164,7 +164,7 @@ def test_an_error_in_a_callback_comes_out_and_nothing_is_lost() -> None:
     assert got == [2_000_000, 4_000_000, 6_000_000]
 
 
-def test_commands_are_carried_out_where_time_stands() -> None:
+def test_service_call_takes_effect_without_advance() -> None:
     cell = Cell(KITTING)
     transport = InProcess(cell, node="/mine")
     before: list[str] = []
@@ -178,7 +178,7 @@ def test_commands_are_carried_out_where_time_stands() -> None:
     assert dict(cell.bus.refusals.counts) == {"/ariac/agv7 from /mine": 1}
 
 
-def test_past_its_deadline_no_time_passes() -> None:
+def test_advance_past_deadline_ends_run() -> None:
     transport = InProcess(Cell(BARE))
     transport.stop = StopCondition(10_000_000, "enough")
     transport.advance(10_000_000, never)
@@ -189,5 +189,5 @@ def test_past_its_deadline_no_time_passes() -> None:
     transport.advance(10_000_000, never)
 
 
-def test_the_end_of_a_run_is_no_exception_that_programs_catch() -> None:
+def test_run_ended_error_is_not_exception_subclass() -> None:
     assert not issubclass(RunEndedError, Exception)

@@ -123,7 +123,7 @@ def locked(master: Ground, make_cell: MakeCell) -> Iterator[tuple[FakeCell, Ros1
         yield cell, transport
 
 
-def test_it_hears_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
+def test_live_client_receives_messages_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
     heard_words: list[str] = []
     begin = transport.now()
@@ -140,7 +140,7 @@ def test_it_hears_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
     assert cell.listeners("/clock") > 0
 
 
-def test_what_is_latched_comes_to_each_of_its_callbacks(live: tuple[FakeCell, Ros1Transport]) -> None:
+def test_latched_message_reaches_every_callback(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
     cell.say("/once", to_ros1(String("order")))
     got: list[tuple[int, str]] = []
@@ -150,7 +150,7 @@ def test_what_is_latched_comes_to_each_of_its_callbacks(live: tuple[FakeCell, Ro
     assert got == [(0, "order"), (1, "order")]
 
 
-def test_it_speaks_under_its_name_and_typed(live: tuple[FakeCell, Ros1Transport]) -> None:
+def test_published_messages_have_node_name_and_type(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
     for number in range(20):
         transport.publish("/commands", String(str(number)))
@@ -160,7 +160,7 @@ def test_it_speaks_under_its_name_and_typed(live: tuple[FakeCell, Ros1Transport]
     assert {(frame.node, frame.type) for frame in frames} == {("/team", "std_msgs/String")}
 
 
-def test_calls_and_what_becomes_of_them(live: tuple[FakeCell, Ros1Transport]) -> None:
+def test_service_calls_return_response_or_error(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
     answer: list[tuple[FrameKind, str, bytes]] = [
         (FrameKind.ANSWER, "", to_ros1(TriggerResponse(success=True, message="go")))
@@ -181,7 +181,7 @@ def test_calls_and_what_becomes_of_them(live: tuple[FakeCell, Ros1Transport]) ->
     assert {frame.node for frame in cell.of(FrameKind.CALL)} == {"/team"}
 
 
-def test_names_and_types_that_do_not_fit(live: tuple[FakeCell, Ros1Transport]) -> None:
+def test_wrong_names_and_types_are_refused(live: tuple[FakeCell, Ros1Transport]) -> None:
     _, transport = live
     with pytest.raises(UnknownNameError, match=START):
         transport.call("/ariac/start", TriggerRequest())
@@ -191,7 +191,7 @@ def test_names_and_types_that_do_not_fit(live: tuple[FakeCell, Ros1Transport]) -
         transport.publish("/arm", String(""))
 
 
-def test_in_lockstep_the_order_of_messages_is_that_of_their_making(locked: tuple[FakeCell, Ros1Transport]) -> None:
+def test_lockstep_messages_arrive_in_publishing_order(locked: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = locked
     rounds = 30
 
@@ -219,7 +219,7 @@ def test_in_lockstep_the_order_of_messages_is_that_of_their_making(locked: tuple
     assert transport.now() == rounds * TICK
 
 
-def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Transport]) -> None:
+def test_lockstep_call_or_advance_does_not_overtake_command(locked: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = locked
     empty = to_ros1(TriggerResponse())
     cell.answer = lambda frame: (
@@ -247,7 +247,7 @@ def cell_ticks(frame: Frame) -> int:
 
 
 @pytest.mark.parametrize("in_lockstep", [False, True])
-def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, make_cell: MakeCell) -> None:
+def test_end_of_cell_ends_run(in_lockstep: bool, master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell(TOPICS, [service(START)], lockstep=in_lockstep)
     start_bridge(master, cell)
     with ticking(cell):
@@ -260,31 +260,31 @@ def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, mak
     assert not transport._relay.is_running
 
 
-def test_the_relay_ends_with_the_client(locked: tuple[FakeCell, Ros1Transport]) -> None:
+def test_relay_ends_with_client(locked: tuple[FakeCell, Ros1Transport]) -> None:
     _, transport = locked
     transport.close()
     assert transport._relay._process.returncode == 0
     transport.close()
 
 
-def test_a_relay_that_is_killed_ends_the_run(locked: tuple[FakeCell, Ros1Transport]) -> None:
+def test_killed_relay_ends_run(locked: tuple[FakeCell, Ros1Transport]) -> None:
     _, transport = locked
     os.kill(transport._relay._process.pid, signal.SIGKILL)
     with pytest.raises(RunEndedError):
         transport.advance(None, lambda: False)
 
 
-def test_without_a_master_it_says_so(no_master: Ground) -> None:
+def test_missing_master_is_reported(no_master: Ground) -> None:
     with pytest.raises(UsageError, match="no ROS master answers at"):
         Ros1Transport(str(ros_python()), environment=no_master.environment, timeout=0.5)
 
 
-def test_without_a_simulator_it_says_so(master: Ground) -> None:
+def test_missing_simulator_is_reported(master: Ground) -> None:
     with pytest.raises(UsageError, match=r"no simulator at .*: /clock has no publisher"):
         Ros1Transport(str(ros_python()), environment=master.environment, timeout=0.5)
 
 
-def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell: MakeCell) -> None:
+def test_other_sign_topic_replaces_clock(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/io_teleop/joint_states"), heard("/commands")])
     start_bridge(master, cell)
     with over_ros(master, sign="/io_teleop/joint_states") as transport:
@@ -300,12 +300,12 @@ def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell:
             transport.advance(transport.now() + 20_000_000_000)
 
 
-def test_without_an_interpreter_it_says_so() -> None:
+def test_missing_interpreter_is_reported() -> None:
     with pytest.raises(UsageError, match="/nowhere/python3 cannot be started: No such file"):
         Ros1Transport("/nowhere/python3")
 
 
-def test_without_rospy_it_says_so(tmp_path: Path) -> None:
+def test_missing_rospy_is_reported(tmp_path: Path) -> None:
     program = tmp_path / "python3"
     program.write_text("#!/bin/sh\necho no module named rospy >&2\nexit 1\n")
     program.chmod(0o755)
@@ -331,7 +331,7 @@ class Worker:
         client.sleep(10.0)
 
 
-def test_in_lockstep_the_result_is_that_of_one_process(no_master: Ground) -> None:
+def test_lockstep_run_ends_in_state_of_in_process_run(no_master: Ground) -> None:
     seconds = 1.2
     trial = load_trial([find_trial("lesson")]).trial
     alone = run_cell(Cell(replace(trial), seed=1), Worker(), RunOptions(until=seconds))
@@ -358,7 +358,7 @@ LATE: list[Action] = [
 
 
 @pytest.mark.parametrize("others", [(), ("/ariac/logical_camera", "/ariac/laser_profiler", "/tf")])
-def test_in_lockstep_an_agent_is_alone_or_watched(no_master: Ground, others: tuple[str, ...]) -> None:
+def test_lockstep_agent_observes_same_with_other_subscribers(no_master: Ground, others: tuple[str, ...]) -> None:
     expected = watching.work(InProcess(Cell(load_trial([find_trial("lesson")]).trial, seed=1)), LATE)
     no_master.serve("lesson", "--lockstep", "--seed", "1", "--record", "run.mcap")
     for topic in others:

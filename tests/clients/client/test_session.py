@@ -19,7 +19,7 @@ def session_of(cell: Cell | None = None) -> NodeClient:
     return NodeClient(InProcess(cell or Cell(BARE)))
 
 
-def test_sleeping_lets_simulation_time_pass() -> None:
+def test_sleep_advances_simulation_time() -> None:
     session = session_of()
     assert session.time == 0.0
     session.sleep(0.5)
@@ -31,7 +31,7 @@ def test_sleeping_lets_simulation_time_pass() -> None:
 
 
 @pytest.mark.parametrize("duration", [-0.001, math.nan, math.inf, -math.inf])
-def test_a_negative_or_infinite_sleep_is_refused(duration: float) -> None:
+def test_negative_or_infinite_sleep_is_refused(duration: float) -> None:
     session = session_of()
     with pytest.raises(UsageError, match="cannot sleep for"):
         session.sleep(duration)
@@ -50,7 +50,7 @@ def test_a_negative_or_infinite_sleep_is_refused(duration: float) -> None:
     ],
     ids=["sleep", "no sleep at all", "wait_until", "wait_until at once", "rate", "latest"],
 )
-def test_in_a_callback_no_time_can_pass(act: Callable[[NodeClient], Any]) -> None:
+def test_advance_in_callback_is_refused(act: Callable[[NodeClient], Any]) -> None:
     session = session_of()
     caught: list[str] = []
 
@@ -67,7 +67,7 @@ def test_in_a_callback_no_time_can_pass(act: Callable[[NodeClient], Any]) -> Non
     assert session.time == 0.102
 
 
-def test_after_an_error_in_a_callback_time_can_pass_again() -> None:
+def test_sleep_works_after_error_in_callback() -> None:
     session = session_of()
 
     def fail(_: object) -> None:
@@ -81,7 +81,7 @@ def test_after_an_error_in_a_callback_time_can_pass_again() -> None:
     assert session.time == 1.002
 
 
-def test_waiting_ends_with_the_tick_in_which_it_is_so() -> None:
+def test_wait_until_ends_in_tick_of_condition() -> None:
     session = session_of()
     assert session.wait_until(lambda: session.time >= 0.0101)
     assert session.time == 0.012
@@ -89,7 +89,7 @@ def test_waiting_ends_with_the_tick_in_which_it_is_so() -> None:
     assert session.time == 0.012
 
 
-def test_waiting_ends_in_time() -> None:
+def test_wait_until_times_out() -> None:
     session = session_of()
     assert not session.wait_until(lambda: False, 0.05)
     assert session.time == 0.05
@@ -101,12 +101,12 @@ def test_waiting_ends_in_time() -> None:
         session.wait_until(lambda: False, math.nan)
 
 
-def test_what_is_so_in_the_last_tick_counts() -> None:
+def test_wait_until_accepts_condition_met_in_last_tick() -> None:
     session = session_of()
     assert session.wait_until(lambda: session.time >= 0.1, 0.1)
 
 
-def test_a_rhythm() -> None:
+def test_rate_keeps_its_period() -> None:
     session = session_of()
     rate = session.rate(10.0)
     beats = []
@@ -117,7 +117,7 @@ def test_a_rhythm() -> None:
     assert beats == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5])
 
 
-def test_a_beat_that_was_missed_is_made_up_for() -> None:
+def test_rate_catches_up_after_missed_beat() -> None:
     session = session_of()
     rate = session.rate(10.0)
     session.sleep(0.15)
@@ -127,7 +127,7 @@ def test_a_beat_that_was_missed_is_made_up_for() -> None:
     assert session.time == 0.2
 
 
-def test_after_a_long_pause_the_rate_begins_again() -> None:
+def test_rate_restarts_after_long_pause() -> None:
     session = session_of()
     rate = session.rate(10.0)
     session.sleep(0.55)
@@ -138,14 +138,14 @@ def test_after_a_long_pause_the_rate_begins_again() -> None:
 
 
 @pytest.mark.parametrize("frequency", [0.0, -1.0, math.nan, math.inf])
-def test_a_rhythm_has_a_frequency(frequency: float) -> None:
+def test_rate_with_invalid_frequency_is_refused(frequency: float) -> None:
     with pytest.raises(UsageError, match="a rate must be above 0 Hz"):
         session_of().rate(frequency)
 
 
 @pytest.mark.slow
 @given(st.floats(1.0, 400.0), st.lists(st.floats(0.0, 0.004), min_size=5, max_size=20))
-def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, spent: list[float]) -> None:
+def test_rate_keeps_period_for_any_work_between(frequency: float, spent: list[float]) -> None:
     session = session_of(SHARED)
     begin = session.time
     rate = session.rate(min(frequency, 100.0))
@@ -159,7 +159,7 @@ def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, sp
 SHARED = Cell(BARE)
 
 
-def test_the_newest_message_is_at_hand() -> None:
+def test_latest_holds_newest_message() -> None:
     session = session_of(Cell(KITTING))
     clock = session.latest("/clock")
     assert (clock.message, clock.count, clock.topic) == (None, 0, "/clock")
@@ -174,7 +174,7 @@ def test_the_newest_message_is_at_hand() -> None:
     assert clock.count == 52
 
 
-def test_waiting_for_what_does_not_come() -> None:
+def test_latest_wait_times_out() -> None:
     session = session_of(Cell(KITTING))
     orders = session.latest("/ariac/orders")
     assert orders.wait(0.1) is None
@@ -182,7 +182,7 @@ def test_waiting_for_what_does_not_come() -> None:
     assert session.time == 0.2
 
 
-def test_closing_leaves_every_topic() -> None:
+def test_close_cancels_every_subscription() -> None:
     cell = Cell(KITTING)
     session = session_of(cell)
     session.latest("/clock")
@@ -191,7 +191,7 @@ def test_closing_leaves_every_topic() -> None:
     assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
 
 
-def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
+def test_client_refuses_other_threads_until_adopted() -> None:
     session = session_of()
     times: list[object] = []
 
@@ -213,7 +213,7 @@ def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
     assert session.time == 0.1
 
 
-def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
+def test_idle_refused_in_other_thread_leaves_subscriptions_on() -> None:
     client = Client(InProcess(Cell(ARM_ONLY)))
 
     def work() -> None:
@@ -227,7 +227,7 @@ def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
     assert client.joint_states.count == 5
 
 
-def test_the_newest_message_can_be_listened_for_now_and_then() -> None:
+def test_latest_can_be_cancelled_and_resumed() -> None:
     session = NodeClient(InProcess(Cell(KITTING)))
     score = session.latest("/ariac/current_score")
     score.listen()  # it does

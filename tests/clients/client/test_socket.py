@@ -18,7 +18,7 @@ from cellwright.clients.client import socket_transport as socket_module
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
 from cellwright.clients.client.session import NodeClient
-from cellwright.clients.client.socket_transport import SocketTransport, accepted
+from cellwright.clients.client.socket_transport import SocketTransport, check_answer
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -38,7 +38,7 @@ from tests.clients.operators import nodes as robots
 from tests.waiting import TIMEOUT, wait_until
 
 
-class Home:
+class ServedCell:
     """A served cell; `result` is there when it is over."""
 
     def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
@@ -68,8 +68,8 @@ class Home:
 @contextmanager
 def served(
     cell: Cell, *, lockstep: bool = True, speed: float | None = None, options: RunOptions | None = None
-) -> Iterator[Home]:
-    home = Home(cell, lockstep=lockstep, speed=speed, options=options or RunOptions(ends_when_done=False))
+) -> Iterator[ServedCell]:
+    home = ServedCell(cell, lockstep=lockstep, speed=speed, options=options or RunOptions(ends_when_done=False))
     try:
         yield home
     finally:
@@ -78,7 +78,7 @@ def served(
 
 
 @contextmanager
-def connected(home: Home, *, node: str = "/client", encoding: str = "cdr") -> Iterator[SocketTransport]:
+def connected(home: ServedCell, *, node: str = "/client", encoding: str = "cdr") -> Iterator[SocketTransport]:
     transport = SocketTransport(home.address, node=node, encoding=encoding)
     try:
         yield transport
@@ -113,7 +113,7 @@ def observations(transport: Transport) -> list[object]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
-def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding: str) -> None:
+def test_lockstep_program_observes_and_leaves_state_of_in_process_run(encoding: str) -> None:
     cell = Cell(WHOLE)
     expected = observations(InProcess(cell, node="/client"))
     assert len(expected) > 100
@@ -123,7 +123,7 @@ def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding:
 
 
 @pytest.mark.parametrize("others", [0, 1])
-def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None:
+def test_lockstep_time_passes_during_long_service_call(others: int) -> None:
     """As in a robot's motion home; another client may wait for time meanwhile."""
     expected = RobotNode(robots.robot(), sim_time=True)
     away = joint_state(["right_1"], [0.5], time=0)
@@ -151,7 +151,7 @@ def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None
         transport.close()
 
 
-def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_passive_subscription_does_not_stop_advance(monkeypatch: pytest.MonkeyPatch) -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
         requests: list[int] = []
         ask = transport._connection.ask
@@ -172,7 +172,7 @@ def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.
         assert len(times) == 202
 
 
-def test_errors_are_those_of_the_cells_own_process() -> None:
+def test_socket_errors_match_in_process_errors() -> None:
     for lockstep in (True, False):
         with (
             served(Cell(ARM_ONLY, competition=False), lockstep=lockstep, speed=1.0) as home,
@@ -194,7 +194,7 @@ def test_errors_are_those_of_the_cells_own_process() -> None:
                 transport.subscribe("clock", print)
 
 
-def test_time_passes_by_itself_where_it_is_not_in_lockstep() -> None:
+def test_time_passes_without_requests_outside_lockstep() -> None:
     with served(Cell(KITTING), lockstep=False, speed=4.0) as home, connected(home) as transport:
         client = Client(transport)
         assert client.start_competition()
@@ -208,26 +208,26 @@ def test_time_passes_by_itself_where_it_is_not_in_lockstep() -> None:
         assert transport.now() - before >= 100_000_000
 
 
-def test_without_a_clock_time_is_wall_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    wall = Wall()
+def test_time_without_clock_is_wall_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = FakeWallClock()
     monkeypatch.setattr(socket_module, "time", wall)
     with robots.served(RobotNode(robots.robot())) as address:
         transport = SocketTransport(address)
         session = NodeClient(transport)
         joints = session.latest("/io_teleop/joint_states")
         assert joints.wait(timeout=TIMEOUT) is not None
-        before, heard = transport.now(), joints.count
-        wait_until(lambda: joints.count > heard, "message during a sleep", between=lambda: session.sleep(0.1))
+        before, count = transport.now(), joints.count
+        wait_until(lambda: joints.count > count, "message during a sleep", between=lambda: session.sleep(0.1))
         assert transport.now() - before >= 100_000_000
         assert not session.wait_until(lambda: False, timeout=0.05)
-        assert session.wait_until(lambda: joints.count > heard + 40, timeout=TIMEOUT)
+        assert session.wait_until(lambda: joints.count > count + 40, timeout=TIMEOUT)
         before, wall.ahead = transport.now(), 10**12
         assert transport.now() - before >= 10**12
         assert session.time == pytest.approx(transport.welcome["time"] / 1e9 + 1000.0, abs=TIMEOUT)
         transport.close()
 
 
-class Wall:
+class FakeWallClock:
     """The clock of the machine, which a test can put forward."""
 
     ahead = 0
@@ -236,7 +236,7 @@ class Wall:
         return time.perf_counter_ns() + self.ahead
 
 
-def test_the_end_of_the_run_reaches_a_waiting_client() -> None:
+def test_end_of_run_reaches_waiting_client() -> None:
     cell = Cell(KITTING)
     with served(cell, options=RunOptions(until=0.1)) as home, connected(home) as transport:
         client = Client(transport)
@@ -249,7 +249,7 @@ def test_the_end_of_the_run_reaches_a_waiting_client() -> None:
             client.start_competition()
 
 
-def test_who_has_left_hears_nothing_more() -> None:
+def test_left_subscription_gets_no_messages() -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
         got: list[str] = []
         leave = [transport.subscribe("/clock", lambda _, name=name: got.append(name)) for name in "ab"]  # type: ignore[misc]
@@ -263,24 +263,24 @@ def test_who_has_left_hears_nothing_more() -> None:
             transport.advance(8_000_000)
 
 
-def test_leaving_after_closing_sends_nothing() -> None:
+def test_cancelling_after_close_sends_nothing() -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
         leave = transport.subscribe("/clock", print)
         transport.close()
         leave()
 
 
-def test_a_callback_that_closes_the_client_ends_its_time() -> None:
+def test_callback_that_closes_client_ends_advance() -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
-        heard: list[str] = []
+        received: list[str] = []
         transport.subscribe("/clock", lambda _: transport.close())
-        transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+        transport.subscribe("/ariac/gripper/state", lambda _: received.append("gripper"))
         with pytest.raises(RunEndedError, match="closed"):
             transport.advance(10_000_000)
-        assert heard == []
+        assert received == []
 
 
-def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
+def test_close_in_other_thread_ends_wait() -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport, connected(home, node="/other"):
         transport.advance(2_000_000)
         ended: list[BaseException] = []
@@ -299,7 +299,7 @@ def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
         assert [str(error) for error in ended] == ["the connection was closed"]
 
 
-def test_several_clients_in_lockstep_share_time() -> None:
+def test_lockstep_clients_share_time() -> None:
     with served(Cell(KITTING)) as home, connected(home, node="/one") as one, connected(home, node="/two") as two:
         one.advance(10_000_000)
         two.advance(6_000_000)
@@ -314,7 +314,7 @@ def test_several_clients_in_lockstep_share_time() -> None:
     assert home.result.steps == 25
 
 
-def test_where_no_cell_is_there_is_one_line() -> None:
+def test_missing_server_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         address = taken.getsockname()[:2]
     with pytest.raises(UsageError, match=f"no server answers at 127.0.0.1:{address[1]}: "):
@@ -322,14 +322,14 @@ def test_where_no_cell_is_there_is_one_line() -> None:
 
 
 @pytest.mark.parametrize(
-    "said",
+    "response",
     [
         b"HTTP/1.1 400 Bad Request\r\n\r\n",
         b"",
         Frame(FrameKind.REFUSED, name="UsageError", payload=b"not you").encode(),
     ],
 )
-def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
+def test_foreign_server_is_refused(response: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         address = listener.getsockname()[:2]
 
@@ -337,7 +337,7 @@ def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
             connection, _ = listener.accept()
             with connection:
                 connection.recv(len(hello("/client", "cdr").encode()))
-                connection.sendall(said)
+                connection.sendall(response)
 
         thread = threading.Thread(target=answer)
         thread.start()
@@ -346,18 +346,18 @@ def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
         thread.join(TIMEOUT)
 
 
-def test_what_a_cell_says_cannot_play_with_the_terminal() -> None:
-    said = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
+def test_control_bytes_in_refusal_are_escaped() -> None:
+    refusal = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
     with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
-        accepted(said)
+        check_answer(refusal)
     with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
-        accepted(replace(said, name="UnknownNameError"))
+        check_answer(replace(refusal, name="UnknownNameError"))
 
 
-def test_a_client_connects_to_an_address_as_people_write_it() -> None:
+def test_connect_accepts_host_and_port_text() -> None:
     with served(Cell(KITTING)) as home:
         host, port = home.address
-        client = Client.connect(f"{host}:{port}", node="/somebody")
+        client = Client.connect(f"{host}:{port}", node="/operator")
         client.sleep(0.1)
         assert client.time == pytest.approx(0.1)
         client.close()
@@ -368,6 +368,6 @@ def test_a_client_connects_to_an_address_as_people_write_it() -> None:
 @pytest.mark.parametrize(
     "text", ["", "here", ":80", "here:", "here:0", "here:65536", "here:8o", "here:" + 7 * "9", "a:²"]
 )
-def test_what_is_no_address_is_refused(text: str | tuple[str, int]) -> None:
+def test_connect_refuses_invalid_address(text: str | tuple[str, int]) -> None:
     with pytest.raises(UsageError, match="give a host and a port"):
         Client.connect(text)

@@ -17,9 +17,9 @@ from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.util.errors import UsageError
 
 TYPE = "sensor_msgs/msg/JointState"
-Said = list[tuple[str, float, list[str], list[float]]]
+Messages = list[tuple[str, float, list[str], list[float]]]
 
-SAID: Said = [
+MESSAGES: Messages = [
     ("/io_teleop/joint_states", 10.0, ["head", "elbow"], [0.5, 0.6]),
     ("/io_teleop/joint_cmd", 10.0, ["head"], [0.1]),
     ("/io_teleop/target_gripper_status", 10.5, ["joint1", "joint1"], [0.0, 1.0]),
@@ -27,15 +27,15 @@ SAID: Said = [
 ]
 
 
-def topics(said: Said) -> dict[str, None]:
-    return dict.fromkeys(topic for topic, *_ in said)
+def topics(messages: Messages) -> dict[str, None]:
+    return dict.fromkeys(topic for topic, *_ in messages)
 
 
-def ros1_bag(path: Path, said: Said) -> Path:
+def ros1_bag(path: Path, messages: Messages) -> Path:
     store = get_typestore(Stores.ROS1_NOETIC)
     with Ros1Writer(path) as writer:
-        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(said)}
-        for topic, time, names, positions in said:
+        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(messages)}
+        for topic, time, names, positions in messages:
             stamp = store.types["builtin_interfaces/msg/Time"](int(time), 0)
             header = store.types["std_msgs/msg/Header"](0, stamp, "")
             message = store.types[TYPE](header, names, np.array(positions), np.zeros(0), np.zeros(0))
@@ -43,11 +43,11 @@ def ros1_bag(path: Path, said: Said) -> Path:
     return path
 
 
-def ros2_bag(path: Path, said: Said, storage: StoragePlugin) -> Path:
+def ros2_bag(path: Path, messages: Messages, storage: StoragePlugin) -> Path:
     store = get_typestore(Stores.ROS2_HUMBLE)
     with Ros2Writer(path, version=9, storage_plugin=storage) as writer:
-        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(said)}
-        for topic, time, names, positions in said:
+        connections = {topic: writer.add_connection(topic, TYPE, typestore=store) for topic in topics(messages)}
+        for topic, time, names, positions in messages:
             stamp = store.types["builtin_interfaces/msg/Time"](int(time), 0)
             header = store.types["std_msgs/msg/Header"](stamp, "")
             message = store.types[TYPE](header, names, np.array(positions), np.zeros(0), np.zeros(0))
@@ -55,64 +55,66 @@ def ros2_bag(path: Path, said: Said, storage: StoragePlugin) -> Path:
     return path
 
 
-def make(kind: str, folder: Path, said: Said = SAID) -> Path:
+def make(kind: str, folder: Path, messages: Messages = MESSAGES) -> Path:
     if kind == "ros1":
-        return ros1_bag(folder / "session.bag", said)
-    return ros2_bag(folder / "session", said, StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3)
+        return ros1_bag(folder / "session.bag", messages)
+    return ros2_bag(folder / "session", messages, StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3)
 
 
 @pytest.mark.parametrize("kind", ["ros1", "sqlite3", "mcap"])
-def test_commands_are_read_each_for_its_own_topic(kind: str, tmp_path: Path) -> None:
+def test_bag_commands_keep_their_topics(kind: str, tmp_path: Path) -> None:
     path = make(kind, tmp_path)
     assert is_bag(path)
-    assert read_bag(path).moments == (
+    assert read_bag(path).samples == (
         TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),
         TargetSample(0.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
         TargetSample(1.0, JOINT_COMMAND, {"elbow": 0.2, "head": 0.3}),
     )
 
 
-def test_a_topic_that_is_named_becomes_targets_of_joints(tmp_path: Path) -> None:
+def test_named_topic_is_read_as_joint_targets(tmp_path: Path) -> None:
     path = make("ros1", tmp_path)
     for name in ("/io_teleop/joint_states", "io_teleop/joint_states"):
-        assert read_bag(path, name).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
+        assert read_bag(path, name).samples == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
 
 
-def test_recorders_that_leave_the_slash_out_are_understood(tmp_path: Path) -> None:
+def test_topic_without_leading_slash_is_read(tmp_path: Path) -> None:
     path = make("mcap", tmp_path, [("io_teleop/joint_cmd", 1.0, ["head"], [0.1])])
-    assert read_bag(path).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),)
+    assert read_bag(path).samples == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),)
 
 
 @pytest.mark.parametrize(
-    ("said", "topic", "reason"),
+    ("messages", "topic", "reason"),
     [
-        (SAID[:1], None, r"no commands of io_teleop in it; joint states are on: /io_teleop/joint_states"),
-        (SAID, "/arm", r"no /arm in it; joint states are on: /io_teleop/joint_cmd, "),
+        (MESSAGES[:1], None, r"no commands of io_teleop in it; joint states are on: /io_teleop/joint_states"),
+        (MESSAGES, "/arm", r"no /arm in it; joint states are on: /io_teleop/joint_cmd, "),
         ([("/io_teleop/joint_cmd", 1.0, ["head", "elbow"], [0.1])], None, "needs a finite position for each name"),
         ([("/io_teleop/joint_cmd", 1.0, ["head"], [np.nan])], None, "needs a finite position for each name"),
     ],
 )
-def test_what_cannot_be_played_is_refused(said: Said, topic: str | None, reason: str, tmp_path: Path) -> None:
+def test_bag_without_usable_targets_is_refused(
+    messages: Messages, topic: str | None, reason: str, tmp_path: Path
+) -> None:
     with pytest.raises(UsageError, match=reason):
-        read_bag(make("ros1", tmp_path, said), topic)
+        read_bag(make("ros1", tmp_path, messages), topic)
 
 
 @pytest.mark.parametrize("keep", [0, 10, 100, 4200])
-def test_a_damaged_bag_is_refused(keep: int, tmp_path: Path) -> None:
+def test_damaged_bag_is_refused(keep: int, tmp_path: Path) -> None:
     path = make("ros1", tmp_path)
     path.write_bytes(path.read_bytes()[:keep])
     with pytest.raises(UsageError, match=r"session\.bag: cannot be read as a bag: \w+"):
         read_bag(path)
 
 
-def test_a_folder_that_is_no_bag_is_refused(tmp_path: Path) -> None:
+def test_folder_without_bag_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be read as a bag"):
         read_bag(tmp_path)
     with pytest.raises(UsageError, match="cannot be read as a bag"):
         read_bag(tmp_path / "none.bag")
 
 
-def test_a_bag_that_never_ends_is_refused(tmp_path: Path) -> None:
+def test_endless_bag_is_refused(tmp_path: Path) -> None:
     (tmp_path / "endless.bag").symlink_to("/dev/zero")
     with pytest.raises(UsageError, match="cannot be read as a bag: not a regular file"):
         read_bag(tmp_path / "endless.bag")

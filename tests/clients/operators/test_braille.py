@@ -16,8 +16,8 @@ def frame(text: str) -> list[str]:
     return [line.split("┤" if "┤" in line else "│", 1)[1] for line in text.splitlines() if "┤" in line or "│" in line]
 
 
-def test_a_rising_line_goes_from_the_lower_left_to_the_upper_right() -> None:
-    lines = frame(terminal_plot([Curve("told", TIME, TIME, "red")], width=20, height=5).plain)
+def test_rising_curve_runs_from_lower_left_to_upper_right() -> None:
+    lines = frame(terminal_plot([Curve("target", TIME, TIME, "red")], width=20, height=5).plain)
     assert len(lines) == 5
     assert lines[0][-1] != "\u2800"
     assert lines[-1][0] != "\u2800"
@@ -26,18 +26,22 @@ def test_a_rising_line_goes_from_the_lower_left_to_the_upper_right() -> None:
     assert columns == sorted(columns, reverse=True)
 
 
-def test_the_ends_of_both_axes_and_the_curves_are_named() -> None:
+def test_plot_labels_axis_ends_and_curves() -> None:
     text = terminal_plot(
-        [Curve("told", TIME, TIME - 1.0, "red"), Curve("seen", TIME, 0 * TIME + 1e-20, "blue")], width=40, unit="rad"
+        [Curve("target", TIME, TIME - 1.0, "red"), Curve("measured", TIME, 0 * TIME + 1e-20, "blue")],
+        width=40,
+        unit="rad",
     ).plain
     assert text.splitlines()[0].startswith(" 1┤")
     assert "-1┤" in text
     assert text.splitlines()[-2].split() == ["0", "s", "2", "s"]
-    assert text.splitlines()[-1].strip() == "━ told  ━ seen [rad]"
+    assert text.splitlines()[-1].strip() == "━ target  ━ measured [rad]"
 
 
-def test_where_two_curves_meet_the_later_ones_colour_is_shown() -> None:
-    text = terminal_plot([Curve("told", TIME, TIME, "red"), Curve("seen", TIME, TIME, "blue")], width=20, height=5)
+def test_overlapping_curves_show_colour_of_later_one() -> None:
+    text = terminal_plot(
+        [Curve("target", TIME, TIME, "red"), Curve("measured", TIME, TIME, "blue")], width=20, height=5
+    )
     colours = {str(span.style) for span in text.spans if text.plain[span.start : span.end].strip("\u2800 ━") != ""}
     assert "blue" in colours
     assert "red" not in colours
@@ -46,7 +50,7 @@ def test_where_two_curves_meet_the_later_ones_colour_is_shown() -> None:
 @given(
     values=st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), width=st.integers(1, 100), height=st.integers(1, 20)
 )
-def test_whatever_is_plotted_has_the_size_that_was_asked_for(values: list[float], width: int, height: int) -> None:
+def test_plot_has_requested_size(values: list[float], width: int, height: int) -> None:
     time = np.arange(float(len(values)))
     lines = frame(terminal_plot([Curve("x", time, np.array(values), "red")], width=width, height=height).plain)
     assert len(lines) == height

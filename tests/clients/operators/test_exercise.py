@@ -25,13 +25,13 @@ def node() -> RobotNode:
 
 
 @pytest.fixture
-def there(node: RobotNode) -> OperatedRobot:
+def operated(node: RobotNode) -> OperatedRobot:
     node.simulation.reset()
     return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
-def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> None:
-    found = exercise(there, "right_2", SINE)
+def test_sine_is_followed_with_lag_of_servo(operated: OperatedRobot) -> None:
+    found = exercise(operated, "right_2", SINE)
     assert found.start == pytest.approx(0.6, abs=1e-6)
     figures = found.tracking
     assert figures.delay == pytest.approx(1 / 24, abs=0.008)  # a velocity servo of 24/s
@@ -39,21 +39,21 @@ def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> N
     assert figures.worst == pytest.approx(2 * 0.3 * math.sin(math.pi * lag), rel=0.15)
     assert figures.rate == pytest.approx(100.0, rel=0.01)
     assert found.note == ""
-    assert found.trace.told.min() == pytest.approx(0.3, abs=1e-3)
-    assert found.trace.told.max() == pytest.approx(0.9, abs=1e-3)
-    assert there.positions["right_2"] == pytest.approx(0.6, abs=1e-3)
+    assert found.trace.targets.min() == pytest.approx(0.3, abs=1e-3)
+    assert found.trace.targets.max() == pytest.approx(0.9, abs=1e-3)
+    assert operated.positions["right_2"] == pytest.approx(0.6, abs=1e-3)
 
 
-def test_only_the_named_joint_gets_commands(there: OperatedRobot) -> None:
-    before = there.positions
-    exercise(there, "left_6", SINE)
-    there.session.sleep(0.5)
-    assert there.positions == pytest.approx(before, abs=0.01)
+def test_exercise_commands_only_named_joint(operated: OperatedRobot) -> None:
+    before = operated.positions
+    exercise(operated, "left_6", SINE)
+    operated.session.sleep(0.5)
+    assert operated.positions == pytest.approx(before, abs=0.01)
 
 
-def test_steps_are_reported(there: OperatedRobot) -> None:
+def test_step_figures_and_progress_are_reported(operated: OperatedRobot) -> None:
     seen: list[float] = []
-    found = exercise(there, "right_6", Wave(WaveShape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
+    found = exercise(operated, "right_6", Wave(WaveShape.STEP, 0.2, 1.0, 1), on_progress=seen.append).tracking
     assert found.step is not None
     assert found.step.rise == pytest.approx(math.log(9) / 24, abs=0.02)
     assert found.step.overshoot < 0.01
@@ -62,46 +62,46 @@ def test_steps_are_reported(there: OperatedRobot) -> None:
     assert seen[-1] == 1.0
 
 
-def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
-    there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
+def test_exercise_of_lost_robot_leaves_no_subscription(
+    operated: OperatedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The way back cannot be sent any more, and the other half of the clean-up happens all the same."""
-    said: list[float] = []
+    sent: list[float] = []
 
     def send(_robot: OperatedRobot, order: MoveJoints) -> None:
-        said.append(order.targets["right_1"])
-        if len(said) > 20:
+        sent.append(order.targets["right_1"])
+        if len(sent) > 20:
             raise RunEndedError("the server has closed the connection")
 
     monkeypatch.setattr(OperatedRobot, "send", send)
-    bus = there.session.transport.cell.bus  # type: ignore[attr-defined]
+    bus = operated.session.transport.cell.bus  # type: ignore[attr-defined]
     before = bus.topic("/io_teleop/joint_states").subscribers
     with pytest.raises(RunEndedError):
-        exercise(there, "right_1", SINE)
-    assert len(said) == 22
+        exercise(operated, "right_1", SINE)
+    assert len(sent) == 22
     assert bus.topic("/io_teleop/joint_states").subscribers == before
 
 
-def test_a_node_that_holds_back_is_reported(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_node_that_limits_targets_is_reported(operated: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         OperatedRobot, "applied", property(lambda robot: {"right_1": min(robot.positions["right_1"], 0.1)})
     )
-    note = exercise(there, "right_1", Wave(WaveShape.RAMP, 0.3, 1.0, 1)).note
+    note = exercise(operated, "right_1", Wave(WaveShape.RAMP, 0.3, 1.0, 1)).note
     assert note.startswith("sent 0 to 0.3, the node applied ")
     assert note.endswith("to 0.1: it limits the targets")
 
 
-def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: OperatedRobot) -> None:
-    before = there.positions
+def test_signal_beyond_limits_is_refused_before_motion(operated: OperatedRobot) -> None:
+    before = operated.positions
     with pytest.raises(UsageError, match=r"right_3: a sine of 1 from -2\.2 to -0\.2 leaves"):
-        check_signal(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
-    check_signal(there, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
-    assert check_signal(there, ["right_1"], SINE, LIMITS) == []
-    assert check_signal(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
+        check_signal(operated, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
+    check_signal(operated, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
+    assert check_signal(operated, ["right_1"], SINE, LIMITS) == []
+    assert check_signal(operated, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
         "right_1: the signal is too fast for the joint (needs 3.77 a second, limit 3)"
     ]
-    assert check_signal(there, ["right_1"], Wave(WaveShape.STEP, 0.3, 2.0, 1), LIMITS) == []
+    assert check_signal(operated, ["right_1"], Wave(WaveShape.STEP, 0.3, 2.0, 1), LIMITS) == []
     with pytest.raises(UnknownNameError, match="did you mean right_1"):
-        check_signal(there, ["rigth_1"], SINE, LIMITS)
-    there.session.sleep(0.1)
-    assert there.positions == before
+        check_signal(operated, ["rigth_1"], SINE, LIMITS)
+    operated.session.sleep(0.1)
+    assert operated.positions == before

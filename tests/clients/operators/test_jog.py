@@ -39,7 +39,7 @@ class FakeRobot:
         return self.reason
 
 
-LIMITS = JointLimits({"head_yaw": Limits(-0.04, 1.5), "slide": Limits(0.0, 0.4)}, "told")
+LIMITS = JointLimits({"head_yaw": Limits(-0.04, 1.5), "slide": Limits(0.0, 0.4)}, "test")
 
 
 @pytest.fixture
@@ -62,7 +62,7 @@ def pressed(jog: Jog, *keys: str) -> list[object]:
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: FakeRobot) -> None:
+def test_node_without_joints_is_noted_for_any_key(key: str, jog: Jog, robot: FakeRobot) -> None:
     names, robot.joints = robot.joints, ()
     order = jog.press(key)
     assert not isinstance(order, MoveJoints)
@@ -76,21 +76,21 @@ def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: F
     assert jog.joint == names[0]
 
 
-def test_the_first_step_begins_where_the_robot_stands_and_the_next_where_that_led(jog: Jog, robot: FakeRobot) -> None:
+def test_first_step_starts_at_measured_position_and_next_at_target(jog: Jog, robot: FakeRobot) -> None:
     assert pressed(jog, "down", "right") == [None, MoveJoints({"arm_r_1": 1.02})]
     robot.positions["arm_r_1"] = 1.01  # on its way
     assert jog.press("right") == MoveJoints({"arm_r_1": near(1.04)})
     assert jog.press("left") == MoveJoints({"arm_r_1": near(1.02)})
 
 
-def test_after_something_else_has_moved_the_robot_it_begins_there(jog: Jog, robot: FakeRobot) -> None:
+def test_step_after_forget_starts_at_measured_position(jog: Jog, robot: FakeRobot) -> None:
     pressed(jog, "down", "right", "right")
     robot.positions["arm_r_1"] = -0.7
     jog.forget()
     assert jog.press("right") == MoveJoints({"arm_r_1": near(-0.68)})
 
 
-def test_a_target_does_not_run_away_from_a_joint_that_is_held_up(jog: Jog) -> None:
+def test_target_of_blocked_joint_stays_near_it(jog: Jog) -> None:
     jog.press("down")
     orders = [jog.press("right") for _ in range(40)]
     assert orders[-1] == MoveJoints({"arm_r_1": near(1.2)})
@@ -98,32 +98,32 @@ def test_a_target_does_not_run_away_from_a_joint_that_is_held_up(jog: Jog) -> No
     assert jog.press("left") == MoveJoints({"arm_r_1": near(1.18)})
 
 
-def test_a_target_stays_within_limits_that_are_known(jog: Jog) -> None:
+def test_target_stays_within_known_limits(jog: Jog) -> None:
     assert pressed(jog, "left", "left", "left")[-1] == MoveJoints({"head_yaw": -0.04})
     assert jog.note == "head_yaw is at its limit"
 
 
-def test_a_step_of_a_short_way_is_a_tenth_of_it(jog: Jog) -> None:
+def test_largest_step_is_tenth_of_range(jog: Jog) -> None:
     pressed(jog, "end", "+", "+", "+")
     assert jog.joint == "slide"
     assert JOINT_STEPS[jog.size] == 0.2
     assert jog.press("right") == MoveJoints({"slide": near(0.24)})
 
 
-def test_steps_have_a_smallest_and_a_largest(jog: Jog) -> None:
+def test_step_size_has_minimum_and_maximum(jog: Jog) -> None:
     pressed(jog, *9 * "-")
     assert jog.size == 0
     pressed(jog, *9 * "+", "=")
     assert jog.size == len(JOINT_STEPS) - 1
 
 
-def test_a_joint_of_unknown_position_is_not_moved(jog: Jog, robot: FakeRobot) -> None:
+def test_joint_of_unknown_position_is_not_moved(jog: Jog, robot: FakeRobot) -> None:
     del robot.positions["head_yaw"]
     assert jog.press("right") is None
     assert jog.note == "the node publishes no position of head_yaw"
 
 
-def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> None:
+def test_joints_are_selected_by_arrows_and_search(jog: Jog) -> None:
     pressed(jog, "up")
     assert jog.joint == "head_yaw"
     pressed(jog, "pagedown")
@@ -137,7 +137,7 @@ def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> 
     assert jog.press("q") is Now.QUIT
 
 
-def test_a_tip_moves_along_the_axes_of_the_base_and_the_other_stays(jog: Jog, robot: FakeRobot) -> None:
+def test_tip_moves_along_base_axes_and_other_tip_stays(jog: Jog, robot: FakeRobot) -> None:
     order = jog.press("z")
     assert order == MoveTips((Pose((0.5, -0.2, near(0.305))), robot.tips[1]))
     robot.tips = (Pose((0.51, -0.2, 0.302)), Pose((0.9, 0.9, 0.9)))  # noise, on the way
@@ -147,14 +147,14 @@ def test_a_tip_moves_along_the_axes_of_the_base_and_the_other_stays(jog: Jog, ro
     assert order.tips[1].position == (0.5, 0.2, 0.3)
 
 
-def test_or_along_its_own(jog: Jog) -> None:
+def test_tip_moves_along_its_own_axes_after_frame_key(jog: Jog) -> None:
     order = pressed(jog, "t", "f", "x")[-1]
     assert isinstance(order, MoveTips)
     assert order.tips[1].position == pytest.approx((0.5, 0.2 + TIP_STEPS[1], 0.3))
 
 
 @pytest.mark.parametrize(("key", "axis"), [("r", 0), ("p", 1), ("w", 2)])
-def test_a_tip_turns_about_an_axis_and_back(key: str, axis: int, jog: Jog, robot: FakeRobot) -> None:
+def test_tip_turns_about_axis_and_back(key: str, axis: int, jog: Jog, robot: FakeRobot) -> None:
     there = jog.press(key)
     assert isinstance(there, MoveTips)
     assert there.tips[0].rpy[axis] == pytest.approx(JOINT_STEPS[1])
@@ -164,7 +164,7 @@ def test_a_tip_turns_about_an_axis_and_back(key: str, axis: int, jog: Jog, robot
     assert back.tips[0].quaternion == pytest.approx(robot.tips[0].quaternion, abs=1e-12)
 
 
-def test_a_tip_that_does_not_follow_is_not_sent_farther(jog: Jog) -> None:
+def test_target_of_blocked_tip_stays_near_it(jog: Jog) -> None:
     orders = pressed(jog, *60 * "x")
     assert orders[-1] is None
     assert jog.note == "the tip is blocked, or the pose is out of reach"
@@ -173,7 +173,7 @@ def test_a_tip_that_does_not_follow_is_not_sent_farther(jog: Jog) -> None:
     assert last.tips[0].position[0] <= 0.6 + 1e-9
 
 
-def test_joints_and_tips_do_not_go_on_from_each_others_targets(jog: Jog, robot: FakeRobot) -> None:
+def test_joint_steps_and_tip_steps_reset_each_other(jog: Jog, robot: FakeRobot) -> None:
     pressed(jog, "down", "right", "right")
     jog.press("x")
     robot.positions["arm_r_1"] = 0.5
@@ -184,14 +184,14 @@ def test_joints_and_tips_do_not_go_on_from_each_others_targets(jog: Jog, robot: 
     assert order.tips[0].position == pytest.approx((0.105, 0.1, 0.1))
 
 
-def test_grippers_open_close_and_step_within_their_way(jog: Jog) -> None:
+def test_grippers_open_close_and_step_within_range(jog: Jog) -> None:
     assert jog.press("c") == MoveGrippers((1.0, 0.0))
     assert jog.press(",") == MoveGrippers((0.95, 0.0))
     assert jog.press("o") == MoveGrippers((0.0, 0.0))
     assert pressed(jog, "t", ".", ".")[-1] == MoveGrippers((0.0, near(0.1)))
 
 
-def test_what_the_node_does_not_tell_of_cannot_be_moved(jog: Jog, robot: FakeRobot) -> None:
+def test_unpublished_tips_and_grippers_are_not_moved(jog: Jog, robot: FakeRobot) -> None:
     robot.tips, robot.grippers = (), ()
     assert pressed(jog, "t", "x") == [None, None]
     assert "state_ee_poses" in jog.note
@@ -199,11 +199,11 @@ def test_what_the_node_does_not_tell_of_cannot_be_moved(jog: Jog, robot: FakeRob
     assert "gripper_states" in jog.note
 
 
-def test_services_have_keys(jog: Jog) -> None:
+def test_keys_call_services(jog: Jog) -> None:
     assert pressed(jog, *"Hedu") == [Ask.HOME, Ask.ENABLE, Ask.DISABLE, Ask.CLEAR_STOP]
 
 
-def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: FakeRobot) -> None:
+def test_node_that_takes_no_commands_gets_none(jog: Jog, robot: FakeRobot) -> None:
     jog.press("right")
     robot.reason = "the emergency stop is active"
     assert pressed(jog, "right", "x", "c") == [None, None, None]
@@ -213,7 +213,7 @@ def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: FakeR
     assert jog.press("right") == MoveJoints({"head_yaw": near(0.52)})
 
 
-def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: FakeRobot) -> None:
+def test_emergency_stop_key_works_in_every_state(jog: Jog, robot: FakeRobot) -> None:
     robot.reason = "it is not enabled"
     pressed(jog, "/", "a")
     assert jog.press(" ") is Now.STOP
@@ -222,7 +222,7 @@ def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: Fake
 
 
 @given(keys=st.lists(st.sampled_from(KEYS), max_size=60))
-def test_no_keys_send_a_joint_past_its_limits_or_far_away(keys: list[str]) -> None:
+def test_any_keys_keep_targets_within_limits_and_near_robot(keys: list[str]) -> None:
     robot = FakeRobot()
     jog = Jog(cast("OperatedRobot", robot), LIMITS)
     for key in keys:

@@ -31,9 +31,9 @@ def node() -> RobotNode:
 @pytest.fixture
 def operator(node: RobotNode) -> Keyboard:
     node.simulation.reset()
-    there = OperatedRobot(NodeClient(InProcess(node, node="/operator")))
-    there.session.sleep(0.15)
-    return Keyboard(there, Jog(there, LIMITS), ServiceCaller(lambda: there.session))
+    operated = OperatedRobot(NodeClient(InProcess(node, node="/operator")))
+    operated.session.sleep(0.15)
+    return Keyboard(operated, Jog(operated, LIMITS), ServiceCaller(lambda: operated.session))
 
 
 def typed(operator: Keyboard, *pieces: str, pause: float = 0.05) -> None:
@@ -50,7 +50,7 @@ def shown(operator: Keyboard, *, width: int = 100, height: int = 30) -> str:
     return captured.get()
 
 
-def test_recorded_keys_move_a_joint_and_nothing_jumps(operator: Keyboard) -> None:
+def test_keys_move_joint_without_jumps(operator: Keyboard) -> None:
     seen: list[float] = []
     operator.robot.session.subscribe(
         "/io_teleop/applied_joint_cmd", lambda message: seen.append(float(message.position[1]))
@@ -62,7 +62,7 @@ def test_recorded_keys_move_a_joint_and_nothing_jumps(operator: Keyboard) -> Non
     assert operator.robot.sent == 4
 
 
-def test_recorded_keys_move_a_tip_and_a_gripper(operator: Keyboard) -> None:
+def test_keys_move_tip_and_gripper(operator: Keyboard) -> None:
     before = operator.robot.tips[1].position
     typed(operator, "t", "+", "z", "z", "y", "c", pause=0.1)
     operator.robot.session.sleep(1.0)
@@ -71,7 +71,7 @@ def test_recorded_keys_move_a_tip_and_a_gripper(operator: Keyboard) -> None:
     assert operator.robot.grippers == pytest.approx((0.0, 1.0), abs=0.03)
 
 
-def test_the_emergency_stop_overtakes_what_was_typed_before_it(operator: Keyboard) -> None:
+def test_emergency_stop_overtakes_earlier_keys(operator: Keyboard) -> None:
     typed(operator, RIGHT + RIGHT + " " + RIGHT, pause=0.2)
     assert operator.robot.positions["right_1"] == pytest.approx(0.0, abs=1e-6)
     assert operator.robot.status.emergency_stop
@@ -80,14 +80,14 @@ def test_the_emergency_stop_overtakes_what_was_typed_before_it(operator: Keyboar
     assert operator.message == "not sent: the emergency stop is active"
 
 
-def test_keys_that_piled_up_are_not_all_carried_out(operator: Keyboard) -> None:
+def test_queued_keys_beyond_maximum_are_dropped(operator: Keyboard) -> None:
     typed(operator, 100 * RIGHT, pause=0.5)
     assert operator.robot.sent == MAX_STEPS
     assert operator.robot.positions["right_1"] == pytest.approx(MAX_STEPS * 0.02, abs=0.002)
     assert "too fast for the robot" in operator.message
 
 
-def test_a_refusal_is_shown_and_the_next_step_begins_at_the_measured_position(
+def test_refused_step_is_shown_and_next_starts_at_measured_position(
     operator: Keyboard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_targets: object) -> None:
@@ -101,7 +101,7 @@ def test_a_refusal_is_shown_and_the_next_step_begins_at_the_measured_position(
     assert operator.robot.positions["right_1"] == pytest.approx(0.02, abs=0.002)
 
 
-def test_it_runs_until_the_operator_quits(operator: Keyboard) -> None:
+def test_keyboard_runs_until_quit_key(operator: Keyboard) -> None:
     pieces, drawn = ["", RIGHT, "", "", "", "", "q", "never read"], 0
 
     def draw() -> None:
@@ -113,7 +113,7 @@ def test_it_runs_until_the_operator_quits(operator: Keyboard) -> None:
     assert drawn == 2
 
 
-def test_the_panel_shows_what_is_chosen_in_a_terminal_of_any_size(operator: Keyboard) -> None:
+def test_panel_shows_selected_joint_in_any_terminal_size(operator: Keyboard) -> None:
     typed(operator, "/", "left_5")
     text = shown(operator)
     assert "find: left_5" in text
@@ -133,23 +133,23 @@ def far(node: RobotNode) -> Iterator[Keyboard]:
     node.simulation.reset()
     with served(node, lockstep=True) as address:
         session = NodeClient(SocketTransport(address, node="/operator"))
-        there = OperatedRobot(session)
+        operated = OperatedRobot(session)
         services = ServiceCaller(lambda: NodeClient(SocketTransport(address, node="/operator_services")))
-        yield Keyboard(there, Jog(there, LIMITS), services)
+        yield Keyboard(operated, Jog(operated, LIMITS), services)
         services.close()
         session.close()
 
 
-def wait_for(operator: Keyboard, said: str) -> None:
+def wait_for(operator: Keyboard, text: str) -> None:
     wait_until(
-        lambda: said in operator.message,
-        f"message {said!r}",
+        lambda: text in operator.message,
+        f"message {text!r}",
         seen=lambda: operator.message,
         between=lambda: typed(operator, "", pause=0.02),
     )
 
 
-def test_services_do_not_make_the_operator_wait(far: Keyboard) -> None:
+def test_service_call_does_not_block_keyboard(far: Keyboard) -> None:
     typed(far, "+", "+", RIGHT, RIGHT, pause=0.2)
     assert far.robot.positions["right_1"] > 0.15
     typed(far, "H")

@@ -26,12 +26,12 @@ PIECES = {"a": "a", "\x1b[A": "up", "\x1bOB": "down", "\x1b[5~": "pageup", " ": 
         ("\x1b[" + 30 * "1" + "q", ["1"] * 15 + ["q"]),
     ],
 )
-def test_what_keys_send(text: str, keys: list[str]) -> None:
+def test_decoder_maps_terminal_input_to_keys(text: str, keys: list[str]) -> None:
     found = KeyDecoder().feed(text)
     assert found == keys or (len(text) > 30 and found[-1] == "q")
 
 
-def test_an_escape_alone_is_a_key_when_nothing_follows() -> None:
+def test_lone_escape_is_decoded_when_nothing_follows() -> None:
     decoder = KeyDecoder()
     assert decoder.feed("\x1b") == []
     assert decoder.feed("") == ["escape"]
@@ -43,7 +43,7 @@ def test_an_escape_alone_is_a_key_when_nothing_follows() -> None:
 
 @pytest.mark.slow
 @given(pieces=st.lists(st.sampled_from(list(PIECES)), max_size=12), cuts=st.lists(st.integers(0, 60), max_size=5))
-def test_it_does_not_matter_where_the_text_is_cut(pieces: list[str], cuts: list[int]) -> None:
+def test_decoder_result_is_independent_of_chunks(pieces: list[str], cuts: list[int]) -> None:
     text, decoder, found, last = "".join(pieces), KeyDecoder(), [], 0
     for cut in [*sorted(min(cut, len(text)) for cut in cuts), len(text)]:
         if cut > last:
@@ -54,5 +54,5 @@ def test_it_does_not_matter_where_the_text_is_cut(pieces: list[str], cuts: list[
 
 @pytest.mark.slow
 @given(text=st.text(max_size=60))
-def test_anything_may_be_typed(text: str) -> None:
+def test_decoder_accepts_any_text(text: str) -> None:
     assert all(KeyDecoder().feed(text))

@@ -15,13 +15,13 @@ LIMITS = JointLimits.of(robot().robot)
 
 @pytest.mark.slow
 @given(st.floats(-10.0, 10.0))
-def test_a_clamped_position_is_within_and_the_nearest(position: float) -> None:
+def test_clamped_position_is_nearest_within_limits(position: float) -> None:
     found = LIMITS.clamped("right_1", position)
     assert -2.0 <= found <= 2.0
     assert found == position or abs(found) == 2.0
 
 
-def test_a_way_out_of_them_is_refused_with_the_figures() -> None:
+def test_motion_beyond_limits_is_refused_with_figures() -> None:
     LIMITS.check("right_1", -2.0, 2.0, "a sine")
     with pytest.raises(UsageError, match=r"right_1: a sine from 0 to 2\.1 leaves its limits \(two arms\): -2 to 2"):
         LIMITS.check("right_1", 0.0, 2.1, "a sine")
@@ -29,7 +29,7 @@ def test_a_way_out_of_them_is_refused_with_the_figures() -> None:
         LIMITS.check("right_1", -3.0, 0.0, "a sine")
 
 
-def test_unknown_limits_limit_nothing() -> None:
+def test_unknown_limits_accept_any_position() -> None:
     unknown = JointLimits()
     assert not unknown.is_known
     assert LIMITS.is_known

@@ -22,12 +22,12 @@ pytest_plugins = ["tests.ros1.fixtures"]
 pytestmark = pytest.mark.ros1
 
 
-def strange_node() -> None:
+def minimal_node() -> None:
     """Run the simplest node: joints creep to their targets; no clock, no status, nothing else."""
     import rospy
     from sensor_msgs.msg import JointState
 
-    rospy.init_node("strange_node")
+    rospy.init_node("minimal_node")
     position, target = [0.1, 0.2], [0.1, 0.2]
     names = ["head", "elbow"]
 
@@ -59,17 +59,17 @@ def signal(master: Ground, *arguments: str) -> dict[str, Any]:
     return found
 
 
-def test_a_strangers_joints_are_exercised(master: Ground) -> None:
-    stranger = master.client(strange_node)
+def test_signal_over_ros1_moves_joint_of_minimal_node(master: Ground) -> None:
+    process = master.client(minimal_node)
     (elbow,) = signal(master, "elbow")["joints"]
     assert elbow["start"] == pytest.approx(0.2, abs=1e-6)
     assert elbow["delay"] > 0.01  # a quarter of the way every 10 ms, and the way through ROS
     assert elbow["state_rate"] > 0.0
-    assert stranger.running
-    stranger.interrupt()
+    assert process.running
+    process.interrupt()
 
 
-def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(
+def test_keyboard_over_ros1_drives_robot_and_stops_it_on_way_home(
     master: Ground, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     master.teleop("tandem")

@@ -32,7 +32,7 @@ def curves(svg: str) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
     return [np.array(re.findall(r"[ML] (\S+) (\S+)", line), dtype=float) for line in lines]
 
 
-def test_each_joint_has_target_position_and_error() -> None:
+def test_svg_has_target_position_and_error_of_each_joint() -> None:
     svg = tracking_svg([done(), done("wrist <3> & $co$")])
     found = curves(svg)
     assert len(found) == 6
@@ -43,7 +43,7 @@ def test_each_joint_has_target_position_and_error() -> None:
     assert any("wrist <3> & $co$: step" in (text.text or "") for text in ET.fromstring(svg).iter(f"{SVG}text"))
 
 
-def test_all_lies_within_the_picture() -> None:
+def test_svg_curves_lie_within_picture() -> None:
     svg = tracking_svg([done(), done("wrist")])
     _, _, width, height = map(float, ET.fromstring(svg).attrib["viewBox"].split())
     for curve in curves(svg):
@@ -52,20 +52,20 @@ def test_all_lies_within_the_picture() -> None:
         assert 0 <= y.min() <= y.max() <= height
 
 
-def test_same_signal_same_text() -> None:
+def test_svg_of_same_signal_is_identical() -> None:
     assert tracking_svg([done()]) == tracking_svg([done()])
 
 
 @pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(height=st.floats(-1e4, 1e4), samples=st.integers(10, 50))
-def test_any_motion_can_be_drawn(height: float, samples: int) -> None:
+def test_svg_of_any_motion_is_valid(height: float, samples: int) -> None:
     ET.fromstring(tracking_svg([done("手\x1b\ud800", height=height, samples=samples)]))
 
 
-def test_a_long_recording_is_thinned() -> None:
+def test_svg_of_long_recording_is_thinned() -> None:
     exercise = done(samples=30_000)
     noise = np.random.default_rng(1).normal(size=30_000)
-    trace = Trace("elbow", exercise.trace.told_at, noise, exercise.trace.seen_at, noise)
+    trace = Trace("elbow", exercise.trace.target_times, noise, exercise.trace.measured_times, noise)
     svg = tracking_svg([replace(exercise, trace=trace)])
     assert all(len(points) < 10_000 for points in curves(svg))

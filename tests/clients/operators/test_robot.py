@@ -28,14 +28,14 @@ from cellwright.util.pose import Pose
 from tests.clients.operators.nodes import robot
 
 
-class Stranger:
+class MinimalTransport:
     """A transport to another vendor's node: a test sets its messages, and time passes on request."""
 
     def __init__(self, states: list[Any]) -> None:
         self.states = states
         self.time = 0
         self.callbacks: dict[str, Callable[[Any], None]] = {}
-        self.said: list[tuple[str, Any]] = []
+        self.published: list[tuple[str, Any]] = []
 
     knows_all_topics = True
 
@@ -57,7 +57,7 @@ class Stranger:
         return lambda: None
 
     def publish(self, topic: str, message: Any) -> None:
-        self.said.append((topic, message))
+        self.published.append((topic, message))
 
     def call(self, service: str, request: Any) -> Any:
         raise NotImplementedError
@@ -72,42 +72,42 @@ def node() -> RobotNode:
 
 
 @pytest.fixture
-def there(node: RobotNode) -> OperatedRobot:
+def operated(node: RobotNode) -> OperatedRobot:
     node.simulation.reset()
     return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
-def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
-    assert there.joints[:3] == ("right_1", "right_2", "right_3")
-    assert there.positions["right_2"] == pytest.approx(0.6)
-    assert there.applied["right_2"] == pytest.approx(0.6)
-    there.session.sleep(0.1)
-    assert len(there.grippers) == len(there.tips) == 2
-    assert there.tips[0].position[1] == pytest.approx(-0.3, abs=1e-6)
-    assert there.status.enabled
-    assert there.why_not() == ""
+def test_operated_robot_has_state_published_by_node(operated: OperatedRobot) -> None:
+    assert operated.joints[:3] == ("right_1", "right_2", "right_3")
+    assert operated.positions["right_2"] == pytest.approx(0.6)
+    assert operated.applied["right_2"] == pytest.approx(0.6)
+    operated.session.sleep(0.1)
+    assert len(operated.grippers) == len(operated.tips) == 2
+    assert operated.tips[0].position[1] == pytest.approx(-0.3, abs=1e-6)
+    assert operated.status.enabled
+    assert operated.why_not() == ""
 
 
 @pytest.mark.slow
-def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -> None:
-    there.session.sleep(0.05)
-    right = there.tips[0]
+def test_joints_grippers_and_tips_move_to_sent_targets(operated: OperatedRobot) -> None:
+    operated.session.sleep(0.05)
+    right = operated.tips[0]
     x, y, z = right.position
-    there.send(MoveJoints({"left_1": 0.2}))
-    there.send(MoveGrippers((1.0, 0.5)))
-    there.session.sleep(0.8)
-    assert there.positions["left_1"] == pytest.approx(0.2, abs=0.01)
-    assert there.grippers == pytest.approx((1.0, 0.5), abs=0.05)
-    there.send(MoveTips((Pose((x, y, z + 0.03), right.quaternion), there.tips[1])))
-    there.session.sleep(1.0)
-    assert there.tips[0].position == pytest.approx((x, y, z + 0.03), abs=0.005)
-    assert there.sent == 3
+    operated.send(MoveJoints({"left_1": 0.2}))
+    operated.send(MoveGrippers((1.0, 0.5)))
+    operated.session.sleep(0.8)
+    assert operated.positions["left_1"] == pytest.approx(0.2, abs=0.01)
+    assert operated.grippers == pytest.approx((1.0, 0.5), abs=0.05)
+    operated.send(MoveTips((Pose((x, y, z + 0.03), right.quaternion), operated.tips[1])))
+    operated.session.sleep(1.0)
+    assert operated.tips[0].position == pytest.approx((x, y, z + 0.03), abs=0.005)
+    assert operated.sent == 3
 
 
-def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot) -> None:
-    there.send(Now.STOP)
-    there.session.sleep(0.3)
-    assert there.why_not() == "the emergency stop is active"
+def test_why_not_after_emergency_stop_names_it(operated: OperatedRobot) -> None:
+    operated.send(Now.STOP)
+    operated.session.sleep(0.3)
+    assert operated.why_not() == "the emergency stop is active"
 
 
 @pytest.mark.parametrize(
@@ -119,47 +119,48 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
         (TeleopStatus(enabled=False, emergency_stop=True), "the emergency stop is active", "clear-stop"),
     ],
 )
-def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
-    stranger = Stranger([joint_state(["head"], [0.1], time=0)])
-    there = OperatedRobot(NodeClient(stranger))
-    stranger.callbacks["/io_teleop/status"](status)
-    assert there.why_not() == reason
+def test_status_gives_reason_for_refused_commands(status: TeleopStatus, reason: str, word: str) -> None:
+    transport = MinimalTransport([joint_state(["head"], [0.1], time=0)])
+    operated = OperatedRobot(NodeClient(transport))
+    transport.callbacks["/io_teleop/status"](status)
+    assert operated.why_not() == reason
     if not reason:
-        there.check_ready()
+        operated.check_ready()
         return
     with pytest.raises(UsageError) as caught:
-        there.check_ready()
+        operated.check_ready()
     assert str(caught.value).startswith(f"the robot takes no commands: {reason}")
     assert str(caught.value).endswith(f"cellwright operate call {word}" if word else reason)
 
 
-def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
-    stranger = Stranger([joint_state(["head", "elbow", "wrist"], [0.1, float("nan")], time=0)])
-    there = OperatedRobot(NodeClient(stranger))
-    assert there.joints == ("head", "elbow", "wrist")
-    assert there.positions == {"head": 0.1}
-    assert there.position("head") == 0.1
+def test_node_with_joint_states_only_is_operated() -> None:
+    transport = MinimalTransport([joint_state(["head", "elbow", "wrist"], [0.1, float("nan")], time=0)])
+    operated = OperatedRobot(NodeClient(transport))
+    assert operated.joints == ("head", "elbow", "wrist")
+    assert operated.positions == {"head": 0.1}
+    assert operated.position("head") == 0.1
     for strange in ("elbow", "wrist"):
         with pytest.raises(UsageError, match=f"the node publishes no position of {strange}"):
-            there.position(strange)
+            operated.position(strange)
         with pytest.raises(UsageError, match="publishes no position"):
-            exercise.check_signal(there, [strange], Wave(WaveShape.SINE, 0.1, 1.0, 1), JointLimits())
-    assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
+            exercise.check_signal(operated, [strange], Wave(WaveShape.SINE, 0.1, 1.0, 1), JointLimits())
+    assert (operated.applied, operated.grippers, operated.tips) == ({}, (), ())
+    assert (operated.status, operated.why_not()) == (None, "")
 
 
-def test_where_nothing_is_said_it_says_so() -> None:
+def test_silent_node_is_refused() -> None:
     with pytest.raises(UsageError, match="no messages on /io_teleop/joint_states"):
-        OperatedRobot(NodeClient(Stranger([])))
+        OperatedRobot(NodeClient(MinimalTransport([])))
 
 
-def test_commands_carry_the_time_of_the_nodes_clock() -> None:
-    stranger = Stranger([joint_state(["head"], [0.1], time=7_000_000_000_000)])
-    there = OperatedRobot(NodeClient(stranger))
-    there.send(MoveJoints({"head": 0.2}))
-    stranger.time += 3_000_000
-    there.send(MoveJoints({"head": 0.2}))
-    stranger.callbacks["/io_teleop/joint_states"](joint_state(["head"], [0.1], time=6_999_000_000_000))
-    there.send(MoveJoints({"head": 0.2}))
-    stamps = [nanoseconds(message.header.stamp) for topic, message in stranger.said if topic == JOINT_COMMAND]
+def test_commands_are_stamped_with_time_of_node() -> None:
+    transport = MinimalTransport([joint_state(["head"], [0.1], time=7_000_000_000_000)])
+    operated = OperatedRobot(NodeClient(transport))
+    operated.send(MoveJoints({"head": 0.2}))
+    transport.time += 3_000_000
+    operated.send(MoveJoints({"head": 0.2}))
+    transport.callbacks["/io_teleop/joint_states"](joint_state(["head"], [0.1], time=6_999_000_000_000))
+    operated.send(MoveJoints({"head": 0.2}))
+    stamps = [nanoseconds(message.header.stamp) for topic, message in transport.published if topic == JOINT_COMMAND]
     assert stamps[:2] == [7_000_000_000_000, 7_000_003_000_000]
     assert stamps == sorted(stamps)

@@ -14,7 +14,7 @@ from cellwright.util.errors import RunEndedError, UsageError
 from tests.waiting import wait_until
 
 
-class Way:
+class FakeTransport:
     """A transport whose calls end as a test sets."""
 
     def __init__(self, act: Callable[[], Any]) -> None:
@@ -41,7 +41,7 @@ def raising(error: BaseException) -> Callable[[], Any]:
 
 
 @pytest.mark.parametrize(
-    ("act", "said"),
+    ("act", "text"),
     [
         (lambda: SimpleNamespace(success=True, message=""), "done"),
         (lambda: SimpleNamespace(success=False, message="not now"), "refused; not now"),
@@ -51,18 +51,18 @@ def raising(error: BaseException) -> Callable[[], Any]:
         (lambda: None, "failed: AttributeError: 'NoneType' object has no attribute 'success'"),
     ],
 )
-def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], said: str) -> None:
-    way: Any = Way(act)
-    services = ServiceCaller(lambda: NodeClient(way))
+def test_service_call_has_answer_for_every_outcome(act: Callable[[], Any], text: str) -> None:
+    transport: Any = FakeTransport(act)
+    services = ServiceCaller(lambda: NodeClient(transport))
     for _ in range(2):  # in threads of their own, over one connection
         assert services.begin(Ask.HOME)
-        assert answer(services) == f"{Ask.HOME.value}: {said}"
-        assert services.under_way == ""
+        assert answer(services) == f"{Ask.HOME.value}: {text}"
+        assert services.pending == ""
     services.close()
-    assert way.is_closed
+    assert transport.is_closed
 
 
-def test_a_connection_that_cannot_be_made_is_an_answer_too() -> None:
+def test_failed_connection_is_an_answer() -> None:
     services = ServiceCaller(raising(OSError("no route")))
     assert services.begin(Ask.ENABLE)
     assert answer(services) == f"{Ask.ENABLE.value}: failed: OSError: no route"

@@ -23,10 +23,10 @@ def written(folder: Path, text: str, name: str = "motion.csv") -> Path:
     return path
 
 
-def test_a_csv_file(tmp_path: Path) -> None:
+def test_csv_file_is_read_as_target_samples(tmp_path: Path) -> None:
     text = "\ufefftime, head , elbow\r\n0.0,0.1,\r\n\r\n0.5,,1e-1\r\n0.5, 0.2,-3\r\n"
     targets = read_targets(written(tmp_path, text))
-    assert targets.moments == (
+    assert targets.samples == (
         TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),
         TargetSample(0.5, JOINT_COMMAND, {"elbow": 0.1}),
         TargetSample(0.5, JOINT_COMMAND, {"head": 0.2, "elbow": -3.0}),
@@ -37,27 +37,27 @@ def test_a_csv_file(tmp_path: Path) -> None:
     assert reach == {"head": (0.1, 0.2), "elbow": (-3.0, 0.1)}
 
 
-def test_lines_of_json_with_grippers(tmp_path: Path) -> None:
+def test_jsonl_file_is_read_with_gripper_targets(tmp_path: Path) -> None:
     lines = [
         {"time": 1, "positions": {"head": 0.1}},
         {"time": 2.5, "positions": {"gripper_left": 1, "gripper_right": 0}},
     ]
     targets = read_targets(written(tmp_path, "\n\n".join(map(json.dumps, lines)), "motion.jsonl"))
-    assert targets.moments == (
+    assert targets.samples == (
         TargetSample(1.0, JOINT_COMMAND, {"head": 0.1}),
         TargetSample(2.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
     )
-    assert list(targets.moments[1].values) == ["gripper_right", "gripper_left"]
+    assert list(targets.samples[1].values) == ["gripper_right", "gripper_left"]
     assert targets.first == {"head": 0.1}
 
 
-def test_grippers_beside_joints_become_a_message_of_their_own(tmp_path: Path) -> None:
+def test_row_with_joints_and_gripper_gives_two_messages(tmp_path: Path) -> None:
     targets = read_targets(written(tmp_path, "time,head,gripper_right\n0,0.1,0.5\n"))
-    assert [moment.topic for moment in targets.moments] == [JOINT_COMMAND, GRIPPER_COMMAND]
+    assert [sample.topic for sample in targets.samples] == [JOINT_COMMAND, GRIPPER_COMMAND]
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "reason"),
     [
         ("", "motion.csv:1: the first line must be `time` and joint names"),
         ("head,time\n", ":1: the first line must be `time`"),
@@ -75,14 +75,14 @@ def test_grippers_beside_joints_become_a_message_of_their_own(tmp_path: Path) ->
         ("time,gripper_left\n0,1\n", ":2: gripper_left: needs gripper_right as well"),
     ],
 )
-def test_a_bad_csv_file_is_refused_with_its_line(text: str, said: str, tmp_path: Path) -> None:
+def test_bad_csv_file_is_refused_with_line(text: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, text))
-    assert said in str(caught.value)
+    assert reason in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "reason"),
     [
         ("{", "is not JSON: Expecting property name"),
         ("[1]", 'must be an object with "time" and "positions"'),
@@ -97,25 +97,25 @@ def test_a_bad_csv_file_is_refused_with_its_line(text: str, said: str, tmp_path:
         (20000 * "[", "nested too deeply"),
     ],
 )
-def test_a_bad_line_of_json_is_refused_with_its_number(line: str, said: str, tmp_path: Path) -> None:
+def test_bad_jsonl_line_is_refused_with_line(line: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, f'{{"time": 0, "positions": {{"head": 0}}}}\n{line}\n', "motion.jsonl"))
-    assert f"motion.jsonl:2: {said}" in str(caught.value) or said in str(caught.value)
+    assert f"motion.jsonl:2: {reason}" in str(caught.value) or reason in str(caught.value)
 
 
-def test_several_problems_are_reported_at_once_but_not_all_of_a_thousand(tmp_path: Path) -> None:
+def test_at_most_ten_problems_of_file_are_reported(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, "time,head\n" + 1000 * "0,x\n"))
     assert len(caught.value.problems) == 10
 
 
 @pytest.mark.parametrize("name", ["motion.txt", "motion", "motion.yaml"])
-def test_other_kinds_of_file_are_refused(name: str, tmp_path: Path) -> None:
+def test_unknown_file_suffix_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"give a file that ends in \.csv, \.jsonl or \.bag"):
         read_targets(written(tmp_path, "", name))
 
 
-def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
+def test_unreadable_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be read: No such file"):
         read_targets(tmp_path / "none.csv")
     (tmp_path / "bytes.csv").write_bytes(b"time,\xff\n")
@@ -125,32 +125,30 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @given(rows=st.lists(st.tuples(st.floats(0.0, 1e4), NUMBERS, NUMBERS), min_size=1, max_size=20))
-def test_what_is_written_is_read_in_both_forms(
+def test_csv_and_jsonl_files_read_back_same_rows(
     rows: list[tuple[float, float, float]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     folder, rows = tmp_path_factory.mktemp("files"), sorted(rows)
     table = "time,a,b\n" + "".join(f"{time!r},{a!r},{b!r}\n" for time, a, b in rows)
     lines = "\n".join(json.dumps({"time": time, "positions": {"a": a, "b": b}}) for time, a, b in rows)
-    of_csv = read_targets(written(folder, table)).moments
-    assert of_csv == read_targets(written(folder, lines, "motion.jsonl")).moments
-    assert [(moment.time, *moment.values.values()) for moment in of_csv] == rows
+    of_csv = read_targets(written(folder, table)).samples
+    assert of_csv == read_targets(written(folder, lines, "motion.jsonl")).samples
+    assert [(sample.time, *sample.values.values()) for sample in of_csv] == rows
 
 
 @pytest.mark.slow
 @given(text=st.text(alphabet='time,ab01.5-e"\n{}: \x00\u2028', max_size=80), name=st.sampled_from(["m.csv", "m.jsonl"]))
-def test_whatever_is_in_a_file_is_read_or_refused(
-    text: str, name: str, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_any_file_content_is_read_or_refused(text: str, name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = written(tmp_path_factory.getbasetemp(), text, name)
-    said = ""
+    reason = ""
     try:
-        assert read_targets(path).moments
+        assert read_targets(path).samples
     except CellwrightError as error:
-        said = str(error)
-    assert not said or str(path) in said
+        reason = str(error)
+    assert not reason or str(path) in reason
 
 
-def test_control_bytes_in_a_name_do_not_reach_the_terminal(tmp_path: Path) -> None:
+def test_control_bytes_in_joint_name_are_escaped(tmp_path: Path) -> None:
     path = tmp_path / "targets.csv"
     path.write_text("time,a\x1b[2J\n0,x\n")
     with pytest.raises(DescriptionError) as raised:
@@ -158,7 +156,7 @@ def test_control_bytes_in_a_name_do_not_reach_the_terminal(tmp_path: Path) -> No
     assert str(raised.value) == f"{path}:2: a\\x1b[2J: must be a number (got 'x')"
 
 
-def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_endless_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(playback, "MAX_FILE_SIZE", 1 << 20)
     path = tmp_path / "targets.csv"
     path.symlink_to("/dev/zero")

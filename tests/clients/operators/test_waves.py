@@ -22,8 +22,8 @@ waves = st.builds(
 
 
 @given(wave=waves, part=st.floats(-0.5, 1.5))
-def test_it_stays_within_its_reach_and_is_at_home_before_and_after(wave: Wave, part: float) -> None:
-    low, high = wave.reach
+def test_wave_stays_in_range_and_is_0_before_and_after(wave: Wave, part: float) -> None:
+    low, high = wave.offset_range
     offset = wave.offset(part * wave.duration)
     assert low - 1e-12 <= offset <= high + 1e-12
     if part < 0.0 or part > 1.0:
@@ -31,7 +31,7 @@ def test_it_stays_within_its_reach_and_is_at_home_before_and_after(wave: Wave, p
 
 
 @given(wave=waves)
-def test_it_reaches_its_amplitude_on_the_side_that_it_goes_to_first(wave: Wave) -> None:
+def test_wave_reaches_amplitude_on_first_side(wave: Wave) -> None:
     period = 1 / wave.frequency
     offsets = np.array([wave.offset(time) for time in np.linspace(0.0, period, 401)[:-1]])
     away = offsets[np.flatnonzero(np.abs(offsets) > 1e-9)[0]]
@@ -41,26 +41,26 @@ def test_it_reaches_its_amplitude_on_the_side_that_it_goes_to_first(wave: Wave) 
 
 
 @given(wave=waves.filter(lambda wave: wave.shape is not WaveShape.STEP), part=st.floats(0.0, 0.999))
-def test_it_is_never_faster_than_it_says(wave: Wave, part: float) -> None:
+def test_wave_speed_is_upper_bound(wave: Wave, part: float) -> None:
     begin = part * wave.duration
     moved = abs(wave.offset(begin + 1e-4 * wave.duration) - wave.offset(begin))
     assert moved <= wave.speed * 1e-4 * wave.duration * (1 + 1e-6) + 1e-9
 
 
-def test_a_step_is_at_home_for_half_a_period_first() -> None:
+def test_step_wave_is_0_for_first_half_period() -> None:
     wave = Wave(WaveShape.STEP, -0.2, 0.5, 2)
     assert [wave.offset(time) for time in (0.0, 0.99, 1.01, 1.99, 2.01, 3.01, 4.01)] == [0, 0, -0.2, -0.2, 0, -0.2, 0]
     assert wave.speed == math.inf
 
 
 @pytest.mark.parametrize(("duration", "periods"), [(4.0, 2), (0.1, 1), (5.1, 3)])
-def test_it_lasts_whole_periods(duration: float, periods: int) -> None:
+def test_wave_lasts_whole_periods(duration: float, periods: int) -> None:
     wave = Wave.lasting(WaveShape.SINE, 0.1, 0.5, duration)
     assert (wave.periods, wave.duration) == (periods, 2.0 * periods)
 
 
 @pytest.mark.parametrize(
-    ("numbers", "said"),
+    ("numbers", "reason"),
     [
         ((0.0, 0.5, 4.0), "amplitude must not be 0"),
         ((math.nan, 0.5, 4.0), "amplitude"),
@@ -73,6 +73,6 @@ def test_it_lasts_whole_periods(duration: float, periods: int) -> None:
         ((0.1, 1e-5, 4.0), "a period of 100000 s is longer"),
     ],
 )
-def test_numbers_that_make_no_sense_are_refused(numbers: tuple[float, float, float], said: str) -> None:
-    with pytest.raises(UsageError, match=said):
+def test_invalid_wave_parameters_are_refused(numbers: tuple[float, float, float], reason: str) -> None:
+    with pytest.raises(UsageError, match=reason):
         Wave.lasting(WaveShape.SINE, *numbers)

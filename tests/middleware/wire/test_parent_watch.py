@@ -20,7 +20,15 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a process does 
 
 def tied(*program: str, parent: int | None = None) -> subprocess.CompletedProcess[str]:
     """Run a program through the parent watch."""
-    command = [sys.executable, "-I", "-S", str(PARENT_WATCH), str(parent or os.getpid()), str(int(signal.SIGKILL)), *program]
+    command = [
+        sys.executable,
+        "-I",
+        "-S",
+        str(PARENT_WATCH),
+        str(parent or os.getpid()),
+        str(int(signal.SIGKILL)),
+        *program,
+    ]
     return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
 
 

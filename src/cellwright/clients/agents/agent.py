@@ -11,10 +11,24 @@ from cellwright.util.errors import CellwrightError, UnknownNameError
 
 @runtime_checkable
 class Agent(Protocol):
-    """A program that works a cell; it is constructed without arguments and run once."""
+    """A program that works a cell; it is constructed without arguments and run once.
+
+    Example:
+        >>> from cellwright import Cell, Trial, run_cell
+        >>> class StartAndWait:
+        ...     def run(self, client):
+        ...         client.start_competition()
+        ...         client.sleep(1.0)
+        >>> run_cell(Cell(Trial("empty")), StartAndWait()).simulated
+        1.0
+    """
 
     def run(self, client: Client) -> None:
-        """Work the cell; return when done."""
+        """Work the cell; return when done.
+
+        Args:
+            client: client of the cell. The run ends when this method returns; an exception ends it as failed.
+        """
 
 
 BUNDLED = {

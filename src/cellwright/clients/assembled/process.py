@@ -120,12 +120,12 @@ class RobotProcess:
         """Send the order; return the address that the process answers with."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        with contextlib.suppress(OSError):  # it has ended, and has said why
+        with contextlib.suppress(OSError):  # it has ended, and has printed the reason
             self._process.stdin.write(json.dumps({**order, "parent": os.getpid()}, default=str).encode())
             self._process.stdin.close()
-        said = self._process.stdout.readline()
+        line = self._process.stdout.readline()
         try:
-            answer = json.loads(said)
+            answer = json.loads(line)
         except ValueError:
             raise UsageError(f"the robot's process has ended with status {self._process.wait()}") from None
         if "error" in answer:

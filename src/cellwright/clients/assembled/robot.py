@@ -225,6 +225,18 @@ class AssembledRobot:
 
     Raises:
         UsageError: the robot cannot be loaded; the text says what is wrong.
+
+    Example:
+        >>> import yaml
+        >>> from cellwright import AssembledRobot
+        >>> from cellwright.config.robot.robots import find_robot
+        >>> file = find_robot("tandem")
+        >>> configs = yaml.safe_load(file.read_text())
+        >>> robot = AssembledRobot(file.parent / configs["urdf_path"], configs)
+        >>> robot.reset_j(robot.joint_name2id_dict["lift"], 0.25)
+        >>> round(robot.joint_states().positions[0], 3)
+        0.25
+        >>> robot.close()
     """
 
     python = sys.executable

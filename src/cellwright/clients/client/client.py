@@ -30,7 +30,7 @@ AWAKE = 0.05
 
 _STOPPED = 0.02
 _PREFIX = "/ariac/"
-_INTENTION = "/cellwright/intention"
+_STATUS_TOPIC = "/cellwright/intention"
 _PART_TYPES = "/cellwright/part_types"
 _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
 
@@ -42,6 +42,14 @@ class Client(NodeClient):
 
     It subscribes from the start to the competition's state, orders, score, joint states and the gripper. The
     first call that reads a sensor subscribes to it.
+
+    Example:
+        >>> from cellwright import Cell, Client, Trial
+        >>> client = Client.in_process(Cell(Trial("one arm", has_arm=True)))
+        >>> client.move_arm([(1.5, 0.25, -1.1, 3.1, 3.7, -1.5, 0.0)], times=[0.5])
+        True
+        >>> round(client.joint_positions["linear_arm_actuator_joint"], 2)
+        0.25
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -107,7 +115,7 @@ class Client(NodeClient):
         It changes nothing in the cell; a cell that ignores it raises no error.
         """
         with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
-            self.publish(_INTENTION, String(text))
+            self.publish(_STATUS_TOPIC, String(text))
 
     def intend(self, text: str) -> None:
         """Former name of `set_status`."""
@@ -211,17 +219,17 @@ class Client(NodeClient):
             self.sleep(duration)
             return
         end = self.transport.now() + round(duration * NANOSECONDS)
-        dozing = (self.joint_states, self._gripper)
-        for each in dozing:
+        paused = (self.joint_states, self._gripper)
+        for each in paused:
             each.cancel()
         try:
             self._advance(end - round(AWAKE * NANOSECONDS), None)
         finally:
-            for each in dozing:
+            for each in paused:
                 each.listen()
-        counts = [each.count for each in dozing]
+        counts = [each.count for each in paused]
         self._advance(end, None)
-        for each, count in zip(dozing, counts, strict=True):
+        for each, count in zip(paused, counts, strict=True):
             if each.count == count and each.message is not None:  # a cell that runs ahead of its clients
                 each.wait_for_next(1.0)
 
@@ -246,7 +254,11 @@ class Client(NodeClient):
         return bool(self.call("/ariac/gripper/control", request).success)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
-        """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
+        """Send AGV 1 or 2 away with its tray as a kit of a type, such as `order_0_kit_0`; False unless it is ready.
+
+        Raises:
+            UnknownNameError: the cell has no such AGV.
+        """
         request = osrf_gear.AGVControlRequest(kit_type=kit_type)
         return bool(self.call(f"/ariac/agv{number}", request).success)
 
@@ -261,7 +273,10 @@ class Client(NodeClient):
         return self._sensors[name]
 
     def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Call `callback(message)` for each reading of a sensor; the returned function ends that.
+        """Call `callback(message)` for each reading of a sensor.
+
+        Returns:
+            A function that ends the subscription.
 
         Raises:
             UnknownNameError: as for `sensor`.

@@ -76,7 +76,7 @@ class InProcess:
         self.stop = stop or StopCondition()
         self._is_closed = False
         self._mail: deque[tuple[Callback, Any]] = deque()
-        self._leave: dict[Callable[[], None], None] = {}
+        self._subscriptions: dict[Callable[[], None], None] = {}
 
     knows_all_topics = True
 
@@ -116,11 +116,11 @@ class InProcess:
             nonlocal is_active
             is_active = False  # messages in the queue are not delivered any more either
             subscription.cancel()
-            self._leave.pop(leave, None)
+            self._subscriptions.pop(leave, None)
 
         # a latched message comes while subscribing: all that it needs is there by now
         subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((take, message)), node=self.node)
-        self._leave[leave] = None
+        self._subscriptions[leave] = None
         return leave
 
     def publish(self, topic: str, message: Any) -> None:
@@ -152,9 +152,9 @@ class InProcess:
     def close(self) -> None:
         """Cancel all subscriptions, and refuse further calls."""
         self._is_closed = True
-        for leave in list(self._leave):
+        for leave in list(self._subscriptions):
             leave()
-        self._leave.clear()
+        self._subscriptions.clear()
         self._mail.clear()
 
     def _refuse_if_closed(self) -> None:

@@ -69,9 +69,9 @@ class Ros1Transport(SocketTransport):
         """Send a message; a refusal by the cell is not reported."""
         name = type_of(message) if hasattr(message, "__msgtype__") else ""
         if name and name not in self._declared:
-            said = {"type": name, "md5": md5(name), "definition": definition(name)}
+            description = {"type": name, "md5": md5(name), "definition": definition(name)}
             self._connection.ask(
-                Frame(FrameKind.CALL, self._connection.number(), DECLARE, payload=json.dumps(said).encode())
+                Frame(FrameKind.CALL, self._connection.number(), DECLARE, payload=json.dumps(description).encode())
             )
             self._declared.add(name)
         super().publish(topic, message)

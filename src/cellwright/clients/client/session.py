@@ -40,6 +40,16 @@ class NodeClient:
 
     Callbacks run only inside `sleep` and `wait_until`; calling either from a callback is an error. The client belongs
     to the thread that made it, and refuses calls from others: two threads would take each other's answers.
+
+    Example:
+        >>> from cellwright import Cell, NodeClient, Trial
+        >>> client = NodeClient.in_process(Cell(Trial("empty")))
+        >>> seconds = []
+        >>> cancel = client.subscribe("/clock", lambda message: seconds.append(message.clock.sec))
+        >>> client.wait_until(lambda: 1 in seconds, timeout=2.0), client.time
+        (True, 1.0)
+        >>> cancel()
+        >>> client.close()
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -97,9 +107,14 @@ class NodeClient:
         self._advance(self.transport.now() + round(duration * 1e9), None)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
-        """Let time pass until `condition()` is true, checked after each tick; return its last value.
+        """Let time pass until `condition()` is true.
 
-        Waits at most `timeout` seconds of simulation time; None or infinity for no limit.
+        Args:
+            condition: called at once, and then after each tick.
+            timeout: longest wait in simulation time [s]; None or infinity for no limit.
+
+        Returns:
+            The last value of the condition: False after a timeout.
 
         Raises:
             UsageError: called from a callback or another thread, or with a timeout that is not a number.
@@ -134,16 +149,26 @@ class NodeClient:
             raise UsageError("sleep and wait_until cannot be called from a callback; return from it first")
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
-        """Call `callback(message)` for each message on a topic; the returned function ends that.
+        """Call `callback(message)` for each message on a topic.
 
-        A `passive` callback only stores the message or a part of it, and does not read the time either. In lockstep
-        time need not stop for it, which is faster, and changes nothing.
+        Args:
+            topic: name of the topic.
+            callback: takes each message, inside `sleep` and `wait_until`.
+            passive: the callback only stores the message or a part of it, and does not read the time. In lockstep
+                time need not stop for it, which is faster, and changes nothing.
+
+        Returns:
+            A function that ends the subscription.
         """
         self._refuse_strangers()
         return self.transport.subscribe(topic, callback, passive=passive)
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message to the cell; it takes effect before the next step.
+
+        Args:
+            topic: a topic that the cell subscribes to.
+            message: a message of the topic's type, from `cellwright.middleware.messages`.
 
         Raises:
             UnknownNameError: the cell subscribes to no such topic.
@@ -154,6 +179,13 @@ class NodeClient:
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service and wait for its response.
+
+        Args:
+            service: name of the service.
+            request: a request of the service's type, from `cellwright.middleware.messages`.
+
+        Returns:
+            The response.
 
         Raises:
             UnknownNameError: there is no such service.
@@ -173,7 +205,24 @@ class NodeClient:
 
 
 class Rate:
-    """A rate as in ROS: a missed beat is made up for, unless two have gone by."""
+    """A rate as in ROS: a missed beat is made up for, unless two have gone by.
+
+    Args:
+        session: the client whose simulation time counts.
+        frequency: beats per second [Hz].
+
+    Raises:
+        UsageError: the frequency is not above 0, or not finite.
+
+    Example:
+        >>> from cellwright import Cell, NodeClient, Trial
+        >>> client = NodeClient.in_process(Cell(Trial("empty")))
+        >>> rate = client.rate(10.0)
+        >>> client.sleep(0.03)  # work between two beats
+        >>> rate.sleep()
+        >>> client.time
+        0.1
+    """
 
     def __init__(self, session: NodeClient, frequency: float) -> None:
         if not 0.0 < frequency < float("inf"):
@@ -192,26 +241,40 @@ class Rate:
 
 
 class Latest:
-    """The newest message of a topic: `message` is None before the first; `count` is the number of messages."""
+    """The newest message of a topic.
+
+    Attributes:
+        topic: name of the topic.
+        message: the newest message; None before the first.
+        count: number of messages so far.
+
+    Example:
+        >>> from cellwright import Cell, NodeClient, Trial
+        >>> client = NodeClient.in_process(Cell(Trial("empty")))
+        >>> clock = client.latest("/clock")
+        >>> client.sleep(0.01)
+        >>> clock.count, clock.message.clock.nanosec
+        (5, 10000000)
+    """
 
     def __init__(self, session: NodeClient, topic: str) -> None:
         self._session = session
         self.topic = topic
         self.message: Any = None
         self.count = 0
-        self._leave: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
         self.listen()
 
     def listen(self) -> None:
         """Take messages again after `cancel`."""
-        if self._leave is None:
-            self._leave = self._session.subscribe(self.topic, self._take, passive=True)
+        if self._unsubscribe is None:
+            self._unsubscribe = self._session.subscribe(self.topic, self._take, passive=True)
 
     def cancel(self) -> None:
         """Take no more messages; the newest one stays."""
-        if self._leave is not None:
-            self._leave()
-            self._leave = None
+        if self._unsubscribe is not None:
+            self._unsubscribe()
+            self._unsubscribe = None
 
     def _take(self, message: Any) -> None:
         self.message = message

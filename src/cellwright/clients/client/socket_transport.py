@@ -56,11 +56,11 @@ class SocketConnection:
         timeout: float = 10.0,
         key: str = "",
     ) -> None:
-        where = f"{address[0]}:{address[1]}"
+        place = f"{address[0]}:{address[1]}"
         try:
             self._socket = socket.create_connection(address, timeout=timeout)
         except (OSError, OverflowError) as error:
-            raise UsageError(f"no server answers at {where}: {getattr(error, 'strerror', None) or error}") from None
+            raise UsageError(f"no server answers at {place}: {getattr(error, 'strerror', None) or error}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(True)
         self._decoder = Decoder()
@@ -76,7 +76,7 @@ class SocketConnection:
             """The server's description of itself, its topics and its services."""
         except (RunEndedError, FrameError) as error:
             self.close()
-            raise UsageError(f"no server answers at {where}: {error}") from None
+            raise UsageError(f"no server answers at {place}: {error}") from None
 
     def number(self) -> int:
         """Return a free number for a request or a subscription."""
@@ -90,14 +90,14 @@ class SocketConnection:
             RunEndedError: no answer or no time can come any more.
         """
         self.send(frame)
-        return accepted(self._await_answer(frame.number))
+        return check_answer(self._await_answer(frame.number))
 
     def expect_reply(self, number: int) -> list[Frame]:
         """Return a list for a second answer to a request that has been answered already; empty until it has come."""
-        came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
-        if not came:
-            self._expected[number] = came
-        return came
+        replies = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
+        if not replies:
+            self._expected[number] = replies
+        return replies
 
     def send(self, frame: Frame) -> None:
         """Send a frame that has no answer, or whose answer is ignored; errors as of `ask`."""
@@ -148,12 +148,12 @@ class SocketConnection:
             if len(data) <= _SMALL:
                 self._socket.sendall(data)
             else:
-                self._send_much(data)
+                self._send_large(data)
         except (OSError, ValueError):  # the second if another thread has closed the connection
-            self._is_over("the server has closed the connection")
+            self._set_end("the server has closed the connection")
             raise RunEndedError(self._end) from None
 
-    def _send_much(self, data: bytes) -> None:
+    def _send_large(self, data: bytes) -> None:
         """Send more than the system may take at once, and read meanwhile, so that neither end waits."""
         rest = memoryview(data)
         self._socket.setblocking(False)
@@ -175,22 +175,22 @@ class SocketConnection:
         except OSError:
             data = b""
         if not data:
-            self._is_over("the server has closed the connection")
+            self._set_end("the server has closed the connection")
             return
         try:
             for frame in self._decoder.feed(data):
                 self._take(frame)
         except FrameError as error:
-            self._is_over(f"not a Cellwright server: {error}")
+            self._set_end(f"not a Cellwright server: {error}")
 
     def _take(self, frame: Frame) -> None:
         match frame.kind:
             case FrameKind.MESSAGE:
                 self._on_frame(frame)
             case FrameKind.ENDED:
-                self._is_over(printable(frame.text()))
+                self._set_end(printable(frame.text()))
             case FrameKind.REFUSED if frame.number == 0:
-                self._is_over(printable(frame.text()))
+                self._set_end(printable(frame.text()))
             case _ if frame.number in self._expected:
                 self._expected.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
@@ -198,7 +198,7 @@ class SocketConnection:
             case _:  # the answer to a request that the caller abandoned
                 pass
 
-    def _is_over(self, reason: str) -> None:
+    def _set_end(self, reason: str) -> None:
         self._end = self._end or reason
 
 
@@ -213,7 +213,7 @@ class _RemoteUnknownNameError(UnknownNameError):
         return self._sentence
 
 
-def accepted(answer: Frame) -> Frame:
+def check_answer(answer: Frame) -> Frame:
     """Return an answer, or raise a refusal as its error, of a class that this process knows."""
     if answer.kind is not FrameKind.REFUSED:
         return answer
@@ -255,7 +255,7 @@ class SocketTransport:
         self._lockstep = bool(welcome["lockstep"])
         self._clock = 0
         self._has_clock = "/clock" in self.topics()
-        self._ahead = self._now - time.perf_counter_ns()
+        self._clock_offset = self._now - time.perf_counter_ns()
         if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
             self._connection.ask(Frame(FrameKind.SUBSCRIBE, self._clock, "/clock"))
@@ -265,7 +265,7 @@ class SocketTransport:
     def now(self) -> int:
         """Return simulation time [ns]; without a clock, the time since the connection was made counts on."""
         if not self._lockstep and not self._has_clock:
-            self._now = time.perf_counter_ns() + self._ahead
+            self._now = time.perf_counter_ns() + self._clock_offset
         elif not self._lockstep:
             try:
                 while self._connection.listen(0.0):
@@ -356,7 +356,7 @@ class SocketTransport:
         replies = self._connection.expect_reply(number)
         while not replies:
             self._ask_for_time(_END_OF_TIME, each_tick=True)
-        return accepted(replies[0])
+        return check_answer(replies[0])
 
     def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
         before = self._now

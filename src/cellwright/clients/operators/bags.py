@@ -48,8 +48,8 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
             if not chosen:
                 lacking, there = topic or "commands of io_teleop", ", ".join(sorted(found)) or "none"
                 raise UsageError(f"{path}: no {lacking} in it; joint states are on: {there}")
-            moments = [
-                _moment(path, time, f"/{connection.topic.lstrip('/')}", reader.deserialize(data, connection.msgtype))
+            samples = [
+                _sample(path, time, f"/{connection.topic.lstrip('/')}", reader.deserialize(data, connection.msgtype))
                 for connection, time, data in reader.messages(connections=chosen)
             ]
     except UsageError:
@@ -57,13 +57,13 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     except Exception as error:  # a damaged file fails anywhere in the library
         reason = shortened(" ".join(str(error).split()) or type(error).__name__, _MAX_REASON)
         raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
-    if not moments:
+    if not samples:
         raise UsageError(f"{path}: it holds no messages")
-    begin, to = moments[0].time, None if topic is None else JOINT_COMMAND
-    return Targets(path, tuple(TargetSample(each.time - begin, to or each.topic, each.values) for each in moments))
+    begin, to = samples[0].time, None if topic is None else JOINT_COMMAND
+    return Targets(path, tuple(TargetSample(each.time - begin, to or each.topic, each.values) for each in samples))
 
 
-def _moment(path: Path, time: int, topic: str, message: Any) -> TargetSample:
+def _sample(path: Path, time: int, topic: str, message: Any) -> TargetSample:
     positions = [float(value) for value in message.position]
     names = [str(name) for name in message.name]
     if topic == GRIPPER_COMMAND:  # their names are ignored

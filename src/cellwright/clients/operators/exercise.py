@@ -69,7 +69,7 @@ class Wave:
         return self.periods / self.frequency
 
     @property
-    def reach(self) -> tuple[float, float]:
+    def offset_range(self) -> tuple[float, float]:
         """Lowest and highest offset [rad; m]."""
         far = abs(self.amplitude)
         if self.shape is WaveShape.SINE:
@@ -122,15 +122,17 @@ class Trace:
     """
 
     joint: str
-    told_at: Array
-    told: Array
-    seen_at: Array
-    seen: Array
+    target_times: Array
+    targets: Array
+    measured_times: Array
+    measured: Array
 
     @property
-    def target(self) -> Array:
+    def target_in_force(self) -> Array:
         """The target in force at each measured position [rad; m]."""
-        found: Array = self.told[np.clip(np.searchsorted(self.told_at, self.seen_at, side="right") - 1, 0, None)]
+        found: Array = self.targets[
+            np.clip(np.searchsorted(self.target_times, self.measured_times, side="right") - 1, 0, None)
+        ]
         return found
 
 
@@ -172,30 +174,30 @@ class Tracking:
 
 def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tracking:
     """Return the tracking of a trace of at least two measured positions; `edges` are the times of its steps [s]."""
-    error = trace.target - trace.seen
-    span = float(trace.seen_at[-1] - trace.seen_at[0])
+    error = trace.target_in_force - trace.measured
+    span = float(trace.measured_times[-1] - trace.measured_times[0])
     return Tracking(
         trace.joint,
         rms=float(np.sqrt(np.mean(error**2))),
         worst=float(np.abs(error).max()),
         delay=delay(trace, min(MAX_DELAY, period / 2)),
-        rate=(len(trace.seen) - 1) / span if span > 0.0 else 0.0,
+        rate=(len(trace.measured) - 1) / span if span > 0.0 else 0.0,
         step=step_response(trace, edges) if len(edges) else None,
     )
 
 
 def delay(trace: Trace, max_delay: float) -> float | None:
     """Return the delay [s] of the position after the target; None if it did not follow, or above `max_delay` [s]."""
-    if np.ptp(trace.seen) < MIN_MOTION_SHARE * np.ptp(trace.told):
+    if np.ptp(trace.measured) < MIN_MOTION_SHARE * np.ptp(trace.targets):
         return None
-    begin = max(trace.told_at[0], trace.seen_at[0])
-    grid = np.arange(begin, min(trace.told_at[-1], trace.seen_at[-1]), _GRID)
+    begin = max(trace.target_times[0], trace.measured_times[0])
+    grid = np.arange(begin, min(trace.target_times[-1], trace.measured_times[-1]), _GRID)
     lags = min(int(max_delay / _GRID), len(grid) // 2)
     if lags < 2:
         return None
-    target = trace.told[np.searchsorted(trace.told_at, grid, side="right") - 1]
-    seen = np.interp(grid, trace.seen_at, trace.seen)
-    likeness = np.array([_correlation(target[: len(target) - lag], seen[lag:]) for lag in range(lags + 1)])
+    target = trace.targets[np.searchsorted(trace.target_times, grid, side="right") - 1]
+    measured = np.interp(grid, trace.measured_times, trace.measured)
+    likeness = np.array([_correlation(target[: len(target) - lag], measured[lag:]) for lag in range(lags + 1)])
     best = int(likeness.argmax())
     if likeness[best] <= 0.0 or best == lags:
         return None
@@ -204,7 +206,7 @@ def delay(trace: Trace, max_delay: float) -> float | None:
 
 def step_response(trace: Trace, edges: Sequence[float]) -> JointStepResponse | None:
     """Return the worst response to the steps at times `edges` [s]; None if none of them was measured."""
-    ends = [*edges[1:], float(trace.seen_at[-1])]
+    ends = [*edges[1:], float(trace.measured_times[-1])]
     found = [each for each in map(lambda begin, end: _one_step(trace, begin, end), edges, ends) if each is not None]
     if not found:
         return None
@@ -215,15 +217,15 @@ def step_response(trace: Trace, edges: Sequence[float]) -> JointStepResponse | N
 
 
 def _one_step(trace: Trace, begin: float, end: float) -> JointStepResponse | None:
-    chosen = (trace.seen_at >= begin) & (trace.seen_at < end)
-    before = trace.told[max(0, int(np.searchsorted(trace.told_at, begin)) - 1)]
+    chosen = (trace.measured_times >= begin) & (trace.measured_times < end)
+    before = trace.targets[max(0, int(np.searchsorted(trace.target_times, begin)) - 1)]
     if np.count_nonzero(chosen) < 2:
         return None
-    after = trace.target[chosen][-1]
+    after = trace.target_in_force[chosen][-1]
     height = after - before
     if height == 0.0:
         return None
-    at, response = trace.seen_at[chosen] - begin, (trace.seen[chosen] - before) / height
+    at, response = trace.measured_times[chosen] - begin, (trace.measured[chosen] - before) / height
     low, high = _first_reached(at, response, _LOW), _first_reached(at, response, _HIGH)
     outside = np.flatnonzero(np.abs(response - 1.0) > SETTLING_BAND)
     settling: float | None = 0.0
@@ -233,7 +235,7 @@ def _one_step(trace: Trace, begin: float, end: float) -> JointStepResponse | Non
         overshoot=max(0.0, float(response.max()) - 1.0),
         rise=None if low is None or high is None else high - low,
         settling=settling,
-        rest=abs(float(trace.seen[chosen][-1] - after)),
+        rest=abs(float(trace.measured[chosen][-1] - after)),
     )
 
 
@@ -273,7 +275,7 @@ TAIL = 0.5
 """Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
 
 _MIN_SAMPLES = 10  # joint states that a report needs
-_HELD_BACK = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
+_LIMITED_SHARE = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
 
 
 @dataclass(frozen=True)
@@ -298,7 +300,7 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
     """
     robot.check_names(joints)
     for joint in joints:
-        start, (low, high) = robot.position(joint), wave.reach
+        start, (low, high) = robot.position(joint), wave.offset_range
         limits.check(joint, start + low, start + high, f"a {wave.shape} of {wave.amplitude:g}")
     robot.check_ready()
     speeds = {joint: limits.of_joint(joint).velocity for joint in joints}
@@ -310,11 +312,11 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
 
 
 def exercise(
-    robot: OperatedRobot, joint: str, wave: Wave, *, on_beat: Callable[[float], None] = lambda _part: None
+    robot: OperatedRobot, joint: str, wave: Wave, *, on_progress: Callable[[float], None] = lambda _part: None
 ) -> Exercise:
     """Give a joint a signal about its position, with `RATE` commands a second, and bring it back there.
 
-    After each command `on_beat` takes the share of the signal that is over, 0 to 1.
+    After each command `on_progress` takes the share of the signal that is over, 0 to 1.
 
     Raises:
         UsageError: too few joint states came for a report.
@@ -325,19 +327,19 @@ def exercise(
     seen: list[tuple[float, float, float]] = []
     applied: list[float] = []
 
-    def note(message: Any) -> None:
+    def record_state(message: Any) -> None:
         position = by_name(message).get(joint)
         if position is not None:
             seen.append((session.time - begun, nanoseconds(message.header.stamp) / 1e9, position))
 
-    leave = session.subscribe(JOINT_STATES, note)
+    leave = session.subscribe(JOINT_STATES, record_state)
     try:
         beat = session.rate(RATE)
         while (time := session.time - begun) < wave.duration + TAIL:
             target = start + wave.offset(time)
             robot.send(MoveJoints({joint: target}))
             sent.append((time, target))
-            on_beat(min(1.0, time / wave.duration))
+            on_progress(min(1.0, time / wave.duration))
             beat.sleep()
             if joint in (now := robot.applied):
                 applied.append(now[joint])
@@ -350,27 +352,28 @@ def exercise(
     trace = _trace(joint, sent, seen)
     edges = [n / 2 / wave.frequency for n in range(1, 2 * wave.periods + 1)] if wave.shape is WaveShape.STEP else ()
     figures = tracking(trace, period=1 / wave.frequency, edges=edges)
-    return Exercise(wave, start, trace, figures, _held_back(trace.told, applied, wave))
+    return Exercise(wave, start, trace, figures, _limited_note(trace.targets, applied, wave))
 
 
 def _trace(joint: str, sent: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
     """Return the samples as arrays; joint states have the node's own stamps where it gives them."""
-    heard_at, stamps, positions = np.array(seen).T
-    seen_at: Array = heard_at
+    receive_times, stamps, positions = np.array(seen).T
+    measured_times: Array = receive_times
     if np.all(np.diff(stamps) > 0.0):
-        seen_at = stamps + np.median(heard_at - stamps)
+        measured_times = stamps + np.median(receive_times - stamps)
     times, targets = np.array(sent).T
-    return Trace(joint, times, targets, seen_at, positions)
+    return Trace(joint, times, targets, measured_times, positions)
 
 
-def _held_back(targets: Array, applied: list[float], wave: Wave) -> str:
+def _limited_note(targets: Array, applied: list[float], wave: Wave) -> str:
     """Return a sentence on targets that the node did not apply unchanged."""
     if not applied:
         return ""
-    slack = _HELD_BACK * abs(wave.amplitude)
-    sent, did = (float(targets.min()), float(targets.max())), (min(applied), max(applied))
-    if did[0] > sent[0] + slack or did[1] < sent[1] - slack:
+    slack = _LIMITED_SHARE * abs(wave.amplitude)
+    low, high = float(targets.min()), float(targets.max())
+    if min(applied) > low + slack or max(applied) < high - slack:
         return (
-            f"sent {sent[0]:.4g} to {sent[1]:.4g}, the node applied {did[0]:.4g} to {did[1]:.4g}: it limits the targets"
+            f"sent {low:.4g} to {high:.4g}, the node applied {min(applied):.4g} to {max(applied):.4g}: "
+            "it limits the targets"
         )
     return ""

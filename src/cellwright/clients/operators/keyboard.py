@@ -94,7 +94,7 @@ _JOINT_LEAD = 0.2  # [rad; m] that a target may be ahead of the joint; three ste
 _TIP_LEAD = 0.1  # [m]
 _MOVES = {"x": (0, 1), "X": (0, -1), "y": (1, 1), "Y": (1, -1), "z": (2, 1), "Z": (2, -1)}
 _TURNS = {"r": (0, 1), "R": (0, -1), "p": (1, 1), "P": (1, -1), "w": (2, 1), "W": (2, -1)}
-_ASKS = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
+_SERVICES = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
 
 
 class Jog:
@@ -147,13 +147,13 @@ class Jog:
         if key == "ctrl-c":
             return Now.QUIT
         if self.search is not None:
-            self._look_for(key)
+            self._search_joint(key)
             return None
         if key == "q":
             return Now.QUIT
-        if key in _ASKS:
+        if key in _SERVICES:
             self.forget()
-            return _ASKS[key]
+            return _SERVICES[key]
         return None if self._choose(key) else self._move(key)
 
     def _choose(self, key: str) -> bool:
@@ -174,7 +174,7 @@ class Jog:
             return False
         return True
 
-    def _look_for(self, key: str) -> None:
+    def _search_joint(self, key: str) -> None:
         searched = self.search or ""
         if key in ("enter", "escape"):
             self.search = None
@@ -321,14 +321,14 @@ class Keyboard:
                     self.message = "keys came too fast for the robot; the oldest were sent"
                     continue
             if order is not None:
-                self._carry_out(order)
+                self._execute(order)
         return True
 
-    def _carry_out(self, order: Order) -> None:
+    def _execute(self, order: Order) -> None:
         try:
             if isinstance(order, Ask):
                 begun = self.services.begin(order)
-                self.message = f"{order.value} …" if begun else f"still waiting for: {self.services.under_way}"
+                self.message = f"{order.value} …" if begun else f"still waiting for: {self.services.pending}"
             else:
                 self.robot.send(order)
                 self.message = "EMERGENCY STOP sent; u ends it" if order is Now.STOP else self.jog.note

@@ -1,6 +1,6 @@
 """Target files: reading, checking and playing them, and recording new ones.
 
-CSV: a header `time` and names of joints, then a line per moment; an empty field leaves that joint out.
+CSV: a header `time` and names of joints, then a line per sample; an empty field leaves that joint out.
 JSON lines: `{"time": 0.0, "positions": {"joint": 0.1}}` a line. Times are in seconds and never go back; positions in
 rad or m. The names `gripper_right` and `gripper_left` are the closed shares of the grippers, 0 to 1. `bags.py` reads
 ROS bags.
@@ -50,23 +50,23 @@ class TargetSample:
 
 @dataclass(frozen=True)
 class Targets:
-    """The targets of a file, in order of time; there is at least one moment."""
+    """The targets of a file, in order of time; there is at least one sample."""
 
     path: Path
-    moments: tuple[TargetSample, ...]
+    samples: tuple[TargetSample, ...]
 
     @property
     def duration(self) -> float:
-        """Time from the first moment to the last [s]."""
-        return self.moments[-1].time - self.moments[0].time
+        """Time from the first sample to the last [s]."""
+        return self.samples[-1].time - self.samples[0].time
 
     @property
     def positions(self) -> dict[str, list[float]]:
         """The positions of each joint [rad; m], in order of time."""
         found: dict[str, list[float]] = {}
-        for moment in self.moments:
-            if moment.topic != GRIPPER_COMMAND:
-                for name, value in moment.values.items():
+        for sample in self.samples:
+            if sample.topic != GRIPPER_COMMAND:
+                for name, value in sample.values.items():
                     found.setdefault(name, []).append(value)
         return found
 
@@ -83,28 +83,28 @@ def read_targets(path: Path) -> Targets:
         UsageError: there is no such file, or its format is unknown.
         DescriptionError: its content is wrong; each problem reads `path:line: what is wrong`.
     """
-    readers = {".csv": _csv_moments, ".jsonl": _json_moments}
+    readers = {".csv": _csv_samples, ".jsonl": _json_samples}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise UsageError(f"{path}: give a file that ends in {', '.join(readers)} or .bag, or the folder of a ROS 2 bag")
     text = _text(path)
     problems: list[Problem] = []
-    moments: list[TargetSample] = []
+    samples: list[TargetSample] = []
     last = -math.inf
     for line, found in reader(text):
-        problem = found if isinstance(found, str) else _check_moment(found, last)
+        problem = found if isinstance(found, str) else _check_sample(found, last)
         if problem:
             problems.append(Problem(Place(0, str(path), line), "", problem))
             if len(problems) == _MAX_PROBLEMS:
                 break
         elif isinstance(found, TargetSample):
             last = found.time
-            moments += _split(found)
-    if not problems and not moments:
+            samples += _split(found)
+    if not problems and not samples:
         problems.append(Problem(Place(0, str(path), 0), "", "it holds no targets"))
     if problems:
         raise DescriptionError(problems)
-    return Targets(path, tuple(moments))
+    return Targets(path, tuple(samples))
 
 
 def _text(path: Path) -> str:
@@ -120,8 +120,8 @@ def _text(path: Path) -> str:
         raise UsageError(f"{path}: is not text in UTF-8: {error.reason} at byte {error.start}") from None
 
 
-def _csv_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
-    """Yield moments and problems with their lines."""
+def _csv_samples(text: str) -> Iterator[tuple[int, TargetSample | str]]:
+    """Yield samples and problems with their lines."""
     lines = csv.reader(io.StringIO(text, newline=""))
     try:
         head = [name.strip() for name in next(lines, [])]
@@ -131,7 +131,7 @@ def _csv_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
             return
         for row in lines:
             if row and any(field.strip() for field in row):
-                yield lines.line_num, _csv_moment(head, row)
+                yield lines.line_num, _csv_sample(head, row)
     except csv.Error as error:
         yield lines.line_num, str(error)
 
@@ -146,7 +146,7 @@ def _check_head(head: list[str]) -> str:
     return f"named twice: {', '.join(twice)}" if twice else ""
 
 
-def _csv_moment(head: list[str], row: list[str]) -> TargetSample | str:
+def _csv_sample(head: list[str], row: list[str]) -> TargetSample | str:
     if len(row) != len(head):
         return f"needs {len(head)} fields as in the first line (got {len(row)})"
     values: dict[str, float] = {}
@@ -160,11 +160,11 @@ def _csv_moment(head: list[str], row: list[str]) -> TargetSample | str:
     return TargetSample(values.pop("time"), JOINT_COMMAND, values)
 
 
-def _json_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
+def _json_samples(text: str) -> Iterator[tuple[int, TargetSample | str]]:
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip():
             try:
-                yield number, _json_moment(json.loads(line))
+                yield number, _json_sample(json.loads(line))
             except (ValueError, RecursionError) as error:
                 yield (
                     number,
@@ -172,7 +172,7 @@ def _json_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
                 )
 
 
-def _json_moment(entry: Any) -> TargetSample | str:
+def _json_sample(entry: Any) -> TargetSample | str:
     if not isinstance(entry, dict) or not {"time", "positions"} <= entry.keys():
         return 'must be an object with "time" and "positions"'
     time, positions = entry["time"], entry["positions"]
@@ -190,29 +190,29 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= 1e300
 
 
-def _check_moment(moment: TargetSample, last: float) -> str:
-    if not math.isfinite(moment.time):
-        return f"time: must be finite (got {moment.time})"
-    if moment.time < last:
-        return f"time: must not decrease (got {moment.time:g} after {last:g})"
-    for name, value in moment.values.items():
+def _check_sample(sample: TargetSample, last: float) -> str:
+    if not math.isfinite(sample.time):
+        return f"time: must be finite (got {sample.time})"
+    if sample.time < last:
+        return f"time: must not decrease (got {sample.time:g} after {last:g})"
+    for name, value in sample.values.items():
         if not math.isfinite(value):
             return f"{name}: must be finite (got {value})"
         if name in GRIPPERS and not 0.0 <= value <= 1.0:
             return f"{name}: must be from 0 (open) to 1 (closed) (got {value:g})"
-    if GRIPPERS[1] in moment.values and GRIPPERS[0] not in moment.values:
+    if GRIPPERS[1] in sample.values and GRIPPERS[0] not in sample.values:
         return f"{GRIPPERS[1]}: needs {GRIPPERS[0]} as well: grippers are addressed by order"
     return ""
 
 
-def _split(moment: TargetSample) -> Iterable[TargetSample]:
-    """Yield a moment for joints and one for grippers, each if it has values."""
-    joints = {name: value for name, value in moment.values.items() if name not in GRIPPERS}
-    grippers = {name: moment.values[name] for name in GRIPPERS if name in moment.values}
+def _split(sample: TargetSample) -> Iterable[TargetSample]:
+    """Yield a sample for joints and one for grippers, each if it has values."""
+    joints = {name: value for name, value in sample.values.items() if name not in GRIPPERS}
+    grippers = {name: sample.values[name] for name in GRIPPERS if name in sample.values}
     if joints:
-        yield TargetSample(moment.time, JOINT_COMMAND, joints)
+        yield TargetSample(sample.time, JOINT_COMMAND, joints)
     if grippers:
-        yield TargetSample(moment.time, GRIPPER_COMMAND, grippers)
+        yield TargetSample(sample.time, GRIPPER_COMMAND, grippers)
 
 
 APPROACH_SPEED = 0.5
@@ -239,7 +239,7 @@ def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:
         robot.position(name)
     for name, values in positions.items():
         limits.check(name, min(values), max(values), str(targets.path))
-    grippers = max((len(each.values) for each in targets.moments if each.topic == GRIPPER_COMMAND), default=0)
+    grippers = max((len(each.values) for each in targets.samples if each.topic == GRIPPER_COMMAND), default=0)
     if robot.grippers and grippers > len(robot.grippers):
         raise UsageError(f"{targets.path}: has targets for {grippers} grippers (the robot has {len(robot.grippers)})")
     robot.check_ready()
@@ -250,12 +250,12 @@ def approach(
     first: Mapping[str, float],
     duration: float | None = None,
     *,
-    on_beat: Callable[[float], None] = lambda _time: None,
+    on_progress: Callable[[float], None] = lambda _time: None,
 ) -> None:
     """Move joints smoothly from their present positions to others [rad; m].
 
     The motion takes `duration` [s], by default the time that the farthest joint needs at `APPROACH_SPEED`. After each
-    command `on_beat` takes the time so far [s].
+    command `on_progress` takes the time so far [s].
 
     Raises:
         UsageError: a joint did not get there.
@@ -272,7 +272,7 @@ def approach(
         part = 1.0 if duration <= 0.0 else min(1.0, (session.time - begun) / duration)
         blend = 0.5 - 0.5 * math.cos(math.pi * part)
         robot.send(MoveJoints({name: start[name] + blend * (first[name] - start[name]) for name in first}))
-        on_beat(session.time - begun)
+        on_progress(session.time - begun)
         beat.sleep()
 
     def missing() -> list[str]:
@@ -289,29 +289,33 @@ def approach(
 
 
 def play(
-    robot: OperatedRobot, targets: Targets, *, speed: float = 1.0, on_beat: Callable[[float], None] = lambda _time: None
+    robot: OperatedRobot,
+    targets: Targets,
+    *,
+    speed: float = 1.0,
+    on_progress: Callable[[float], None] = lambda _time: None,
 ) -> None:
     """Send all targets at their times. Late targets are not rushed: of a topic only the newest is sent.
 
-    `speed` seconds of the file pass in a second; after each moment `on_beat` takes the time in the file [s].
+    `speed` seconds of the file pass in a second; after each sample `on_progress` takes the time in the file [s].
     """
     session = robot.session
-    begun, origin = session.time, targets.moments[0].time
-    moments = targets.moments
+    begun, origin = session.time, targets.samples[0].time
+    samples = targets.samples
     number = 0
-    while number < len(moments):
-        session.sleep(max(0.0, begun + (moments[number].time - origin) / speed - session.time))
+    while number < len(samples):
+        session.sleep(max(0.0, begun + (samples[number].time - origin) / speed - session.time))
         now = origin + (session.time - begun) * speed
         due: dict[tuple[str, frozenset[str]], TargetSample] = {}
-        while number < len(moments) and (moments[number].time <= now or not due):
-            key = (moments[number].topic, frozenset(moments[number].values))
+        while number < len(samples) and (samples[number].time <= now or not due):
+            key = (samples[number].topic, frozenset(samples[number].values))
             due.pop(key, None)
-            due[key] = moments[number]
+            due[key] = samples[number]
             number += 1
-        for moment in due.values():
-            values, is_gripper = moment.values, moment.topic == GRIPPER_COMMAND
-            robot.send(MoveGrippers(tuple(values.values())) if is_gripper else MoveJoints(values, moment.topic))
-        on_beat(moments[number - 1].time - origin)
+        for sample in due.values():
+            values, is_gripper = sample.values, sample.topic == GRIPPER_COMMAND
+            robot.send(MoveGrippers(tuple(values.values())) if is_gripper else MoveJoints(values, sample.topic))
+        on_progress(samples[number - 1].time - origin)
 
 
 class JointRecorder:
@@ -342,24 +346,24 @@ class JointRecorder:
             self._file.write(_csv_line(["time", *self._joints]))
         self._begun: float | None = None
         self.lines = 0
-        """Number of written moments."""
+        """Number of written samples."""
         self.time = 0.0
-        """Time of the newest moment, from the first on [s]."""
+        """Time of the newest sample, from the first on [s]."""
         try:
-            self._leave = self._session.subscribe(topic, self._take)
+            self._unsubscribe = self._session.subscribe(topic, self._take)
         except BaseException:
             self._file.close()
             raise
 
     @property
     def is_writing(self) -> bool:
-        """True while moments go to the file."""
+        """True while samples go to the file."""
         return self._file.is_writing
 
     def close(self) -> None:
         """Stop recording, and close the file."""
         with suppress(CellwrightError, RunEndedError):  # the node may be gone
-            self._leave()
+            self._unsubscribe()
         self._file.close()
 
     def _take(self, message: Any) -> None:

@@ -91,10 +91,12 @@ def tracking_svg(exercises: Sequence[Exercise]) -> str:
     frames = figure.subplots(2 * count, 1, height_ratios=[5, 2] * count)
     for each, motion, error in zip(exercises, frames[::2], frames[1::2], strict=True):
         trace, figures = each.trace, each.tracking
-        targets, seen = (slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.told_at, trace.seen_at))
-        motion.step(trace.told_at[targets], trace.told[targets], _TARGET_COLOUR, where="post", label="target")
-        motion.plot(trace.seen_at[seen], trace.seen[seen], _MEASURED_COLOUR, label="measured")
-        error.plot(trace.seen_at[seen], (trace.target - trace.seen)[seen], _ERROR_COLOUR)
+        targets, seen = (
+            slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.target_times, trace.measured_times)
+        )
+        motion.step(trace.target_times[targets], trace.targets[targets], _TARGET_COLOUR, where="post", label="target")
+        motion.plot(trace.measured_times[seen], trace.measured[seen], _MEASURED_COLOUR, label="measured")
+        error.plot(trace.measured_times[seen], (trace.target_in_force - trace.measured)[seen], _ERROR_COLOUR)
         delay = "did not follow" if figures.delay is None else f"delay {figures.delay * 1e3:.0f} ms"
         errors = f"RMS error {figures.rms:.4f}, greatest {figures.worst:.4f}"
         title = f"{printable(trace.joint)}: {each.wave.shape}, {errors}, {delay}"
@@ -104,7 +106,7 @@ def tracking_svg(exercises: Sequence[Exercise]) -> str:
         error.set_ylabel("error", color=_ERROR_COLOUR)
         error.set_xlabel("time [s]")
         for frame in (motion, error):
-            frame.set_xlim(0.0, max(trace.told_at[-1], trace.seen_at[-1]))
+            frame.set_xlim(0.0, max(trace.target_times[-1], trace.measured_times[-1]))
             frame.grid(color="#ddd")
     return svg_text(figure)
 

@@ -283,14 +283,14 @@ class ServiceCaller:
         self._session: NodeClient | None = None
         self._thread: threading.Thread | None = None
         self._answer = ""
-        self.under_way = ""
+        self.pending = ""
         """Name of the pending call; empty if there is none."""
 
     def begin(self, ask: Ask) -> bool:
         """Call a service; False if another call is pending."""
         if self._thread is not None:
             return False
-        self.under_way = ask.value
+        self.pending = ask.value
         self._thread = threading.Thread(target=self._call, args=(ask,), daemon=True)
         self._thread.start()
         return True
@@ -299,7 +299,7 @@ class ServiceCaller:
         """Return the newest answer of a service once, in a sentence; empty while there is none."""
         if self._thread is None or self._thread.is_alive():
             return ""
-        self._thread, self.under_way = None, ""
+        self._thread, self.pending = None, ""
         return self._answer
 
     def close(self) -> None:

@@ -8,11 +8,11 @@ from cellwright.clients.client.in_process import InProcess
 from tests.cells import KITTING
 
 
-def test_an_agv_is_ready_until_it_is_sent_off() -> None:
+def test_agv_is_ready_until_sent() -> None:
     cell = Cell(KITTING)
     client = Client(InProcess(cell, node="/agent"))
     view = CellView(client, Catalogue(), ())
-    assert not view.is_agv_ready(1), "nothing was heard yet"
+    assert not view.is_agv_ready(1), "no message yet"
     client.sleep(0.01)
     assert view.is_agv_ready(1)
     assert view.is_agv_ready(2)
@@ -22,7 +22,7 @@ def test_an_agv_is_ready_until_it_is_sent_off() -> None:
     assert view.is_agv_ready(2)
 
 
-def test_agvs_are_heard_only_while_they_are_watched() -> None:
+def test_agv_states_are_subscribed_only_while_watched() -> None:
     cell = Cell(KITTING)
     client = Client(InProcess(cell, node="/agent"))
     view = CellView(client, Catalogue(), ())

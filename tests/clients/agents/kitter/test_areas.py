@@ -43,13 +43,13 @@ def camera(x: float, y: float, z: float = 1.465) -> Pose:
         (Pose.from_rpy((-0.3, 0.23, 1.465), (0.0, -math.pi / 2, 0.0)), []),  # it looks up
     ],
 )
-def test_which_areas_a_camera_looks_at(world_T_camera: Pose, seen: list[Area]) -> None:
+def test_camera_view_meets_areas_below_camera(world_T_camera: Pose, seen: list[Area]) -> None:
     areas = [BINS, BELT, STATIONS[1].area, STATIONS[2].area]
-    assert [area for area in areas if area.meets(view_of(world_T_camera, Catalogue().reach))] == seen
+    assert [area for area in areas if area.meets(view_of(world_T_camera, Catalogue().max_extent))] == seen
 
 
 @given(st.tuples(places, places, places), st.tuples(turns, turns, turns), st.tuples(places, places, places))
-def test_no_area_that_a_camera_sees_is_left_out(
+def test_camera_view_contains_every_visible_point(
     xyz: tuple[float, float, float], rpy: tuple[float, float, float], point: tuple[float, float, float]
 ) -> None:
     """Against the cell's own camera: it has a part in view whose box meets the frustum."""
@@ -63,12 +63,12 @@ def test_no_area_that_a_camera_sees_is_left_out(
     )
     in_view = bool(view.meets(np.array([point]), np.full((1, 3), 0.01))[0])
     if in_view:
-        assert Area.around([point]).meets(view_of(world_T_camera, Catalogue().reach))
+        assert Area.around([point]).meets(view_of(world_T_camera, Catalogue().max_extent))
     else:
         assert not is_well_in_view(world_T_camera, point)
 
 
-def test_the_edge_of_a_view_is_not_well_in_view() -> None:
+def test_point_at_edge_of_view_is_not_well_in_view() -> None:
     over_bin_7 = camera(-0.3, 0.23)
     assert is_well_in_view(over_bin_7, (-0.3, 0.23, 0.735))
     assert is_well_in_view(over_bin_7, (-0.3, 0.66, 0.735))
@@ -76,13 +76,13 @@ def test_the_edge_of_a_view_is_not_well_in_view() -> None:
     assert not is_well_in_view(over_bin_7, (-0.3, 0.23, 1.3))
 
 
-def test_places_in_bins() -> None:
+def test_is_in_bin_excludes_belt() -> None:
     assert is_in_bin(-0.3, 0.23)
     assert is_in_bin(-0.55, 0.5)
     assert not is_in_bin(BELT_MIDDLE, 0.23)
 
 
-def test_areas_meet_where_they_have_a_point_in_common() -> None:
+def test_areas_with_common_point_meet() -> None:
     one = Area((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     assert one.meets(Area((1.0, 0.5, 0.5), (2.0, 2.0, 2.0)))
     assert not one.meets(Area((1.1, 0.5, 0.5), (2.0, 2.0, 2.0)))

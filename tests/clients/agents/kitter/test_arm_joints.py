@@ -11,7 +11,7 @@ from cellwright.util.errors import UsageError
 from tests.cells import ARM_ONLY, BARE
 
 
-def test_the_newest_joint_states_are_read() -> None:
+def test_arm_reads_newest_joint_states() -> None:
     cell = Cell(ARM_ONLY)
     client = Client(InProcess(cell))
     arm = KitterArm(client)
@@ -26,6 +26,6 @@ def test_the_newest_joint_states_are_read() -> None:
     assert arm.tool_time == pytest.approx(client.time, abs=0.02)
 
 
-def test_without_an_arm_there_is_nothing_to_work_with() -> None:
+def test_arm_without_joint_states_is_refused() -> None:
     with pytest.raises(UsageError, match="no joint positions: nothing is published"):
         KitterArm(Client(InProcess(Cell(BARE))))

@@ -52,7 +52,7 @@ def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SU
     return Sighting(part_type, Pose.from_rpy((x, y, z), (0.0, 0.0, 0.5)))
 
 
-def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:
+def test_belt_part_is_tracked_beyond_camera_view() -> None:
     belt = watch(FakeClient())
     for index in range(10):
         time = 0.1 * index
@@ -64,7 +64,7 @@ def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:
     assert part.time_at(2.0) == pytest.approx(5.0)
 
 
-def test_parts_are_distinguished_by_type_and_place() -> None:
+def test_belt_parts_are_distinguished_by_type_and_place() -> None:
     belt = watch(FakeClient())
     for time in (0.0, 0.1):
         belt.take_image(
@@ -82,13 +82,13 @@ def test_parts_are_distinguished_by_type_and_place() -> None:
     assert first.time_at(0.0) < second.time_at(0.0)
 
 
-def test_what_is_held_over_the_belt_or_lies_beside_it_is_not_on_it() -> None:
+def test_part_above_or_beside_belt_is_ignored() -> None:
     belt = watch(FakeClient())
     belt.take_image(Image(0.0, (on_belt("disk_part", 3.0, z=1.05), on_belt("disk_part", 3.0, x=0.7))))
     assert belt.parts == []
 
 
-def test_what_has_passed_and_what_was_taken_is_not_coming() -> None:
+def test_passed_or_taken_part_is_not_coming() -> None:
     belt = watch(FakeClient())
     belt.take_image(Image(0.0, (on_belt("disk_part", 3.0), on_belt("disk_part", 2.5))))
     assert len(belt.coming("disk_part", 4.0, 2.0)) == 1
@@ -96,7 +96,7 @@ def test_what_has_passed_and_what_was_taken_is_not_coming() -> None:
     assert belt.coming("disk_part", 4.0, 2.0) == []
 
 
-def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
+def test_beam_gives_time_of_part_centre() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
     # read at 20 Hz: the event was 25 ms ago, on average
@@ -108,7 +108,7 @@ def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
     assert part.pose(12.2).position == pytest.approx((BELT_MIDDLE, 1.85, BELT_SURFACE))
 
 
-def test_a_beam_does_not_tell_types() -> None:
+def test_beam_with_two_part_types_is_not_used() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part", "disk_part"))
     client.send("/ariac/beam_change", 10.0, object_detected=True)
@@ -117,7 +117,7 @@ def test_a_beam_does_not_tell_types() -> None:
     assert client.listeners == {}
 
 
-def test_what_a_camera_sees_the_beam_does_not_add() -> None:
+def test_part_seen_by_camera_is_not_added_by_beam() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
     belt.take_image(Image(0.0, (on_belt("gear_part", 3.0),)))
@@ -127,7 +127,7 @@ def test_what_a_camera_sees_the_beam_does_not_add() -> None:
     assert client.listeners == {}
 
 
-def test_an_end_without_a_beginning_is_nothing() -> None:
+def test_beam_end_without_start_is_ignored() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
     client.send("/ariac/beam_change", 0.1, object_detected=False)
@@ -145,5 +145,7 @@ def test_an_end_without_a_beginning_is_nothing() -> None:
         ((-0.3, 2.25, 0.91), math.pi, False),
     ],
 )
-def test_beams_that_cross_the_belt(xyz: tuple[float, float, float], yaw: float, crosses: bool) -> None:
+def test_crosses_belt_accepts_only_beams_across_parts(
+    xyz: tuple[float, float, float], yaw: float, crosses: bool
+) -> None:
     assert crosses_belt(Pose.from_rpy(xyz, (0.0, 0.0, yaw))) is crosses

@@ -23,7 +23,7 @@ def listeners(of: Cell, name: str) -> tuple[str, ...]:
     return of.bus.topic(f"/ariac/{name}").subscribers
 
 
-def test_images_come_while_one_listens_and_are_kept_after() -> None:
+def test_images_are_kept_after_unsubscription() -> None:
     final01 = cell("final01", "kitter_sensors")
     client = Client(InProcess(final01, node="/agent"))
     images = Images(client, "logical_camera_bin7", Catalogue())
@@ -44,7 +44,7 @@ def test_images_come_while_one_listens_and_are_kept_after() -> None:
     assert len(images.newest) == IMAGES
 
 
-def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
+def test_latched_image_is_not_fresh() -> None:
     """The newest image is latched while another client listens: results must not depend on that."""
     times = []
     for is_watched in (False, True):
@@ -59,7 +59,7 @@ def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
     assert times[0] == times[1] == [0.6, 0.7]
 
 
-def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
+def test_disabled_camera_ends_wait_by_timeout() -> None:
     final01 = cell("final01", "kitter_sensors")
     final01.sensors["logical_camera_bin7"].enabled = False
     client = Client(InProcess(final01))
@@ -71,20 +71,20 @@ def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
     assert client.time < 1.5
 
 
-def test_only_the_cameras_that_are_needed_are_looked_through() -> None:
+def test_look_subscribes_only_to_needed_cameras() -> None:
     qual2b = cell("qual2b", "kitter_sensors")
     client = Client(InProcess(qual2b, node="/agent"))
     view = CellView(client, Catalogue(), ("gasket_part",))
-    heard: dict[str, tuple[str, ...]] = {}
+    subscribed: dict[str, tuple[str, ...]] = {}
     cameras = [name for name in qual2b.sensors if "camera" in name]
 
-    def note() -> None:
-        heard.update({name: listeners(qual2b, name) for name in cameras if listeners(qual2b, name)})
+    def record_subscribed() -> None:
+        subscribed.update({name: listeners(qual2b, name) for name in cameras if listeners(qual2b, name)})
 
-    note()
-    assert list(heard) == ["logical_camera_belt"]
-    seen = look_and(note, view, client)
-    assert sorted(heard) == ["logical_camera_belt", *(f"logical_camera_bin{number}" for number in (5, 6, 7, 8))]
+    record_subscribed()
+    assert list(subscribed) == ["logical_camera_belt"]
+    seen = look_and_call(record_subscribed, view, client)
+    assert sorted(subscribed) == ["logical_camera_belt", *(f"logical_camera_bin{number}" for number in (5, 6, 7, 8))]
     assert {part.type for part in seen} == {"disk_part"}
     assert listeners(qual2b, "logical_camera_bin7") == ()
     assert listeners(qual2b, "logical_camera_belt") == ("/agent",)
@@ -92,9 +92,9 @@ def test_only_the_cameras_that_are_needed_are_looked_through() -> None:
     assert view.parts_in_bins() == [], "what was seen before has been forgotten"
 
 
-def look_and(note: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:
-    """Look at the bins, and call `note` meanwhile."""
-    leave = client.subscribe("/ariac/current_score", lambda _score: note())
+def look_and_call(callback: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:
+    """Look at the bins, and call `callback` meanwhile."""
+    leave = client.subscribe("/ariac/current_score", lambda _score: callback())
     view.look(BINS)
     leave()
     return view.parts_in_bins()

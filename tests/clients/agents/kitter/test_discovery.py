@@ -19,7 +19,7 @@ def client(*names: str) -> Client:
     return Client(InProcess(cell, node="/agent"))
 
 
-def test_the_lessons_sensors() -> None:
+def test_find_sensors_in_lesson_finds_cameras_and_beam() -> None:
     cameras, beams = find_sensors(client("lesson"))
     assert sorted(cameras) == ["logical_camera", "logical_camera_over_agv1"]
     assert list(beams) == ["break_beam"]
@@ -27,11 +27,11 @@ def test_the_lessons_sensors() -> None:
     assert cameras["logical_camera_over_agv1"].position == pytest.approx((0.3, 3.15, 1.5))
 
 
-def test_a_cell_without_sensors() -> None:
+def test_find_sensors_without_sensors_is_empty() -> None:
     assert find_sensors(client("qual1a")) == ({}, {})
 
 
-def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:
+def test_parts_in_bins_are_seen_once_at_their_places() -> None:
     lesson = client("lesson")
     qual3a = client("qual3a", "kitter_sensors")
     view = CellView(qual3a, Catalogue(), ())
@@ -44,7 +44,7 @@ def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:
     assert not CellView(lesson, Catalogue(), ()).sees(Pose((-0.3, 0.995, 0.725)))  # no camera over bin 8
 
 
-def test_a_tray_in_view_is_empty_at_first() -> None:
+def test_tray_in_view_is_empty_at_start() -> None:
     view = CellView(client("qual1a", "kitter_sensors"), Catalogue(), ())
     view.look(STATIONS[1].area)
     assert view.sees(Pose((0.2, 3.35, 0.755)))

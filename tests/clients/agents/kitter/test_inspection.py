@@ -47,18 +47,18 @@ def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True
         ([], InspectionResult.LOST),
     ],
 )
-def test_verdicts(seen: list[Sighting], verdict: InspectionResult) -> None:
+def test_inspection_verdict_depends_on_offset_and_type(seen: list[Sighting], verdict: InspectionResult) -> None:
     assert inspect_part(view(*seen), KIT, TASK, PLACE).verdict is verdict
 
 
-def test_how_far_off_a_part_is() -> None:
+def test_inspection_reports_offset_and_turn() -> None:
     finding = inspect_part(view(beside(0.02, 0.1), beside(0.3)), KIT, TASK, PLACE)
     assert finding.offset == pytest.approx(0.02)
     assert finding.turn == pytest.approx(0.1)
     assert finding.world_T_part == beside(0.02, 0.1).world_T_part
 
 
-def test_a_fault_is_found_without_a_camera_too() -> None:
+def test_inspection_finds_fault_without_camera() -> None:
     fault = beside(0.01).world_T_part
     assert inspect_part(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is InspectionResult.FAULTY
     elsewhere = beside(0.1).world_T_part
@@ -67,7 +67,7 @@ def test_a_fault_is_found_without_a_camera_too() -> None:
     )
 
 
-def test_what_was_not_put_where_it_lies_is_a_stray() -> None:
+def test_part_away_from_placed_ones_is_stray() -> None:
     stray, other = beside(0.06), beside(-0.3, part_type="disk_part")
     assert strays(view(beside(0.03), stray, other), KIT) == [stray, other]
     assert not is_known_faulty(KIT, stray)

@@ -15,7 +15,7 @@ def order(name: str, *types: str) -> Order:
     return Order(name, [Kit(f"{name}_kit_0", [KitObject(each, pose_message(Pose((0.1, 0.2, 0.0)))) for each in types])])
 
 
-def test_kits_come_in_the_order_of_their_orders() -> None:
+def test_open_kits_follow_sequence_of_orders() -> None:
     client = SimpleNamespace(orders=[order("order_0", "gear_part")], time=0.0)
     book = OrderBook(cast("Client", client), Catalogue())
     (first,) = book.open_kits()
@@ -26,7 +26,7 @@ def test_kits_come_in_the_order_of_their_orders() -> None:
     assert [kit.kit_type for kit in book.open_kits()] == ["order_1_kit_0"]
 
 
-def test_a_part_of_unknown_handling_is_given_up_at_once() -> None:
+def test_part_of_unknown_type_has_no_open_task() -> None:
     client = SimpleNamespace(orders=[order("order_0", "u_joint_part", "gear_part")], time=0.0)
     (kit,) = OrderBook(cast("Client", client), Catalogue()).open_kits()
     assert [task.type for task in kit.open_tasks] == ["gear_part"]

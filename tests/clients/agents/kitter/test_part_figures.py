@@ -16,12 +16,12 @@ from cellwright.util.pose import Pose
 figures = Catalogue().figures
 
 
-def test_it_knows_every_type_that_can_be_built() -> None:
+def test_catalogue_has_every_buildable_type() -> None:
     assert frozenset(BUILT) == PART_TYPES
 
 
 @pytest.mark.parametrize("name", sorted(PART_TYPES))
-def test_the_outline_covers_the_part(name: str) -> None:
+def test_part_outline_covers_part(name: str) -> None:
     lower, upper = part_type(name).box
     discs = figures(name).outline
     assert min(disc.x - disc.radius for disc in discs) <= lower[0] + 1e-4
@@ -31,7 +31,7 @@ def test_the_outline_covers_the_part(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(PART_TYPES))
-def test_the_cup_meets_something_solid_there(name: str) -> None:
+def test_grip_point_lies_over_solid_top(name: str) -> None:
     figure = figures(name)
     tops = []
     for shape in part_type(name).solid:
@@ -42,7 +42,7 @@ def test_the_cup_meets_something_solid_there(name: str) -> None:
     assert max(tops) == pytest.approx(figure.top, abs=0.0006)
 
 
-def test_an_outline_moves_with_the_part() -> None:
+def test_outline_moves_with_part() -> None:
     (far,) = [
         disc
         for disc in figures("gasket_part").covers(Pose.from_rpy((1.0, 2.0, 0.0), (0.0, 0.0, math.pi / 2)))
@@ -51,7 +51,7 @@ def test_an_outline_moves_with_the_part() -> None:
     assert (far.x, far.y) == pytest.approx((1.0, 2.067))
 
 
-def test_discs_cover_the_corners_of_a_box() -> None:
+def test_box_outline_covers_corners() -> None:
     discs = box_outline(0.06, 0.13, 0.03, 0.03, 0.9)
     for u in (-0.03, 0.03):
         for v in (-0.065, 0.065):
@@ -60,7 +60,7 @@ def test_discs_cover_the_corners_of_a_box() -> None:
             assert any(math.dist((x, y), (disc.x, disc.y)) <= disc.radius + 1e-9 for disc in discs)
 
 
-def test_an_unknown_type() -> None:
+def test_figures_of_unknown_type_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="gear_prat"):
         figures("gear_prat")
 
@@ -77,7 +77,7 @@ def spot(x: float = 0.0, z: float = 0.02, radius: float = 0.03) -> dict[str, Any
     return {"position": [x, 0.0, z], "radius": radius}
 
 
-def test_a_part_of_a_trial_s_own_is_handled_by_its_model() -> None:
+def test_trial_part_figures_follow_its_model() -> None:
     catalogue = Catalogue({"my_box": own(spots=[spot(radius=0.002, z=0.05), spot(x=0.01)])})
     assert "my_box" in catalogue
     assert "my_box" in catalogue.types
@@ -89,7 +89,7 @@ def test_a_part_of_a_trial_s_own_is_handled_by_its_model() -> None:
     assert Catalogue().types == sorted(PART_TYPES)
     wide = Catalogue({"my_wheel": own(lower=[-0.2, -0.2, 0.0], upper=[0.2, 0.2, 0.02], radius=0.2)})
     assert wide.figures("my_wheel").outline == (Disc(0.0, 0.0, 0.2),)
-    assert wide.reach == pytest.approx(0.2)
+    assert wide.max_extent == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_a_part_of_a_trial_s_own_is_handled_by_its_model() -> None:
         (own(spots=[spot(z=0.2)]), "it is too tall: 220 mm below the cup, 200 mm can be carried"),
     ],
 )
-def test_what_it_cannot_handle_has_a_reason(values: dict[str, Any], reason: str) -> None:
+def test_unsuitable_trial_part_is_refused_with_reason(values: dict[str, Any], reason: str) -> None:
     catalogue = Catalogue({"my_part": values})
     assert "my_part" not in catalogue
     assert catalogue.why_not("my_part") == reason
@@ -111,7 +111,7 @@ def test_what_it_cannot_handle_has_a_reason(values: dict[str, Any], reason: str)
         catalogue.figures("my_part")
 
 
-def test_the_first_order_of_a_type_says_which_side_is_up() -> None:
+def test_first_order_of_type_sets_side_up() -> None:
     upright, lying = own(spots=[spot(z=0.1)]), own(spots=[])
     on_its_side = {**lying["tops"][0], "turn": list(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, math.pi / 2, 0.0)).quaternion)}
     catalogue = Catalogue({"my_part": {"mass": 0.4, "tops": [upright["tops"][0], on_its_side]}})

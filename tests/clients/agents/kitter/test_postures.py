@@ -32,19 +32,19 @@ def off_by(joints: Joints, goal: Pose) -> float:
 
 
 @pytest.mark.parametrize(("goal", "rail"), [(BIN, 0.4), (TRAY, RAIL_END), (BELT, 0.2)])
-def test_stations_are_worked_with_the_hand_outwards(goal: Pose, rail: float) -> None:
+def test_station_posture_faces_station(goal: Pose, rail: float) -> None:
     joints = station_posture(goal, rail, PRESENT)
     assert joints is not None
     assert off_by(joints, goal) < 1e-6
     assert faces_station(joints, station_pan(goal.position[0], goal.position[1], rail))
 
 
-def test_what_is_out_of_reach_has_no_posture() -> None:
+def test_pose_out_of_reach_has_no_posture() -> None:
     assert station_posture(tool_down(-0.3, 0.23, 0.95), -2.0, PRESENT) is None
     assert near_posture(tool_down(-0.3, 3.23, 0.95), 0.0, PRESENT) is None
 
 
-def test_beyond_its_end_the_rail_stays_at_it() -> None:
+def test_rail_position_is_clamped_to_its_ends() -> None:
     joints = station_posture(STATIONS[1].world_T_tray @ Pose((0.0, 0.0, 0.2)), 2.3, PRESENT)
     assert joints is not None
     assert joints.rail == on_rail(2.3) == RAIL_END
@@ -53,7 +53,7 @@ def test_beyond_its_end_the_rail_stays_at_it() -> None:
 
 
 @given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
-def test_a_place_nearby_is_reached_with_little_motion(dx: float, dy: float, dz: float) -> None:
+def test_near_posture_of_close_pose_moves_joints_little(dx: float, dy: float, dz: float) -> None:
     here = station_posture(BIN, 0.4, PRESENT)
     assert here is not None
     x, y, z = BIN.position
@@ -62,12 +62,12 @@ def test_a_place_nearby_is_reached_with_little_motion(dx: float, dy: float, dz: 
     assert max(abs(a - b) for a, b in zip(here, there, strict=True)) < 0.25
 
 
-def test_of_several_postures_the_nearest_is_taken_whatever_wrist_3_does() -> None:
+def test_closest_posture_ignores_wrist_3() -> None:
     far, near = PRESENT._replace(elbow=0.0), PRESENT._replace(wrist_3=3.0)
     assert closest([far, near], PRESENT) is near
 
 
-def test_folded_the_arm_keeps_its_direction_and_holds_things_high() -> None:
+def test_folded_arm_keeps_direction_and_height() -> None:
     here = station_posture(BIN, 0.4, PRESENT)
     assert here is not None
     joints = Joints(*folded(here, here))

@@ -16,15 +16,15 @@ from cellwright.running.run import Outcome, RunOptions, RunResult, run_cell
 from tests.own_parts import write_trial
 
 
-class Lines(logging.Handler):
+class LogTexts(logging.Handler):
     """A handler that keeps the texts of a log."""
 
     def __init__(self, level: int = logging.INFO) -> None:
         super().__init__(level)
-        self.said: list[str] = []
+        self.texts: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.said.append(record.getMessage())
+        self.texts.append(record.getMessage())
 
 
 @cache
@@ -43,14 +43,14 @@ def run(*names: str) -> RunResult:
         (("qual2b", "kitter_sensors"), 12.0),  # gaskets come on the belt
     ],
 )
-def test_full_marks(names: tuple[str, ...], points: float) -> None:
+def test_agent_wins_all_attainable_points(names: tuple[str, ...], points: float) -> None:
     result = run(*names)
     assert result.error == ""
     assert result.outcome is Outcome.DONE
     assert result.score.total == points
 
 
-def test_parts_lie_where_they_were_ordered() -> None:
+def test_placed_parts_fit_ordered_poses() -> None:
     (kit,) = run("qual1a", "kitter_sensors").score.orders[0].kits
     for part in kit.parts:
         assert part.fit is not None
@@ -59,14 +59,14 @@ def test_parts_lie_where_they_were_ordered() -> None:
 
 
 @pytest.mark.slow
-def test_faulty_parts_are_thrown_out_and_replaced() -> None:
+def test_faulty_parts_are_replaced_without_loss_of_points() -> None:
     """Two of the four rods and two of the four gaskets are faulty."""
     result = run("qual3a", "kitter_sensors")
     assert result.score.total == 27.0
 
 
 @pytest.mark.slow
-def test_a_part_lost_over_the_tray_costs_nothing() -> None:
+def test_part_dropped_over_tray_costs_no_points() -> None:
     """One of the rods is dropped on the tray, by force."""
     result = run("final10", "kitter_sensors")
     assert result.score.total == 15.0
@@ -75,33 +75,33 @@ def test_a_part_lost_over_the_tray_costs_nothing() -> None:
 def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
     """Run a trial with parts of its own; return the result, and the agent's final lines on missing parts."""
     trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
-    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines(logging.WARNING)
+    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), LogTexts(logging.WARNING)
     logger.addHandler(lines)
     try:
-        return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+        return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.texts
     finally:
         logger.removeHandler(lines)
 
 
 @pytest.mark.slow
-def test_parts_of_a_trial_s_own_are_brought(tmp_path: Path) -> None:
-    result, said = run_own(tmp_path, "my_box", "my_can", "my_step")
+def test_trial_parts_are_brought_for_full_score(tmp_path: Path) -> None:
+    result, warnings = run_own(tmp_path, "my_box", "my_can", "my_step")
     assert (result.error, result.outcome) == ("", Outcome.DONE)
     assert result.score.total == result.evidence.attainable.maximum == 9.0
-    assert said == []
+    assert warnings == []
 
 
 @pytest.mark.slow
-def test_parts_that_are_ordered_on_their_side_are_brought_so(tmp_path: Path) -> None:
-    result, said = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
-    assert (result.outcome, result.score.total, said) == (Outcome.DONE, 6.0, [])
+def test_parts_ordered_on_their_side_are_placed_so(tmp_path: Path) -> None:
+    result, warnings = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
+    assert (result.outcome, result.score.total, warnings) == (Outcome.DONE, 6.0, [])
 
 
 @pytest.mark.slow
-def test_parts_that_it_cannot_take_are_logged_at_the_end_with_the_reason(tmp_path: Path) -> None:
-    result, said = run_own(tmp_path, "my_ball", "my_anvil")
+def test_unsuitable_parts_are_logged_at_end_with_reason(tmp_path: Path) -> None:
+    result, warnings = run_own(tmp_path, "my_ball", "my_anvil")
     assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
-    assert [line.partition(" s: ")[2] for line in said] == [
+    assert [line.partition(" s: ")[2] for line in warnings] == [
         "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius (needs 6 mm)",
         "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
     ]
@@ -112,25 +112,25 @@ def test_parts_that_it_cannot_take_are_logged_at_the_end_with_the_reason(tmp_pat
 @pytest.fixture(scope="module")
 def again() -> Iterator[tuple[RunResult, list[str]]]:
     """A second run of one of the trials, and the lines of its log."""
-    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines()
+    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), LogTexts()
     level = logger.level
     logger.addHandler(lines)
     logger.setLevel(logging.INFO)
     try:
         trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
-        yield run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+        yield run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.texts
     finally:
         logger.setLevel(level)
         logger.removeHandler(lines)
 
 
 @pytest.mark.slow
-def test_a_second_run_is_the_same(again: tuple[RunResult, list[str]]) -> None:
+def test_second_run_ends_in_same_state(again: tuple[RunResult, list[str]]) -> None:
     assert again[0].state_hash == run("final01", "kitter_sensors").state_hash
 
 
 @pytest.mark.slow
-def test_the_log_tells_what_it_does(again: tuple[RunResult, list[str]]) -> None:
+def test_log_lines_have_time_and_action(again: tuple[RunResult, list[str]]) -> None:
     _, lines = again
     assert all(re.match(r"\d+\.\d s: ", line) for line in lines)
     assert any("fetching a piston_rod_part" in line for line in lines)

@@ -28,14 +28,14 @@ def flat(x: float, y: float, z: float = 0.725, yaw: float = 0.0) -> Pose:
 
 
 @dataclass
-class Floor:
+class FakeCell:
     """A cell of a few numbers: parts lie in places, and hands move them at once."""
 
     bins: list[Sighting] = field(default_factory=list)
     tray: list[Sighting] = field(default_factory=list)
     coming: list[TrackedBeltPart] = field(default_factory=list)
     faulty: list[Pose] = field(default_factory=list)
-    slips: int = 0
+    failed_grasps: int = 0
     """Number of grasps that fail, from the next on."""
     losses: int = 0
     """Number of parts that are lost on the way, from the next on: they fall on the tray's middle."""
@@ -44,11 +44,11 @@ class Floor:
     thrown: list[str] = field(default_factory=list)
     sent: list[tuple[int, str]] = field(default_factory=list)
     attempts: list[int] = field(default_factory=list)
-    stuck: int = 0
+    failed_removals: int = 0
     """Number of failed attempts to take something off a tray, from the next on."""
-    stubborn: int = 0
+    agv_refusals: int = 0
     """Number of requests that an AGV ignores, from the next on."""
-    away: float = 0.0
+    agv_absent_until: float = 0.0
     """Time [s] until which no AGV is there."""
     time: float = 0.0
 
@@ -57,41 +57,41 @@ class FakeClient:
     """Time passes at once; the competition is over when every kit was sent."""
 
     def __init__(
-        self, floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), kits_sent: int | None = None
+        self, cell: FakeCell, orders: list[Order], belt_types: tuple[str, ...] = (), kits_sent: int | None = None
     ) -> None:
-        self.floor = floor
+        self.cell = cell
         self.all_kits = sum(len(order.kits) for order in orders) if kits_sent is None else kits_sent
         self.orders = orders
         self.belt_types = belt_types
-        self.intentions: list[str] = []
+        self.statuses: list[str] = []
 
     def set_status(self, text: str) -> None:
-        self.intentions.append(text)
+        self.statuses.append(text)
 
     @property
     def time(self) -> float:
-        return self.floor.time
+        return self.cell.time
 
     @property
     def competition_state(self) -> str:
-        return "done" if len(self.floor.sent) == self.all_kits else "go"
+        return "done" if len(self.cell.sent) == self.all_kits else "go"
 
     def sleep(self, duration: float) -> None:
-        self.floor.time += duration
+        self.cell.time += duration
 
     def wait_until(self, condition: Any, timeout: float | None = None) -> bool:
         if not condition():
-            self.floor.time += 1.0 if timeout is None else timeout
+            self.cell.time += 1.0 if timeout is None else timeout
         return bool(condition())
 
     def material_locations(self, material: str) -> tuple[str, ...]:
         return ("belt",) if material in self.belt_types else ("bin7",)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
-        if self.floor.stubborn > 0:
-            self.floor.stubborn -= 1
+        if self.cell.agv_refusals > 0:
+            self.cell.agv_refusals -= 1
             return False
-        self.floor.sent.append((number, kit_type))
+        self.cell.sent.append((number, kit_type))
         return True
 
     def control_gripper(self, _enable: bool) -> bool:
@@ -99,31 +99,31 @@ class FakeClient:
 
 
 class FakeView:
-    def __init__(self, floor: Floor) -> None:
-        self.floor = floor
-        self.belt = SimpleNamespace(coming=self._coming, forget=floor.coming.remove)
+    def __init__(self, cell: FakeCell) -> None:
+        self.cell = cell
+        self.belt = SimpleNamespace(coming=self._coming, forget=cell.coming.remove)
         self.not_upright: set[str] = set()
 
     def _coming(self, part_type: str, _time: float, _y: float) -> list[TrackedBeltPart]:
-        return [part for part in self.floor.coming if part.type == part_type]
+        return [part for part in self.cell.coming if part.type == part_type]
 
     def look(self, *_areas: Area) -> None:
-        self.floor.time += 0.8
+        self.cell.time += 0.8
 
     def watch_agvs(self, on: bool) -> None:
         pass
 
     def is_agv_ready(self, number: int) -> bool:
-        return self.floor.time >= self.floor.away and all(sent != number for sent, _ in self.floor.sent)
+        return self.cell.time >= self.cell.agv_absent_until and all(sent != number for sent, _ in self.cell.sent)
 
     def parts_in_bins(self) -> list[Sighting]:
-        return list(self.floor.bins)
+        return list(self.cell.bins)
 
     def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
-        return [part for part in self.floor.tray if horizontal_distance(part.world_T_part, world_T_tray) < 0.5]
+        return [part for part in self.cell.tray if horizontal_distance(part.world_T_part, world_T_tray) < 0.5]
 
     def faulty_on_tray(self, _number: int) -> tuple[Pose, ...]:
-        return tuple(self.floor.faulty)
+        return tuple(self.cell.faulty)
 
     def sees(self, _pose: Pose) -> bool:
         return True
@@ -145,23 +145,23 @@ CONE = {
 
 
 class FakeHand:
-    def __init__(self, floor: Floor) -> None:
-        self.floor = floor
+    def __init__(self, cell: FakeCell) -> None:
+        self.cell = cell
         self.bad: list[str] = []
 
     def from_rest(self, part_type: str, world_T_part: Pose, _rail: float, *, attempt: int = 0) -> Held | None:
-        floor = self.floor
-        floor.time += 5.0
-        floor.attempts.append(attempt)
-        if floor.slips > 0:
-            floor.slips -= 1
+        cell = self.cell
+        cell.time += 5.0
+        cell.attempts.append(attempt)
+        if cell.failed_grasps > 0:
+            cell.failed_grasps -= 1
             return None
-        if floor.stuck > 0 and abs(world_T_part.position[1]) > 2.0:
-            floor.stuck -= 1
+        if cell.failed_removals > 0 and abs(world_T_part.position[1]) > 2.0:
+            cell.failed_removals -= 1
             return None
-        for lying in (floor.bins, floor.tray):
+        for lying in (cell.bins, cell.tray):
             lying[:] = [part for part in lying if horizontal_distance(part.world_T_part, world_T_part) > 0.01]
-        floor.faulty = [pose for pose in floor.faulty if horizontal_distance(pose, world_T_part) > 0.01]
+        cell.faulty = [pose for pose in cell.faulty if horizontal_distance(pose, world_T_part) > 0.01]
         return Held(part_type, flat(0.0, 0.0, -0.02))
 
     def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
@@ -171,27 +171,27 @@ class FakeHand:
         return first
 
     def from_belt(self, part: TrackedBeltPart, _y: float) -> Held | None:
-        self.floor.time += 5.0
+        self.cell.time += 5.0
         return Held(part.type, flat(0.0, 0.0, -0.02))
 
     def put_down(self, held: Held, world_T_part: Pose, _rail: float) -> bool:
-        floor = self.floor
-        floor.time += 5.0
-        if floor.losses > 0:
-            floor.losses -= 1
-            floor.tray.append(Sighting(held.type, flat(0.3, 3.15, 0.755)))
+        cell = self.cell
+        cell.time += 5.0
+        if cell.losses > 0:
+            cell.losses -= 1
+            cell.tray.append(Sighting(held.type, flat(0.3, 3.15, 0.755)))
             return False
         x, y, _ = world_T_part.position
-        pose = flat(x + floor.shift, y, 0.755, world_T_part.yaw)
-        floor.shift = 0.0
-        floor.tray.append(Sighting(held.type, pose))
+        pose = flat(x + cell.shift, y, 0.755, world_T_part.yaw)
+        cell.shift = 0.0
+        cell.tray.append(Sighting(held.type, pose))
         if self.bad:
             self.bad.pop()
-            floor.faulty.append(pose)
+            cell.faulty.append(pose)
         return True
 
     def throw_away(self, held: Held) -> None:
-        self.floor.thrown.append(held.type)
+        self.cell.thrown.append(held.type)
 
     def let_go(self) -> None:
         pass
@@ -213,11 +213,11 @@ def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
 
 
 def work(
-    floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), bad: int = 0, kits_sent: int | None = None
-) -> Floor:
+    cell: FakeCell, orders: list[Order], belt_types: tuple[str, ...] = (), bad: int = 0, kits_sent: int | None = None
+) -> FakeCell:
     """Let the strategy work until `kits_sent` kits were sent, by default all."""
-    client, view = FakeClient(floor, orders, belt_types, kits_sent), FakeView(floor)
-    hand = FakeHand(floor)
+    client, view = FakeClient(cell, orders, belt_types, kits_sent), FakeView(cell)
+    hand = FakeHand(cell)
     hand.bad = ["bad"] * bad
     Strategy(
         cast("Client", client),
@@ -226,50 +226,50 @@ def work(
         cast("Manipulator", hand),
         Catalogue({"cone_part": CONE}),
     ).run()
-    return floor
+    return cell
 
 
 def gears(count: int) -> list[Sighting]:
     return [Sighting("gear_part", flat(-0.5 + 0.1 * index, 0.2)) for index in range(count)]
 
 
-def places(floor: Floor) -> list[tuple[float, float]]:
+def places(cell: FakeCell) -> list[tuple[float, float]]:
     """Return the places of parts on tray 1, in its frame."""
-    found = [(TRAY.inverse() @ part.world_T_part).position for part in floor.tray]
+    found = [(TRAY.inverse() @ part.world_T_part).position for part in cell.tray]
     return sorted((round(x, 3) + 0.0, round(y, 3) + 0.0) for x, y, _ in found)
 
 
-def test_a_kit_is_built_as_ordered_and_sent() -> None:
-    floor = work(Floor(bins=gears(3)), [order(("gear_part", 0.1, 0.1), ("gear_part", -0.1, 0.1))])
-    assert places(floor) == [(-0.1, 0.1), (0.1, 0.1)]
-    assert floor.sent == [(1, "order_0_kit_0")]
-    assert len(floor.bins) == 1
+def test_kit_is_built_as_ordered_and_sent() -> None:
+    cell = work(FakeCell(bins=gears(3)), [order(("gear_part", 0.1, 0.1), ("gear_part", -0.1, 0.1))])
+    assert places(cell) == [(-0.1, 0.1), (0.1, 0.1)]
+    assert cell.sent == [(1, "order_0_kit_0")]
+    assert len(cell.bins) == 1
 
 
-def test_the_second_kit_goes_to_the_other_agv() -> None:
-    floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.1, 0.1), kits=2)])
-    assert floor.sent == [(1, "order_0_kit_0"), (2, "order_0_kit_1")]
+def test_second_kit_goes_to_other_agv() -> None:
+    cell = work(FakeCell(bins=gears(2)), [order(("gear_part", 0.1, 0.1), kits=2)])
+    assert cell.sent == [(1, "order_0_kit_0"), (2, "order_0_kit_1")]
 
 
-def test_a_grasp_that_failed_is_tried_elsewhere_and_then_again() -> None:
-    floor = work(Floor(bins=gears(1), slips=2), [order(("gear_part", 0.1, 0.1))])
-    assert floor.attempts == [0, 1, 2]
-    assert places(floor) == [(0.1, 0.1)]
+def test_failed_grasp_is_retried_at_other_points() -> None:
+    cell = work(FakeCell(bins=gears(1), failed_grasps=2), [order(("gear_part", 0.1, 0.1))])
+    assert cell.attempts == [0, 1, 2]
+    assert places(cell) == [(0.1, 0.1)]
 
 
-def test_a_part_that_cannot_be_had_is_given_up_and_the_rest_is_sent() -> None:
-    floor = work(Floor(bins=gears(1)), [order(("disk_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
-    assert places(floor) == [(0.1, 0.1)]
-    assert floor.sent == [(1, "order_0_kit_0")]
-    assert 60.0 < floor.time < 120.0
+def test_unavailable_part_is_given_up_and_rest_is_sent() -> None:
+    cell = work(FakeCell(bins=gears(1)), [order(("disk_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
+    assert places(cell) == [(0.1, 0.1)]
+    assert cell.sent == [(1, "order_0_kit_0")]
+    assert 60.0 < cell.time < 120.0
 
 
-def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
+def test_missing_parts_are_logged_at_end_with_reason(caplog: pytest.LogCaptureFixture) -> None:
     announced = order(
         ("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0)
     )
-    floor = work(Floor(bins=gears(1)), [announced])
-    assert places(floor) == [(0.1, -0.1)]
+    cell = work(FakeCell(bins=gears(1)), [announced])
+    assert places(cell) == [(0.1, -0.1)]
     warnings = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
     assert warnings == [
         "not brought for order_0_kit_0: 2 cone_part: it has no flat top for the cup",
@@ -277,92 +277,94 @@ def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogC
     ]
 
 
-def test_a_place_where_nothing_can_be_got_hold_of_is_left_alone() -> None:
-    floor = work(Floor(bins=gears(1), slips=100), [order(("gear_part", 0.1, 0.1))])
-    assert len(floor.attempts) == ATTEMPTS
-    assert floor.sent == [(1, "order_0_kit_0")]
+def test_part_is_given_up_after_all_grasp_attempts() -> None:
+    cell = work(FakeCell(bins=gears(1), failed_grasps=100), [order(("gear_part", 0.1, 0.1))])
+    assert len(cell.attempts) == ATTEMPTS
+    assert cell.sent == [(1, "order_0_kit_0")]
 
 
-def test_an_unknown_type_does_not_hold_up_the_kit() -> None:
-    floor = work(Floor(bins=gears(1)), [order(("u_joint_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
-    assert places(floor) == [(0.1, 0.1)]
+def test_unknown_type_does_not_delay_kit() -> None:
+    cell = work(FakeCell(bins=gears(1)), [order(("u_joint_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
+    assert places(cell) == [(0.1, 0.1)]
 
 
-def test_a_part_on_the_belt_is_taken_first() -> None:
+def test_belt_part_is_taken_first() -> None:
     disk = TrackedBeltPart("disk_part", [flat(1.21, 2.0, 0.907)])
-    floor = Floor(bins=gears(1), coming=[disk])
-    work(floor, [order(("gear_part", 0.1, 0.1), ("disk_part", -0.1, 0.1))], ("disk_part",))
-    assert [part.type for part in floor.tray] == ["disk_part", "gear_part"]
-    assert floor.coming == []
+    cell = FakeCell(bins=gears(1), coming=[disk])
+    work(cell, [order(("gear_part", 0.1, 0.1), ("disk_part", -0.1, 0.1))], ("disk_part",))
+    assert [part.type for part in cell.tray] == ["disk_part", "gear_part"]
+    assert cell.coming == []
 
 
-def test_a_faulty_part_is_thrown_away_and_another_fetched() -> None:
-    floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.1, 0.1))], bad=1)
-    assert floor.thrown == ["gear_part"]
-    assert floor.bins == []
-    assert places(floor) == [(0.1, 0.1)]
+def test_faulty_part_is_thrown_away_and_replaced() -> None:
+    cell = work(FakeCell(bins=gears(2)), [order(("gear_part", 0.1, 0.1))], bad=1)
+    assert cell.thrown == ["gear_part"]
+    assert cell.bins == []
+    assert places(cell) == [(0.1, 0.1)]
 
 
-def test_a_faulty_part_that_cannot_be_taken_away_is_not_fetched_again() -> None:
-    floor = work(Floor(bins=gears(2), stuck=ATTEMPTS), [order(("gear_part", 0.1, 0.1))], bad=1)
-    assert floor.bins == [], "another one was fetched from a bin"
-    assert floor.thrown == ["gear_part"], "in the end there was a hold of the faulty one"
-    ((x, y),) = places(floor)
+def test_faulty_part_stuck_on_tray_gets_replacement_beside_it() -> None:
+    cell = work(FakeCell(bins=gears(2), failed_removals=ATTEMPTS), [order(("gear_part", 0.1, 0.1))], bad=1)
+    assert cell.bins == [], "another one was fetched from a bin"
+    assert cell.thrown == ["gear_part"], "in the end there was a hold of the faulty one"
+    ((x, y),) = places(cell)
     assert (x - 0.1) ** 2 + (y - 0.1) ** 2 > 0.0784**2, "the other one was put beside it"
-    assert floor.sent == [(1, "order_0_kit_0")]
+    assert cell.sent == [(1, "order_0_kit_0")]
 
 
-def test_an_agv_that_does_not_go_is_asked_again() -> None:
-    floor = work(Floor(bins=gears(1), stubborn=2), [order(("gear_part", 0.1, 0.1))])
-    assert floor.sent == [(1, "order_0_kit_0")]
+def test_agv_that_refuses_is_requested_again() -> None:
+    cell = work(FakeCell(bins=gears(1), agv_refusals=2), [order(("gear_part", 0.1, 0.1))])
+    assert cell.sent == [(1, "order_0_kit_0")]
 
 
-def test_a_kit_that_no_agv_takes_does_not_hold_up_the_next() -> None:
-    floor = work(Floor(bins=gears(2), stubborn=MAX_SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1)
-    assert floor.sent == [(1, "order_0_kit_1")]
+def test_kit_refused_by_agv_does_not_delay_next() -> None:
+    cell = work(
+        FakeCell(bins=gears(2), agv_refusals=MAX_SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1
+    )
+    assert cell.sent == [(1, "order_0_kit_1")]
 
 
-def test_a_kit_waits_for_an_agv_that_is_on_its_way() -> None:
-    floor = work(Floor(bins=gears(1), away=200.0), [order(("gear_part", 0.1, 0.1))])
-    assert floor.sent == [(1, "order_0_kit_0")]
-    assert floor.time > 200.0
+def test_kit_waits_for_absent_agv() -> None:
+    cell = work(FakeCell(bins=gears(1), agv_absent_until=200.0), [order(("gear_part", 0.1, 0.1))])
+    assert cell.sent == [(1, "order_0_kit_0")]
+    assert cell.time > 200.0
 
 
-def test_a_part_out_of_place_is_put_right_once() -> None:
-    floor = work(Floor(bins=gears(1), shift=0.025), [order(("gear_part", 0.1, 0.1))])
-    assert places(floor) == [(0.1, 0.1)]
-    assert len(floor.attempts) == 2
+def test_misplaced_part_is_corrected_once() -> None:
+    cell = work(FakeCell(bins=gears(1), shift=0.025), [order(("gear_part", 0.1, 0.1))])
+    assert places(cell) == [(0.1, 0.1)]
+    assert len(cell.attempts) == 2
 
 
-def test_a_part_lost_over_the_tray_is_taken_up_again() -> None:
-    floor = work(Floor(bins=gears(2), losses=1), [order(("gear_part", 0.1, 0.1))])
-    assert places(floor) == [(0.1, 0.1)]
-    assert len(floor.bins) == 1
-    assert floor.thrown == []
+def test_part_lost_over_tray_is_picked_up_again() -> None:
+    cell = work(FakeCell(bins=gears(2), losses=1), [order(("gear_part", 0.1, 0.1))])
+    assert places(cell) == [(0.1, 0.1)]
+    assert len(cell.bins) == 1
+    assert cell.thrown == []
 
 
-def test_a_part_too_many_is_taken_off_the_tray() -> None:
+def test_stray_part_is_removed_from_tray() -> None:
     stray = Sighting("disk_part", flat(0.3, 3.15, 0.755))
-    floor = work(Floor(bins=gears(1), tray=[stray]), [order(("gear_part", 0.1, 0.1))])
-    assert floor.thrown == ["disk_part"]
-    assert [part.type for part in floor.tray] == ["gear_part"]
+    cell = work(FakeCell(bins=gears(1), tray=[stray]), [order(("gear_part", 0.1, 0.1))])
+    assert cell.thrown == ["disk_part"]
+    assert [part.type for part in cell.tray] == ["gear_part"]
 
 
-def test_places_off_the_tray_come_to_lie_apart() -> None:
-    floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.74, -0.14), ("gear_part", 0.73, -0.17))])
-    (x0, y0), (x1, y1) = places(floor)
+def test_parts_ordered_off_tray_are_placed_apart_on_it() -> None:
+    cell = work(FakeCell(bins=gears(2)), [order(("gear_part", 0.74, -0.14), ("gear_part", 0.73, -0.17))])
+    (x0, y0), (x1, y1) = places(cell)
     assert (x0 - x1) ** 2 + (y0 - y1) ** 2 > 0.0784**2
     assert max(x0, x1) < 0.25
 
 
-def test_a_kit_is_sent_in_time_even_if_it_is_not_complete() -> None:
-    floor = Floor(bins=gears(9), slips=1000)
-    floor.bins = [Sighting("gear_part", flat(-0.5 + 0.06 * i, 0.0 + 0.06 * j)) for i in range(8) for j in range(8)]
-    work(floor, [order(("gear_part", 0.1, 0.1))])
-    assert floor.sent == [(1, "order_0_kit_0")]
-    assert 455.0 < floor.time < 500.0
+def test_incomplete_kit_is_sent_in_time() -> None:
+    cell = FakeCell(bins=gears(9), failed_grasps=1000)
+    cell.bins = [Sighting("gear_part", flat(-0.5 + 0.06 * i, 0.0 + 0.06 * j)) for i in range(8) for j in range(8)]
+    work(cell, [order(("gear_part", 0.1, 0.1))])
+    assert cell.sent == [(1, "order_0_kit_0")]
+    assert 455.0 < cell.time < 500.0
 
 
 @pytest.mark.parametrize("orders", [[], [Order("order_0", [])]])
-def test_without_an_order_there_is_nothing_to_do(orders: list[Order]) -> None:
-    assert work(Floor(bins=gears(1)), orders).sent == []
+def test_strategy_without_order_sends_nothing(orders: list[Order]) -> None:
+    assert work(FakeCell(bins=gears(1)), orders).sent == []

@@ -28,14 +28,14 @@ def supply(*coming: TrackedBeltPart, reachable: float | None = 0.5) -> Supply:
     )
 
 
-def test_the_nearest_part_of_the_type_is_taken() -> None:
+def test_best_part_is_nearest_of_type() -> None:
     near = lying(-0.4, 0.1)
     parts = [lying(-0.4, 0.9), near, lying(-0.1, 0.0, "disk_part"), lying(-0.5, 0.1)]
     assert supply().best("gear_part", parts) is near
     assert supply().best("pulley_part", parts) is None
 
 
-def test_what_failed_is_tried_last_and_not_for_ever() -> None:
+def test_failed_part_is_tried_last_and_then_given_up() -> None:
     found = supply()
     near, far = lying(-0.4, 0.1), lying(-0.4, 0.9)
     found.note_failure("gear_part", near.world_T_part)
@@ -47,7 +47,7 @@ def test_what_failed_is_tried_last_and_not_for_ever() -> None:
     assert found.best("gear_part", [near]) is None
 
 
-def test_it_says_why_there_is_none() -> None:
+def test_missing_part_has_reason() -> None:
     found = supply()
     place = lying(-0.4, 0.1).world_T_part
     found.note_failure("gear_part", place, is_in_reach=False)
@@ -58,12 +58,12 @@ def test_it_says_why_there_is_none() -> None:
     assert found.why_none("pulley_part") == "none was seen"
 
 
-def test_a_part_that_lies_a_little_beside_is_in_the_same_spot() -> None:
+def test_bin_cell_is_same_for_small_offset() -> None:
     assert bin_cell(Pose((0.1, 0.2, 0.7))) == bin_cell(Pose((0.11, 0.19, 0.8)))
     assert bin_cell(Pose((0.1, 0.2, 0.7))) != bin_cell(Pose((0.16, 0.2, 0.7)))
 
 
-def test_the_belt_goes_first_only_for_what_comes_soon() -> None:
+def test_belt_part_is_chosen_only_if_it_comes_soon() -> None:
     soon = TrackedBeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
     late = TrackedBeltPart("gear_part", [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
     meeting = supply(soon, late).on_belt("gear_part")

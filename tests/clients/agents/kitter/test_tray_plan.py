@@ -19,7 +19,7 @@ def on_tray(x: float, y: float, yaw: float = 0.0) -> Pose:
     return Pose.from_rpy((x, y, 0.0), (0.0, 0.0, yaw))
 
 
-def test_an_ordered_pose_is_taken_as_it_is() -> None:
+def test_free_ordered_pose_is_used_unchanged() -> None:
     goal = on_tray(0.1, -0.2, 0.3)
     place = find_place(figures("piston_rod_part"), goal, ())
     assert place is not None
@@ -28,14 +28,14 @@ def test_an_ordered_pose_is_taken_as_it_is() -> None:
     assert place.tray_T_part.yaw == pytest.approx(0.3)
 
 
-def test_the_ordered_height_and_tilt_are_left_out() -> None:
+def test_ordered_height_and_tilt_are_ignored() -> None:
     place = find_place(figures("gear_part"), Pose.from_rpy((0.1, 0.0, -0.21), (math.pi, 0.0, 0.0)), ())
     assert place is not None
     assert place.tray_T_part.rpy == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     assert place.tray_T_part.position[2] == 0.0
 
 
-def test_a_pose_off_the_tray_is_moved_to_its_edge() -> None:
+def test_pose_off_tray_is_moved_to_its_edge() -> None:
     place = find_place(figures("gear_part"), on_tray(0.74, -0.14), ())
     assert place is not None
     assert not place.is_ordered
@@ -45,7 +45,7 @@ def test_a_pose_off_the_tray_is_moved_to_its_edge() -> None:
     assert y == pytest.approx(-0.14, abs=0.011)
 
 
-def test_parts_do_not_lie_on_each_other() -> None:
+def test_places_of_parts_do_not_overlap() -> None:
     gears: list[Disc] = []
     for y in (-0.17, -0.14, -0.15, -0.16):
         place = find_place(figures("gear_part"), on_tray(0.74, y), gears)
@@ -55,7 +55,7 @@ def test_parts_do_not_lie_on_each_other() -> None:
         gears.append(disc)
 
 
-def test_another_yaw_is_taken_where_the_ordered_one_has_no_room() -> None:
+def test_blocked_yaw_is_replaced_by_free_yaw() -> None:
     # a wall of discs leaves a lane 0.14 m wide along y: too narrow for a 0.3 m long part across it
     walls = [Disc(x, 0.01 * row, 0.02) for x in (-0.1, 0.1) for row in range(-35, 36)]
     place = find_place(figures("part1"), on_tray(0.0, 0.0, 0.0), walls, lambda pose: abs(pose.position[0]) < 0.05)
@@ -63,14 +63,14 @@ def test_another_yaw_is_taken_where_the_ordered_one_has_no_room() -> None:
     assert abs(math.sin(place.tray_T_part.yaw)) > 0.9
 
 
-def test_a_place_out_of_reach_is_not_taken() -> None:
+def test_place_out_of_reach_is_moved() -> None:
     place = find_place(figures("gear_part"), on_tray(0.1, 0.0), (), lambda pose: pose.position[0] < 0.0)
     assert place is not None
     assert not place.is_ordered
     assert place.tray_T_part.position[0] == pytest.approx(-0.01)
 
 
-def test_a_full_tray_has_no_place() -> None:
+def test_full_tray_has_no_place() -> None:
     assert find_place(figures("gear_part"), on_tray(0.0, 0.0), [Disc(0.0, 0.0, 1.0)]) is None
 
 
@@ -82,7 +82,7 @@ def test_a_full_tray_has_no_place() -> None:
     st.floats(-3.0, 3.0),
     st.lists(st.builds(Disc, st.floats(-0.25, 0.25), st.floats(-0.35, 0.35), st.floats(0.01, 0.1)), max_size=3),
 )
-def test_whatever_was_ordered_a_part_lies_inside_and_alone(
+def test_any_ordered_pose_gives_free_place_on_tray(
     part_type: str, x: float, y: float, yaw: float, others: list[Disc]
 ) -> None:
     place = find_place(figures(part_type), on_tray(x, y, yaw), others)

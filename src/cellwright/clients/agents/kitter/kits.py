@@ -256,6 +256,6 @@ def horizontal_distance(one: Pose, other: Pose) -> float:
     return math.hypot(one.position[0] - other.position[0], one.position[1] - other.position[1])
 
 
-def is_near(one: Pose, other: Pose, reach: float) -> bool:
-    """Return whether two origins are within `reach` [m] of each other horizontally."""
-    return horizontal_distance(one, other) < reach
+def is_near(one: Pose, other: Pose, distance: float) -> bool:
+    """Return whether two origins are within `distance` [m] of each other horizontally."""
+    return horizontal_distance(one, other) < distance

@@ -43,7 +43,7 @@ class PartFigures:
         return self.top + self.below
 
     @property
-    def reach(self) -> float:
+    def extent(self) -> float:
         """Radius [m] of the circle about the origin that holds the part."""
         return max(math.hypot(disc.x, disc.y) + disc.radius for disc in self.outline)
 
@@ -116,7 +116,7 @@ class Catalogue:
         self._refused: dict[str, str] = {}
         self._turns: dict[str, Pose] = {}
         self._ordered: set[str] = set()
-        self.reach = max(kind.reach for kind in _PARTS.values())
+        self.max_extent = max(kind.extent for kind in _PARTS.values())
         """Largest distance [m] of a point of a part from its origin."""
         for name in self._own:
             self._choose_top(name, 0)
@@ -170,7 +170,7 @@ class Catalogue:
             self._refused[name] = found
         else:
             self._known[name] = found
-        self.reach = max(kind.reach for kind in self._known.values())
+        self.max_extent = max(kind.extent for kind in self._known.values())
 
 
 def figures_of(values: Mapping[str, Any]) -> PartFigures | str:

@@ -65,10 +65,10 @@ BELT = Area(
 )
 
 
-def view_of(world_T_camera: Pose, part_reach: float) -> Area:
+def view_of(world_T_camera: Pose, part_extent: float) -> Area:
     """Return the box around all that a logical camera can see, even only the edge of a part.
 
-    `part_reach` [m] is the largest distance of a point of a part from its origin.
+    `part_extent` [m] is the largest distance of a point of a part from its origin.
     """
     corners = [
         world_T_camera.transform((distance, distance * VIEW_HALF_WIDTH * side, distance * VIEW_HALF_HEIGHT * up))
@@ -76,7 +76,7 @@ def view_of(world_T_camera: Pose, part_reach: float) -> Area:
         for side in (-1.0, 1.0)
         for up in (-1.0, 1.0)
     ]
-    return Area.around(corners, part_reach)
+    return Area.around(corners, part_extent)
 
 
 def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
@@ -175,20 +175,20 @@ class Images:
         self._client = client
         self._catalogue = catalogue
         self._since = 0.0
-        self._leave: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
 
     def listen(self) -> None:
         """Take images from now on; drop earlier ones."""
         self.newest.clear()
-        if self._leave is None:
+        if self._unsubscribe is None:
             self._since = self._client.time
-            self._leave = self._client.on_sensor(self.name, self._take)
+            self._unsubscribe = self._client.on_sensor(self.name, self._take)
 
     def rest(self) -> None:
         """Take no more images; keep those that were taken."""
-        if self._leave is not None:
-            self._leave()
-            self._leave = None
+        if self._unsubscribe is not None:
+            self._unsubscribe()
+            self._unsubscribe = None
 
     def _take(self, message: Any) -> None:
         time = self._client.time
@@ -211,7 +211,7 @@ class CameraView(Images):
     def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
         super().__init__(client, name, catalogue)
         self.world_T_camera = world_T_camera
-        self.view = view_of(world_T_camera, catalogue.reach)
+        self.view = view_of(world_T_camera, catalogue.max_extent)
 
 
 def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
@@ -286,7 +286,7 @@ class BeltWatch:
         self._client = client
         self._types = tuple(types)
         self._catalogue = catalogue
-        self._leave_beams = [
+        self._unsubscribe_beams = [
             self._watch_beam(name, pose.position[1])
             for name, pose in beams.items()
             if crosses_belt(pose) and len(self._types) == 1
@@ -298,8 +298,8 @@ class BeltWatch:
             x, _, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
-                while self._leave_beams:  # once a camera sees the belt, beams are not needed
-                    self._leave_beams.pop()()
+                while self._unsubscribe_beams:  # once a camera sees the belt, beams are not needed
+                    self._unsubscribe_beams.pop()()
                 self._note(seen.type, seen.world_T_part, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[TrackedBeltPart]:
@@ -335,7 +335,7 @@ class BeltWatch:
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
         """Take a part of `length` [m] whose middle passed a beam at time `middle` [s]."""
         kind = self._catalogue.figures(self._types[0])
-        if length >= kind.reach / 2:
+        if length >= kind.extent / 2:
             part = self._new(TrackedBeltPart(self._types[0], has_yaw=False), middle)
             part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
 

@@ -41,7 +41,7 @@ GEAR = Sighting("gear_part", Pose.from_rpy((-0.3, 0.2, 0.725), (0.0, 0.0, 3.1)))
 ROD = Sighting("piston_rod_part", Pose.from_rpy((-0.1, 0.2, 0.725), (0.0, 0.0, 0.785)))
 
 
-def test_noise_is_averaged_away() -> None:
+def test_resting_part_pose_is_averaged_over_noise() -> None:
     gear, rod = resting_parts(images(GEAR, ROD))
     for found, true in ((gear, GEAR), (rod, ROD)):
         assert found.type == true.type
@@ -51,32 +51,32 @@ def test_noise_is_averaged_away() -> None:
         assert found.is_upright
 
 
-def test_what_moves_is_not_at_rest() -> None:
+def test_moving_part_is_not_at_rest() -> None:
     assert resting_parts(images(GEAR, drift=0.02)) == []
 
 
-def test_what_is_missing_in_an_image_is_not_at_rest() -> None:
+def test_part_missing_in_one_image_is_not_at_rest() -> None:
     seen = images(GEAR, ROD)
     seen[3] = Image(0.3, seen[3].parts[:1])
     assert [each.type for each in resting_parts(seen)] == ["gear_part"]
 
 
-def test_no_image_shows_nothing() -> None:
+def test_resting_parts_without_images_is_empty() -> None:
     assert resting_parts([]) == []
 
 
-def test_neighbours_of_one_type_are_distinguished() -> None:
+def test_neighbours_of_same_type_are_distinguished() -> None:
     other = Sighting("gear_part", moved(GEAR.world_T_part, 0.1))
     first, second = resting_parts(images(GEAR, other))
     assert first.world_T_part.position[1] == pytest.approx(0.2, abs=0.0012)
     assert second.world_T_part.position[1] == pytest.approx(0.3, abs=0.0012)
 
 
-def test_a_part_on_its_back_is_not_upright() -> None:
+def test_part_on_its_back_is_not_upright() -> None:
     assert not Sighting("pulley_part", Pose.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))).is_upright
 
 
-def test_the_mean_of_a_quaternion_and_its_opposite_is_the_same_turn() -> None:
+def test_mean_pose_of_opposite_quaternions_is_same_rotation() -> None:
     pose = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 3.0))
     w, x, y, z = pose.quaternion
     mean = mean_pose([pose, Pose(pose.position, (-w, -x, -y, -z))])

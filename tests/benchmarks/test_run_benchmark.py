@@ -5,30 +5,30 @@ import subprocess
 
 import pytest
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, take
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, run_benchmark
 from cellwright.util.errors import RunEndedError, UsageError
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 
-def test_figures_and_progress() -> None:
+def test_taken_benchmark_has_figures_and_progress() -> None:
     progress: list[str] = []
-    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, FREE)), progress.append)
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD, FREE)), progress.append)
     assert (taken.figures, taken.skipped, taken.failed, taken.is_held) == ((HELD, FREE), "", "", True)
-    take(FakeBenchmark("a", "A thing", 1.0), progress.append, quick=True)
+    run_benchmark(FakeBenchmark("a", "A thing", 1.0), progress.append, quick=True)
     assert progress == ["measuring well", "measuring quickly"]
 
 
-def test_a_bound_that_is_not_held() -> None:
-    assert not take(FakeBenchmark("a", "A thing", 1.0, (HELD, BROKEN)), print).is_held
+def test_broken_bound_is_not_held() -> None:
+    assert not run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD, BROKEN)), print).is_held
 
 
-def test_what_is_skipped_breaks_no_bound() -> None:
-    taken = take(FakeBenchmark("a", "A thing", 1.0, error=BenchmarkSkippedError("no such engine")), print)
+def test_skipped_benchmark_is_held() -> None:
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, error=BenchmarkSkippedError("no such engine")), print)
     assert (taken.skipped, taken.failed, taken.is_held) == ("no such engine", "", True)
 
 
-def test_one_that_fails_keeps_what_it_found() -> None:
-    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD,), UsageError("it broke")), print)
+def test_failed_benchmark_keeps_earlier_figures() -> None:
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD,), UsageError("it broke")), print)
     assert (taken.figures, taken.failed, taken.is_held) == ((HELD,), "it broke", False)
 
 
@@ -41,19 +41,19 @@ def test_one_that_fails_keeps_what_it_found() -> None:
         BrokenPipeError(32, "Broken pipe"),
     ],
 )
-def test_what_becomes_of_other_processes_fails_one_benchmark_and_not_all(error: BaseException) -> None:
-    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD,), error), print)
+def test_error_of_other_process_fails_only_its_benchmark(error: BaseException) -> None:
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD,), error), print)
     assert (taken.figures, taken.failed, taken.is_held) == ((HELD,), str(error), False)
 
 
-def test_a_defect_is_not_hidden() -> None:
+def test_programming_error_is_raised() -> None:
     with pytest.raises(ZeroDivisionError):
-        take(FakeBenchmark("a", "A thing", 1.0, error=ZeroDivisionError()), print)
+        run_benchmark(FakeBenchmark("a", "A thing", 1.0, error=ZeroDivisionError()), print)
 
 
-def test_as_json() -> None:
+def test_result_as_dict_is_valid_json_with_null_for_nan() -> None:
     nothing = Figure("nothing", float("nan"), maximum=1.0)
-    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, nothing)), print)
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD, nothing)), print)
     document = json.loads(json.dumps(taken.as_dict(), allow_nan=False))
     assert {key: document[key] for key in ("name", "title", "skipped", "failed", "held")} == {
         "name": "a",

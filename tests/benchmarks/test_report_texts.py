@@ -23,18 +23,18 @@ from benchmarks.benchmarks import Figure
         (1234567, "1234567"),
     ],
 )
-def test_numbers(value: float, text: str) -> None:
+def test_number_text_has_three_digits(value: float, text: str) -> None:
     assert report.number_text(value) == text
 
 
 @given(st.floats(min_value=0.01, max_value=1e9))
-def test_a_number_is_off_by_less_than_its_digits(value: float) -> None:
+def test_number_text_is_accurate_to_half_a_digit(value: float) -> None:
     text = report.number_text(value)
     assert "e" not in text
     assert math.isclose(float(text), value, rel_tol=0.005, abs_tol=0.000501)  # half a digit, and rounding
 
 
-def test_value_bound_and_verdict() -> None:
+def test_value_bound_and_verdict_texts_of_figures() -> None:
     assert report.value_text(Figure("a", 1.23456, "s")) == "1.23 s"
     assert report.value_text(Figure("a", math.nan, "s")) == "-"
     assert report.bound_text(Figure("a", 1.0)) == report.verdict_text(Figure("a", 1.0)) == ""

@@ -5,7 +5,7 @@ import json
 from tests.cli.conftest import CommandLine
 
 
-def test_a_real_benchmark(bench: CommandLine) -> None:
+def test_step_benchmark_runs_quickly_as_json(bench: CommandLine) -> None:
     ran = bench("step", "--quick", "--json")
     assert ran.status == 0
     (taken,) = json.loads(ran.out)["benchmarks"]

@@ -25,7 +25,7 @@ places = st.builds(
 
 
 @given(places, places, st.floats(0.01, 0.5))
-def test_a_straight_way_is_straight_and_no_faster_than_wanted_on_average(start: Pose, goal: Pose, speed: float) -> None:
+def test_straight_path_is_straight_and_within_speed(start: Pose, goal: Pose, speed: float) -> None:
     way = list(straight_path(start, goal, speed))
     times = [0.0, *(time for time, _ in way)]
     assert all(before < after for before, after in pairwise(times))
@@ -40,12 +40,12 @@ def test_a_straight_way_is_straight_and_no_faster_than_wanted_on_average(start: 
         assert pose.rpy[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_the_tool_turns_the_short_way() -> None:
+def test_interpolate_turns_short_way() -> None:
     start, goal = (Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) for yaw in (3.0, -3.0))
     assert abs(interpolate(start, goal, 0.5).yaw) == pytest.approx(math.pi)
 
 
-def test_what_is_followed_is_over_taken_and_gone_along_with() -> None:
+def test_following_path_catches_up_and_follows_part() -> None:
     start = Pose.from_rpy((1.21, 0.5, 1.0), (0.0, 0.0, 0.3))
     way = list(following_path(start, 0.93, 0.92, 0.2))
     assert way[-1][0] == pytest.approx(FOLLOW_TIME)
@@ -60,7 +60,7 @@ def test_what_is_followed_is_over_taken_and_gone_along_with() -> None:
     assert near == [pytest.approx(0.93, abs=1e-3)]
 
 
-def test_a_pose_at_another_height_and_upright() -> None:
+def test_at_height_and_facing_down_change_one_component() -> None:
     tilted = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
     assert at_height(tilted, 5.0) == Pose((1.0, 2.0, 5.0), tilted.quaternion)
     assert facing_down(tilted).position == tilted.position
