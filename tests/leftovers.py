@@ -10,6 +10,7 @@ import os
 import shutil
 import sys
 import tempfile
+import zlib
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,9 @@ MARK = "TEST_MARK"
 """Environment variable of every process that a test starts: the run's identity, a space, and the test or fixture."""
 
 _RUN = "TEST_RUN"
+_CHECKOUT = f"@{zlib.crc32(os.fsencode(Path(__file__).resolve())):08x}"
+"""End of the names of all runs of this checkout: a run leaves those of others alone."""
+
 _FAILED = pytest.StashKey[bool]()
 _STARTS = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn")
 
@@ -55,9 +59,13 @@ def identity(pid: int | str) -> str:
 
 
 def end_orphans() -> list[str]:
-    """Kill the processes of runs whose controller is gone; return their command lines."""
+    """Kill the processes of runs of this checkout whose controller is gone; return their command lines."""
     runs = {pid: mark.partition(" ")[0] for pid, mark in with_variable(MARK).items()}
-    orphans = [pid for pid, run in runs.items() if identity(run.partition("@")[0]) != run]
+    orphans = [
+        pid
+        for pid, run in runs.items()
+        if run.endswith(_CHECKOUT) and identity(run.partition("@")[0]) + _CHECKOUT != run
+    ]
     names = [name_of(pid) for pid in orphans]
     kill(orphans)
     return names
@@ -92,7 +100,7 @@ class Controller:
         self.folder = tempfile.mkdtemp(prefix="cellwright-tests-")
         os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # kept for the inspection of a failure
         os.environ["TMPDIR"] = tempfile.tempdir = self.folder
-        self.run = os.environ[_RUN] = identity(os.getpid())
+        self.run = os.environ[_RUN] = identity(os.getpid()) + _CHECKOUT
         os.environ.pop(MARK, None)  # set by the test that started this run
         self.orphans = end_orphans()
         self.left: list[str] = []
