@@ -15,7 +15,8 @@ INTRODUCTION = """\
 # The contract of the kit-building cell
 
 Which topics, services and actions does a cell have? The tables below list all of them. `cellwright serve lesson` offers
-them over a socket, and with `--ros1` over ROS 1. Names, types, rates and latches are those of the 2017 competition.
+them over a socket, and with `--ros1` over ROS 1. Names, types, rates and latches
+under `/ariac` are those of the 2017 competition; rows under `/cellwright` are additions.
 
 | convention | meaning |
 |---|---|

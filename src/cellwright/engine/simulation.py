@@ -46,7 +46,7 @@ class Device(PlainState):
 
     `get_state` returns the state as plain JSON values, which are part of the state hash and of snapshots. `STATE` names
     the plain attributes. For anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
-    message counters are not state: watching changes nothing.
+    counters of sent messages are not state: watching changes nothing.
 
     Example:
         >>> class StepCounter(Device):

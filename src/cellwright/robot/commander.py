@@ -34,7 +34,7 @@ class Commander(Device):
 
     Attributes:
         numbers: number of each joint with one degree of freedom, by name.
-        taken: number of followed commands since the node was made.
+        taken: number of accepted commands since the node started.
         ignored: number of commands that came while none was taken, or named no joint of the robot; the bus counts
             refused ones.
         why_held: reason for the last hold, in a sentence; empty while the robot follows commands.

@@ -198,7 +198,7 @@ def test_row_has_type_about_source_and_rate(row: Endpoint) -> None:
             message_type(f"{row.type}Action")
     assert row.about.endswith(".")
     assert row.source or not row.name.startswith("/ariac/"), (
-        "name the plugin of the original in source, or 'ours' for a new row"
+        "give the original's plugin as source; names of additions begin with /cellwright/"
     )
     assert (row.rate is not None) == (row.direction is Direction.OUT)
     assert ("{" in row.name) == ("each" in row.where.value)

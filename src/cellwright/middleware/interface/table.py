@@ -107,7 +107,7 @@ class Endpoint:
     where: Availability = Availability.ALWAYS
     competition: CompetitionMode = CompetitionMode.SAME
     node: str = "/gazebo"  # publishes, receives or serves it; name as in the original's graph
-    source: str = ""  # the part of the original that this comes from
+    source: str = ""  # the part of the original that this comes from; empty for a row of Cellwright
     handler: str = ""  # name of the method that serves it; see `binding.bind`
     qos: Qos = RELIABLE
     subject: str | None = (
