@@ -67,7 +67,7 @@ def described_limits(environment: Mapping[str, str]) -> JointLimits:
             robot = read_urdf(path, warn=lambda _line: None)
     except CellwrightError:  # driving a robot works without limits
         return JointLimits()
-    return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
+    return JointLimits.of(robot, PARAMETER)
 
 
 WHERE, WHAT, RESULT = "Connection", "Motion", OUTPUT
@@ -247,8 +247,8 @@ def signal(
         list[str],
         argument(
             "JOINT",
-            "Joints, moved one after another in this order; `J_arm_r_*` means all that match, the robot's last "
-            "one first.",
+            "Joints, moved one after another in this order; `J_arm_r_*` means all that match except mimic joints, the "
+            "robot's last one first.",
         ),
     ],
     wave: Annotated[
@@ -310,8 +310,8 @@ def signal(
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as operated:
-        chosen = _chosen(operated, joints)
         limits = link.limits(operated)
+        chosen = _chosen(operated, joints, limits)
         for warning in check_signal(operated, chosen, full_wave, limits):
             warn(warning)
         warn_of_unknown(limits)
@@ -332,18 +332,23 @@ def signal(
     raise typer.Exit(status)
 
 
-def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
-    """Return the joints that match the patterns, each once."""
+def _chosen(robot: OperatedRobot, patterns: Sequence[str], limits: JointLimits) -> list[str]:
+    """Return the joints that match the patterns, each once; a wildcard matches no mimic joint beside other joints."""
     chosen: list[str] = []
     for pattern in patterns:
         if not any(sign in pattern for sign in "*?["):
+            if pattern in playback.GRIPPERS and pattern not in robot.joints:
+                raise UsageError(
+                    f"{pattern} is a gripper, not a joint; move it with cellwright operate play, from a file with "
+                    f"the columns {', '.join(playback.GRIPPERS)}"
+                )
             robot.check_names([pattern])
             chosen.append(pattern)
             continue
         matching = fnmatch.filter(reversed(robot.joints), pattern)
         if not matching:
             raise UnknownNameError("joint", pattern, robot.joints)
-        chosen += matching
+        chosen += [name for name in matching if name not in limits.leaders] or matching
     return list(dict.fromkeys(chosen))
 
 

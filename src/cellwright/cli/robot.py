@@ -82,8 +82,7 @@ def show_robot(config: RobotConfig) -> None:
     """Print a robot's table, and below it the facts of no single joint."""
     console = _console()
     robot = config.robot
-    counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
-    output.print_line(console, f"{config.name}: {counts}; root link {robot.root} (-1)")
+    output.print_line(console, f"{config.name}: {joint_counts(robot)}; root link {robot.root} (-1)")
     console.print()
     whole = joint_table(config)
     needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
@@ -95,6 +94,21 @@ def show_robot(config: RobotConfig) -> None:
         notes.insert(1, ("left out", f"effort and speed; they need a terminal of {needed} columns, or `| cat`"))
     for name, text in notes:
         output.print_entry(console, name, text)
+
+
+def commanded_count(robot: RobotModel) -> int:
+    """Return the number of joints that a program commands: those that are driven and follow no other."""
+    return sum(joint.mimic is None for joint in robot.driven)
+
+
+def joint_counts(robot: RobotModel) -> str:
+    """Return the number of joints of a robot by kind, in words."""
+    commanded = commanded_count(robot)
+    fixed = len(robot.joints) - len(robot.movable)
+    other = len(robot.movable) - len(robot.driven)
+    kinds = {"commanded": commanded, "mimic": len(robot.driven) - commanded, "fixed": fixed, "not driven": other}
+    listed = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
+    return f"{len(robot.joints)} joints{listed and f': {listed}'}"
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
@@ -126,9 +140,9 @@ def show_bundled(*, as_json: bool) -> None:
         return
     rows: list[list[str | Text]] = []
     for name, config in configs.items():
-        counts = (len(config.robot.joints), len(config.robot.driven), len(config.arms), len(config.grippers))
+        counts = (len(config.robot.joints), commanded_count(config.robot), len(config.arms), len(config.grippers))
         rows.append([Text(name), *map(str, counts)])
-    columns = {"robot": WHOLE, **dict.fromkeys(("joints", "driven", "arms", "grippers"), RIGHT)}
+    columns = {"robot": WHOLE, **dict.fromkeys(("joints", "commanded", "arms", "grippers"), RIGHT)}
     _print(_console(), table(columns, rows))
 
 

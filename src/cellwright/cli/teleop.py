@@ -59,11 +59,15 @@ _PERCENT = (
 )
 
 
+_SAFETY_OPTIONS = "the safety options"
+
+
 def refuse_node_options(given: Mapping[str, bool]) -> None:
     """Refuse options that are given, and that need a node that keeps running."""
     for name, is_given in given.items():
         if is_given:
-            options.refuse(f"--check cannot be combined with {name}")
+            hint = "; measure a limited node with cellwright operate signal JOINT" if name == _SAFETY_OPTIONS else ""
+            options.refuse(f"--check cannot be combined with {name}{hint}")
 
 
 def show_motion_report(console: Console, report: MotionReport) -> None:
@@ -429,7 +433,7 @@ def teleop(
                 "--video": filmed is not None,
                 "--view": page is not None,
                 "--gui, --init-debug and --snapshot": window != RobotWindow(is_shown=False),
-                "the safety options": safety != SafetySettings(),
+                _SAFETY_OPTIONS: safety != SafetySettings(),
             }
         )
         config = load_robot(robot, output.warn)

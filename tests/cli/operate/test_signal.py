@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.cli.operate import NodeConnection, _chosen
+from cellwright.clients.operators.robot import JointLimits
 from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.cli.operate.conftest import UNCHECKED
@@ -65,6 +67,10 @@ def test_joint_that_does_not_follow_exceeds_max_delay(cellwright: CommandLine, a
     ("arguments", "message"),
     [
         (["rigth_1"], "unknown joint 'rigth_1'; did you mean right_1"),
+        (
+            ["gripper_right"],
+            "gripper_right is a gripper, not a joint; move it with cellwright operate play, from a file",
+        ),
         (["nothing_*"], "unknown joint 'nothing_*'"),
         (["right_1", "--amplitude", "0"], "amplitude"),
         (["right_1", "--frequency", "-1"], "frequency"),
@@ -91,6 +97,13 @@ def test_invalid_input_prints_one_line_and_moves_nothing(
     assert ran.err.startswith("error: ")
     assert message in ran.err
     assert ran.err.count("\n") == 1
+
+
+def test_wildcard_skips_mimic_joints_unless_it_matches_no_other(address: str) -> None:
+    limits = JointLimits(leaders={"right_6": "right_5"})
+    with NodeConnection(address, ros1=False).robot() as operated:
+        assert _chosen(operated, ["right_[56]"], limits) == ["right_5"]
+        assert _chosen(operated, ["right_6*"], limits) == ["right_6"]
 
 
 def test_error_without_node_names_command_to_start_one(cellwright: CommandLine) -> None:

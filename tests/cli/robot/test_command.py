@@ -124,7 +124,7 @@ def test_table_lists_joints_and_notes(cellwright: CommandLine, small: str) -> No
     ran = cellwright("robot", small)
     lines = ran.out.splitlines()
     assert (ran.status, ran.err) == (0, "")
-    assert lines[0] == "Small: 14 joints, 12 of them driven; root link base (-1)"
+    assert lines[0] == "Small: 14 joints: 10 commanded, 2 mimic, 2 fixed; root link base (-1)"
     assert [line.split()[1] for line in lines[4:18]] == list(INDICES)
     assert lines[6].split() == ["2", "r2", "revolute", "r_lower", "1", "0", "2.5", "10", "2", "arm", "R", "0.2"]
     assert lines[7].split() == ["3", "r_wrist", "fixed", "r_hand", "2"]

@@ -64,7 +64,7 @@ def test_table_on_narrow_terminal_folds_names_and_cuts_nothing(
 def test_table_of_robot_of_one_link_has_no_joints(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     single = tandem.robot.__class__("post", "base", {"base": tandem.robot.links["base"]}, ())
     lines = shown(RobotConfig(single, "post", tandem.path, tandem.urdf_path), 80, monkeypatch)
-    assert lines[0] == "post: 0 joints, 0 of them driven; root link base (-1)"
+    assert lines[0] == "post: 0 joints; root link base (-1)"
 
 
 def test_notes_show_gripper_ends_and_acceleration_bounds(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:

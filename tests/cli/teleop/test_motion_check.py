@@ -70,7 +70,7 @@ def test_json_report_contains_no_infinity(cellwright: CommandLine, monkeypatch: 
         (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
         (["--video", "x.mp4"], "--video"),
         (["--view"], "--view"),
-        (["--watchdog", "0.5"], "the safety options"),
+        (["--watchdog", "0.5"], "the safety options; measure a limited node with cellwright operate signal JOINT"),
     ],
 )
 def test_check_with_options_of_running_node_is_refused(

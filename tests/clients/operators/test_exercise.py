@@ -91,10 +91,20 @@ def test_node_that_limits_targets_is_reported(operated: OperatedRobot, monkeypat
     assert note.endswith("to 0.1: it limits the targets")
 
 
+def test_signal_for_mimic_joint_is_refused(operated: OperatedRobot) -> None:
+    limits = replace(LIMITS, leaders={"right_6": "right_5"})
+    with pytest.raises(UsageError, match=r"^right_6 follows right_5 \(mimic\); test that one$"):
+        check_signal(operated, ["right_6"], SINE, limits)
+
+
 def test_signal_beyond_limits_is_refused_before_motion(operated: OperatedRobot) -> None:
     before = operated.positions
     with pytest.raises(UsageError, match=r"right_3: a sine of 1 from -2\.2 to -0\.2 leaves"):
         check_signal(operated, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
+    with pytest.raises(UsageError, match=r"; give a smaller --amplitude, or --wave step$"):
+        check_signal(operated, ["right_3"], replace(SINE, amplitude=1.0), LIMITS)
+    with pytest.raises(UsageError, match=r"; give a smaller --amplitude, or one of the other sign$"):
+        check_signal(operated, ["right_3"], Wave(WaveShape.STEP, -1.0, 2.0, 1), LIMITS)
     check_signal(operated, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
     assert check_signal(operated, ["right_1"], SINE, LIMITS) == []
     assert check_signal(operated, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [

@@ -25,8 +25,8 @@ def test_motion_beyond_limits_is_refused_with_figures() -> None:
     LIMITS.check("right_1", -2.0, 2.0, "a sine")
     with pytest.raises(UsageError, match=r"right_1: a sine from 0 to 2\.1 leaves its limits \(two arms\): -2 to 2"):
         LIMITS.check("right_1", 0.0, 2.1, "a sine")
-    with pytest.raises(UsageError, match="from -3 to 0 leaves"):
-        LIMITS.check("right_1", -3.0, 0.0, "a sine")
+    with pytest.raises(UsageError, match=r"from -3 to 0 leaves.*: -2 to 2; give less$"):
+        LIMITS.check("right_1", -3.0, 0.0, "a sine", "give less")
 
 
 def test_unknown_limits_accept_any_position() -> None:

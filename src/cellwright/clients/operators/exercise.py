@@ -295,13 +295,18 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
 
     Raises:
         UnknownNameError: the robot has no such joint.
-        UsageError: the signal would leave their limits, the node takes no commands, or it does not publish one's
-            position.
+        UsageError: a joint is a mimic joint, the signal would leave its limits, the node takes no commands, or it does
+            not publish the joint's position.
     """
     robot.check_names(joints)
     for joint in joints:
+        if joint in limits.leaders:
+            raise UsageError(f"{joint} follows {limits.leaders[joint]} (mimic); test that one")
+    other = "--wave step" if wave.shape is WaveShape.SINE else "one of the other sign"
+    for joint in joints:
         start, (low, high) = robot.position(joint), wave.offset_range
-        limits.check(joint, start + low, start + high, f"a {wave.shape} of {wave.amplitude:g}")
+        motion = f"a {wave.shape} of {wave.amplitude:g}"
+        limits.check(joint, start + low, start + high, motion, f"give a smaller --amplitude, or {other}")
     robot.check_ready()
     speeds = {joint: limits.of_joint(joint).velocity for joint in joints}
     return [

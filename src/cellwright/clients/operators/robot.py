@@ -36,11 +36,14 @@ class JointLimits:
     joints: Mapping[str, Limits] = field(default_factory=dict)
     source: str = ""
     """Origin of the limits, for messages; empty where none is known."""
+    leaders: Mapping[str, str] = field(default_factory=dict)
+    """Joint that each known mimic joint follows."""
 
     @classmethod
-    def of(cls, robot: RobotModel) -> JointLimits:
-        """Return the limits of a robot's description."""
-        return cls({joint.name: joint.limits for joint in robot.driven}, robot.name)
+    def of(cls, robot: RobotModel, source: str = "") -> JointLimits:
+        """Return the limits of a robot's description; `source` is the robot's name by default."""
+        leaders = {joint.name: joint.mimic.joint for joint in robot.driven if joint.mimic is not None}
+        return cls({joint.name: joint.limits for joint in robot.driven}, source or robot.name, leaders)
 
     def of_joint(self, name: str) -> Limits:
         """Return the limits of a joint, infinite where unknown."""
@@ -51,8 +54,10 @@ class JointLimits:
         limits = self.of_joint(name)
         return min(max(position, limits.lower), limits.upper)
 
-    def check(self, name: str, low: float, high: float, motion: str) -> None:
+    def check(self, name: str, low: float, high: float, motion: str, remedy: str = "") -> None:
         """Refuse a motion of a joint from `low` to `high` [rad; m] that leaves its limits.
+
+        The error ends with `remedy`.
 
         Raises:
             UsageError: it leaves them.
@@ -61,7 +66,7 @@ class JointLimits:
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
             raise UsageError(
                 f"{name}: {motion} from {low:.4g} to {high:.4g} leaves its limits ({self.source}): "
-                f"{limits.lower:.4g} to {limits.upper:.4g}"
+                f"{limits.lower:.4g} to {limits.upper:.4g}{remedy and f'; {remedy}'}"
             )
 
     @property
