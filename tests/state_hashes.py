@@ -41,7 +41,7 @@ def main(arguments: list[str]) -> int:
     found: dict[str, dict[str, object]] = {}
     with ProcessPoolExecutor(2) as pool:
         for trial, figures in zip(trials, pool.map(measured, trials), strict=True):
-            print(trial, *figures.values(), flush=True)
+            print(trial, *figures.values(), "same" if figures == kept().get(trial) else "DIFFERENT", flush=True)
             found[trial] = figures
     if "--write" in arguments:
         FILE.write_text(json.dumps({**kept(), **found}, indent=1) + "\n")

@@ -103,9 +103,7 @@ def test_joined_files_keep_file_and_line(sizes: list[int], data: st.DataObject) 
 def test_duplicate_key_in_second_file_wins_with_warning() -> None:
     root, problems = parsed("orders: 1\n", "# second\norders: 2\n")
     assert plain(root) == {"orders": 2}
-    assert [str(w) for w in problems.warnings] == [
-        "b.yaml:2: orders: duplicate key (first at a.yaml:1); this one is used"
-    ]
+    assert [str(w) for w in problems.warnings] == ["b.yaml:2: orders: replaces the entry of a.yaml:1"]
 
 
 def test_merged_key_is_overridden_without_warning() -> None:

@@ -110,7 +110,7 @@ def test_trial_and_team_file_are_joined(tmp_path: Path) -> None:
     assert loaded.trial.name == "final"
     assert loaded.trial.has_arm
     assert loaded.trial.sensors[0].pose.position == (1.0, 2.0, 3.0)
-    assert [str(w) for w in loaded.warnings] == [f"{team}:1: arm: duplicate key (first at {final}:2); this one is used"]
+    assert [str(w) for w in loaded.warnings] == [f"{team}:1: arm: replaces the entry of {final}:2"]
 
 
 def test_part_numbers_run_per_type_as_written() -> None:

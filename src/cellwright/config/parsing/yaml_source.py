@@ -164,7 +164,12 @@ class _TreeBuilder:
             at = self._text.place(key_node.start_mark.index)
             if position >= len(merged):
                 if name in written:
-                    message = f"duplicate key (first at {table.entries[name].place}); this one is used"
+                    first = table.entries[name].place
+                    message = (
+                        f"replaces the entry of {first}"
+                        if first.file != at.file
+                        else f"duplicate key (first at {first}); this one is used"
+                    )
                     self._problems.add(Problem(at, path, message, "warning"))
                 written.add(name)
             table.entries[name] = Entry(name, self.node(value_node, path, at), at, path)
