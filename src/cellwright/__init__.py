@@ -42,8 +42,10 @@ if TYPE_CHECKING:
     from cellwright.robot.node import RobotNode as RobotNode
     from cellwright.running.run import DescriptionWarning as DescriptionWarning
     from cellwright.running.run import Outcome as Outcome
+    from cellwright.running.run import PageOptions as PageOptions
     from cellwright.running.run import RunOptions as RunOptions
     from cellwright.running.run import RunResult as RunResult
+    from cellwright.running.run import ServerOptions as ServerOptions
     from cellwright.running.run import Session as Session
     from cellwright.running.run import SessionResult as SessionResult
     from cellwright.running.run import load_robot as load_robot
@@ -66,6 +68,7 @@ _HOMES = {
     "NodeClient": "clients.client",
     "Recording": "recording.replay.opened",
     "Outcome": "running.run",
+    "PageOptions": "running.run",
     "Pose": "util.pose",
     "Reading": "engine.sensor",
     "RobotNode": "robot.node",
@@ -73,6 +76,7 @@ _HOMES = {
     "RunResult": "running.run",
     "Sensor": "engine.sensor",
     "SensorPlugin": "cell.interface.plugins",
+    "ServerOptions": "running.run",
     "Session": "running.run",
     "SessionResult": "running.run",
     "Trial": "config.trial.trial",
