@@ -23,7 +23,8 @@ RUN make .venv/.installed SOURCE=.
 RUN .venv/bin/pip uninstall --quiet --yes setuptools pip \
     && find .venv -name '*.so' -not -path '*.libs/*' -exec strip --strip-unneeded {} + \
     && find .venv -depth -type d \( -name tests -o -name testdata -o -name include -o -name DLLS \
-        -o -path '*/mujoco/doc' -o -path '*/viser/client/src' \) -exec rm -r {} + \
+        -o -path '*/mujoco/doc' -o -path '*/viser/client/src' \
+        -o -path '*/mpl-data/sample_data' -o -path '*/mpl-data/fonts/afm' -o -path '*/mpl-data/fonts/pdfcorefonts' \) -exec rm -r {} + \
     && find .venv \( -name '*.pyi' -o -name '*.pyx' -o -name '*.pxd' -o -name '*_test.py' -o -name '*.a' \) -delete
 
 FROM base AS plain
