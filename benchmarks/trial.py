@@ -116,7 +116,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     on_progress("a run with a subscriber to every topic")
     observed, _ = run_with_agent(seconds, topics=None)
     yield from figures("the agent kitter at work, a subscriber to every topic", observed, seconds)
-    parts = len(Cell(bench_trial()).parts.all)
+    parts = len(Cell(bench_trial()).parts.names)
     yield Figure(
         "the engine alone", alone.engine / alone.steps * 1e6, "us/step", note=f"{parts} parts, {len(commands)} commands"
     )

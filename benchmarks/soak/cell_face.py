@@ -77,9 +77,7 @@ class CellFace:
             counter.listen(topic)
         if self.cell.gripper is not None:
             self.cell.gripper.on_change.append(self._count_grip)
-        count = len(RIDERS)
-        parts = [part for part in self.cell.parts.all if part.name.startswith("populate_conveyor|")][:count]
-        self._riders = [parts[number].name for number in range(count)]
+        self._riders = [name for name, _ in self.cell.world.clones][: len(RIDERS)]
 
     def begin(self) -> None:
         """Start the competition."""
@@ -114,8 +112,7 @@ class CellFace:
         self.cell.parts.place(self.cell.parts.part(ROD.name), ROD.pose)
 
     def _ride(self, turn: int) -> None:
-        part = self.cell.parts.part(self._riders[turn % len(self._riders)])
-        self.cell.parts.place(part, SPAWN_FRAME @ Pose((0.0, 0.0, 0.1)))
+        self.cell.parts.appear(self._riders[turn % len(self._riders)], SPAWN_FRAME @ Pose((0.0, 0.0, 0.1)))
         self.counts["parts put on the belt"] += 1
 
     def _send(self, number: int, kit_type: str) -> None:

@@ -29,7 +29,7 @@ def test_bench_trial_has_all_kinds_of_content() -> None:
         "logical_camera",
         "proximity_sensor",
     }
-    names = {part.name.rpartition("|")[2] for part in Cell(found).parts.all}
+    names = {name.rpartition("|")[2] for name in Cell(found).parts.names}
     assert set(found.faulty_parts) <= names
 
 

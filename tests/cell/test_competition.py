@@ -132,7 +132,7 @@ def test_time_limit_ends_competition() -> None:
 
 def test_belt_and_population_run_from_start_on() -> None:
     cell = Cell(WHOLE)
-    clones = {part.name for part in cell.world.parts if part.pooled}
+    clones = {name for name, _ in cell.world.clones}
     run(cell, 0.5)
     assert cell.conveyor.power == 0.0
     start(cell)
@@ -435,7 +435,8 @@ def test_fate_of_ungripped_type_counts_parts_removed_by_wall() -> None:
     gears = replace(RODS, orders=(order(0, GEARS[:1]),))
     cell = Cell(gears)
     start(cell)
-    for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
+    for number, (name, _) in enumerate(cell.world.clones[:2]):
+        cell.parts.appear(name, Pose((1.2, 4.0 - number, 1.0)))
         cell.parts.put_away(cell.parts.part(name), Removal.DELETION_WALL)
     assert submitted_part(cell).sentence() == (
         "not on the tray at submission: never gripped; the deletion wall of the belt removed 2 of its type"

@@ -240,8 +240,7 @@ def test_varied_cell_has_reproducible_state_hash() -> None:
 
 
 def on_belt(cell: Cell) -> int:
-    pool = [part for part in cell.world.parts if part.name.startswith("populate_conveyor|")]
-    return sum(part.name in cell.parts.in_play for part in pool)
+    return sum(name in cell.parts.in_play for name, _ in cell.world.clones)
 
 
 def first_belt_part(cell: Cell) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -96,7 +97,7 @@ class Cell(CellDevices):
             seed=self.seed,
             first_pose=self.world.set_initial_posture,
         )
-        self.parts = Parts(self.world.parts)
+        self.parts = Parts(self.world, partial(build_world, trial))
         self.overlaps = Overlaps(self.parts)
         self.conveyor = Conveyor(self.parts)
         self.population = Population(trial, self.conveyor, self.parts) if trial.belt_parts else None
@@ -120,7 +121,7 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.render_service = RenderService(self.simulation, hidden=self.hidden_bodies, report=report)
+        self.render_service = RenderService(self.simulation, parts=self.scene_parts, report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
@@ -188,9 +189,9 @@ class Cell(CellDevices):
         """Return the names of all topics that the cell publishes."""
         return [topic.name for topic in self.bus.topics() if topic.publishers]
 
-    def hidden_bodies(self) -> list[int]:
-        """Return the body ids of parts that are not in play, which stand on a distant shelf."""
-        return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
+    def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
+        """Return name, engine's body and visibility of each part; those that are not in play are hidden."""
+        return self.parts.shown
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """Return what viewers draw beside the scene.
@@ -244,11 +245,12 @@ class Cell(CellDevices):
 
     def _make_scene(self) -> ModelSnapshot:
         model = self.world.model
-        models = [SceneModel(part.name, part.type, part.body, part.geoms) for part in self.world.parts]
+        geoms = {part.body: part for part in (*self.world.parts, *self.world.bodies)}
+        models = [SceneModel(name, geoms[body].type, body, geoms[body].geoms) for name, body, _ in self.parts.shown]
         for number, tray in self.trays.items():
             agv, link = model.body(f"agv{number}").id, model.body(tray.link).id
             models.append(SceneModel(f"agv{number}", f"agv{number}", agv, collision_geoms(model, agv)))
             models.append(
                 SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
             )
-        return ModelSnapshot(model, self.simulation.data, models, self.trial.part_models)
+        return ModelSnapshot(self.simulation, models, self.trial.part_models, self.scene_parts)

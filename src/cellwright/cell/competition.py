@@ -212,11 +212,14 @@ class Competition(Device):
         if not missing:
             return
         trays = {each.name: tray.link for tray in self._trays.values() for each in tray.find_parts()}
-        for part in self._parts.all:
-            if (kind := part_type(part.name)) in missing:
-                position, is_faulty = self._parts.pose(part).position, self._is_faulty(part.name)
+        for name in self._parts.names:
+            if (kind := part_type(name)) not in missing:
+                continue
+            position, above = None, ""
+            if name in self._parts.in_play:
+                position = self._parts.pose(self._parts.part(name)).position
                 above = next((tray.link for tray in self._trays.values() if tray.is_below(position)), "")
-                yield PartSnapshot(part.name, kind, position, trays.get(part.name, ""), above, is_faulty)
+            yield PartSnapshot(name, kind, position, trays.get(name, ""), above, self._is_faulty(name))
 
     def _is_faulty(self, model_name: str) -> bool:
         return trimmed_name(model_name) in self._faulty

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.engine import random_streams
 from cellwright.engine.clock import Clock, EventQueue, Inbox, PeriodicCallback, PeriodicCallbacks, nanoseconds
@@ -154,6 +155,16 @@ CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 """Fields of the model that devices write at run time. They are state, though the engine keeps them in the model."""
 
 
+_AWAKE_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
+"""Lengths of the engine's lists of what is awake."""
+
+
+def _copy_rows(source: NDArray[Any], target: NDArray[Any]) -> None:
+    """Copy all rows of an array into the first ones of an array that is no shorter."""
+    if len(source) <= len(target):
+        target[: len(source)] = source
+
+
 class Simulation:
     """Simulation: time, the engine's model and data, and the devices.
 
@@ -179,6 +190,8 @@ class Simulation:
         # without this the engine would silently restart a run that has become unstable
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.model = model
+        self.first_model = model
+        """The model of a run's beginning."""
         self.data = mujoco.MjData(model)
         self.seed = seed
         self.clock = Clock(timestep)
@@ -253,6 +266,8 @@ class Simulation:
         for callback in self.on_reset:
             callback()
         self.runs += 1
+        if self.model is not self.first_model:
+            self.use_model(self.first_model)
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
             getattr(self.model, name)[:] = values
@@ -268,6 +283,41 @@ class Simulation:
             raise self._engine_error(error) from None
         self.collect_hooks()
         self.watches.reschedule(0)
+
+    def use_model(self, model: mujoco.MjModel) -> None:
+        """Replace the model by one with more bodies behind those of the first one, or by the first one itself.
+
+        Ids and addresses of the first one are valid in all, and a body moves the same in all, bit for bit. `data` is
+        new, and the caller sets the state. A device that keeps arrays with a row for each body compares `model` with
+        the one that it made them for.
+        """
+        model.opt = self.model.opt
+        model.stat.meaninertia = self.model.stat.meaninertia  # the solver's tolerance is relative to it
+        self.model, self.data = model, mujoco.MjData(model)
+        self.touch()
+
+    def grow(self, model: mujoco.MjModel) -> None:
+        """Continue with a model that has more bodies behind those of the present one; they are asleep.
+
+        The run is the same as if they had been there from its beginning. There are no contacts until the next step: so
+        grow in `before_step`.
+        """
+        before, old = self.model, self.data
+        self.use_model(model)
+        for name in CHANGING_FIELDS:
+            _copy_rows(getattr(before, name), getattr(model, name))
+        data = self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        data.time = old.time
+        for name in _AWAKE_COUNTS:
+            setattr(data, name, getattr(old, name))
+        data.tree_asleep[:] = range(model.ntree)  # each new tree is a sleeping island of its own
+        data.tree_awake[:] = 0
+        data.body_awake[:] = 0
+        for name in dir(data):
+            if isinstance(values := getattr(old, name), np.ndarray):
+                _copy_rows(values, getattr(data, name))
 
     def step(self) -> None:
         """Step one tick.

@@ -56,10 +56,10 @@ def take_snapshot(simulation: Simulation) -> Snapshot:
 
 def restore_snapshot(simulation: Simulation, snapshot: Snapshot) -> None:
     """Restore a snapshot of the same simulation, or of one built from the same description."""
+    simulation.set_state(copy.deepcopy(snapshot.state))  # first, since a device may replace the model
     mujoco.mj_copyData(simulation.data, simulation.model, snapshot.data)
     for name, values in snapshot.fields.items():
         getattr(simulation.model, name)[:] = values
-    simulation.set_state(copy.deepcopy(snapshot.state))
     simulation.set_record(copy.deepcopy(snapshot.record))
 
 
@@ -71,7 +71,7 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     engine = _get_engine(simulation)
     fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
     state = simulation.get_state()
-    header = {"format": _FORMAT, "model": model_signature(simulation.model), "state": state}
+    header = {"format": _FORMAT, "model": model_signature(simulation.first_model), "state": state}
     header["digest"] = _digest(engine, fields, state)
     if record := simulation.get_record():
         header |= {"record": record, "record_digest": hashlib.sha256(_as_bytes(record)).hexdigest()}
@@ -98,15 +98,15 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
     except Exception as error:  # a damaged file can fail anywhere in the library
         reason = "".join(c if c.isprintable() else " " for c in str(error))[:200] or type(error).__name__
         raise CheckpointError(f"{path}: not a checkpoint ({reason})") from error
-    if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
+    if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.first_model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
     record = header.get("record", {})  # files of earlier versions have none
     is_record_whole = not record or header.get("record_digest") == hashlib.sha256(_as_bytes(record)).hexdigest()
     if header.get("digest") != _digest(engine, fields, header.get("state")) or not is_record_whole:
         raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
+    simulation.set_state(header["state"])  # first, since a device may replace the model
     for name, values in fields.items():
         getattr(simulation.model, name)[:] = values
-    simulation.set_state(header["state"])
     simulation.set_record(record)
     _set_engine(simulation, engine)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from base64 import b64decode, b64encode
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from types import MappingProxyType
@@ -586,8 +586,8 @@ class Node(Protocol):
     def in_competition(self) -> bool:
         """True in competition mode."""
 
-    def hidden_bodies(self) -> Collection[int]:
-        """Return the engine's ids of bodies that are hidden at the moment, such as parts out of play."""
+    def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
+        """Return name, engine's body and visibility of each part of a cell; see `SceneCapture`."""
 
 
 def _validated(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001

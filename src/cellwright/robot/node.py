@@ -142,8 +142,8 @@ class RobotNode:
         """Number of refused commands and calls."""
         return self.bus.refusals.total
 
-    def hidden_bodies(self) -> tuple[int, ...]:
-        """Return the ids of hidden bodies: none."""
+    def scene_parts(self) -> tuple[()]:
+        """Return the parts of a cell: none."""
         return ()
 
     def link_pose(self, link: str) -> Pose:

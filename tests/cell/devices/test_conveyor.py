@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.conveyor import FULL_SPEED, Conveyor
-from cellwright.cell.model.frames import BELT_SURFACE
+from cellwright.cell.devices.conveyor import Conveyor
+from cellwright.cell.model.frames import BELT_SPEED, BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from tests.cell.devices.floor import MM, Floor, named, one_of_each
@@ -51,7 +51,7 @@ def test_parts_move_at_belt_speed(floor: Floor, power: float) -> None:
 
 @pytest.mark.parametrize("power", [100.0, 20.0])
 def test_belt_starts_and_stops_within_50_ms(floor: Floor, power: float) -> None:
-    speed = FULL_SPEED * power / 100.0
+    speed = BELT_SPEED * power / 100.0
     floor.cell.conveyor.set_power(power)
     floor.run(0.05)
     assert np.abs(speeds(floor) - speed).max() < 0.01 * speed

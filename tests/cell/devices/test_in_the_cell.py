@@ -19,6 +19,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
 
 BELT_TOP = 0.90691
+GEAR = "populate_conveyor|gear_part_clone_0"
 GEAR_RADIUS = 0.0392
 
 
@@ -48,10 +49,6 @@ def names(reading: CameraReading) -> list[str]:
     return [detection.name for detection in reading.detections]
 
 
-def a_gear(cell: Cell) -> WorldPart:
-    return next(part for part in cell.world.parts if part.pooled and part.type == "gear_part")
-
-
 def test_solid_shapes_of_cell_are_visible_to_rays(cell: Cell) -> None:
     """The engine lets rays pass fully transparent geoms, whatever their group."""
     model = cell.world.model
@@ -65,7 +62,7 @@ def test_solid_shapes_of_cell_are_visible_to_rays(cell: Cell) -> None:
 def test_break_beam_detects_gear_on_belt_for_its_width(cell: Cell, start: float) -> None:
     beam = cell.sensors["break_beam"]
     assert isinstance(beam, BreakBeam)
-    cell.parts.place(a_gear(cell), Pose((1.21, start, BELT_TOP + 0.0002)))
+    cell.parts.appear(GEAR, Pose((1.21, start, BELT_TOP + 0.0002)))
     cell.conveyor.set_power(100.0)
     every: list[BeamReading] = []
     changes: list[BeamReading] = []
@@ -94,7 +91,7 @@ def test_proximity_sensor_detects_belt_and_gear_in_range(cell: Cell) -> None:
     assert isinstance(sensor, ProximitySensor)
     readings = [sensor.measure(index).range for index in range(400)]
     assert np.mean(readings) == pytest.approx((0.916 - BELT_TOP) / math.sin(0.0625), abs=3e-4)
-    cell.parts.place(a_gear(cell), Pose((0.973 + 0.08 + GEAR_RADIUS, 2.6, BELT_TOP + 0.0002)))
+    cell.parts.appear(GEAR, Pose((0.973 + 0.08 + GEAR_RADIUS, 2.6, BELT_TOP + 0.0002)))
     cell.simulation.refresh()
     readings = [sensor.measure(index).range for index in range(400)]
     assert np.mean(readings) == pytest.approx(0.08, abs=3e-4)
@@ -104,7 +101,7 @@ def test_laser_profiler_detects_gear_but_not_belt(cell: Cell) -> None:
     sensor = cell.sensors["laser_profiler"]
     assert isinstance(sensor, LaserProfiler)
     assert np.isinf(sensor.read().ranges).all()
-    cell.parts.place(a_gear(cell), Pose((1.21, 3.94, BELT_TOP + 0.0002)))
+    cell.parts.appear(GEAR, Pose((1.21, 3.94, BELT_TOP + 0.0002)))
     ranges = sensor.read().ranges
     hits = np.isfinite(ranges)
     assert ranges[hits].mean() == pytest.approx(1.64 - BELT_TOP - 0.0121, abs=1e-3)

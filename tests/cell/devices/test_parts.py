@@ -1,11 +1,14 @@
 """Parts in the running cell."""
 
+import re
+
 import pytest
 
+from cellwright.cell.cell import Cell
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.model.build import WorldPart
-from cellwright.config.trial.trial import BeltPart
-from cellwright.util.errors import UnknownNameError
+from cellwright.config.trial.trial import BeltPart, Trial
+from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, named, one_of_each
 
@@ -34,18 +37,19 @@ def test_part_is_found_by_name(parts: Parts) -> None:
         parts.part("floor|gear_part_2")
 
 
-def test_pooled_part_is_not_in_play(parts: Parts) -> None:
-    assert POOLED not in parts.in_play
-    assert parts.in_play == {part.name for part in parts.all} - {POOLED}
+def test_clone_has_no_body_before_it_appears(parts: Parts) -> None:
+    assert parts.in_play == {part.name for part in parts.all} == set(parts.names) - {POOLED}
+    with pytest.raises(UsageError, match=f"part '{re.escape(POOLED)}' is not in play"):
+        parts.part(POOLED)
 
 
-def test_placed_part_is_in_play_at_rest(floor: Floor, parts: Parts) -> None:
+def test_part_that_appears_is_in_play_at_rest(floor: Floor, parts: Parts) -> None:
     floor.run(0.5)
-    part = parts.part(POOLED)
-    floor.simulation.data.qvel[part.dof : part.dof + 6] = 1.0
+    (body,) = parts.world.bodies
+    floor.simulation.data.qvel[body.dof : body.dof + 6] = 1.0
     there = Pose.from_rpy((-2.5, 0.0, 0.5), (0.0, 0.0, 1.0))
-    parts.place(part, there)
-    assert parts.pose(part) == there
+    parts.appear(POOLED, there)
+    assert floor.pose(POOLED) == there
     assert not floor.velocity(POOLED).any()
     assert POOLED in parts.in_play
     floor.run(0.2)
@@ -79,7 +83,7 @@ def test_inside_is_closed_box_of_parts_in_play(floor: Floor, parts: Parts) -> No
 
 
 def test_inside_of_cell_without_parts_is_empty() -> None:
-    assert Parts(()).inside((-1.0,) * 3, (1.0,) * 3) == []
+    assert Cell(Trial("empty")).parts.inside((-1.0,) * 3, (1.0,) * 3) == []
 
 
 def test_placing_releases_all_welds(floor: Floor, parts: Parts) -> None:

@@ -217,7 +217,7 @@ def test_belt_power_outside_range_changes_nothing_and_succeeds(power: float) -> 
 
 def test_population_control_pauses_and_resumes_parts() -> None:
     cell = Cell(WHOLE, competition=False)
-    clones = {part.name for part in cell.world.parts if part.pooled}
+    clones = {name for name, _ in cell.world.clones}
     start(cell)
     for word in ("pause", "resume", "restart", "pause"):
         assert call(cell, "population/control", PopulationControlRequest(word)).success

@@ -152,7 +152,7 @@ def test_detected_models_have_frames_at_their_poses() -> None:
 
 def test_detected_belt_part_has_frame() -> None:
     cell = Cell(WHOLE)
-    cell.parts.place(cell.parts.part("populate_conveyor|gear_part_clone_0"), Pose((-0.3, 0.3, 0.73)))
+    cell.parts.appear("populate_conveyor|gear_part_clone_0", Pose((-0.3, 0.3, 0.73)))
     assert "logical_camera_1_gear_part_clone_0_frame" in frame_tree(cell)
 
 

@@ -16,6 +16,7 @@ from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.util.pose import Pose
 from tests.cells import GEARS, INITIAL, JOINTS, KITTING, WHOLE, Ear, on_tray, order, run, stamp_of, start, way
 
+GEAR = "populate_conveyor|gear_part_clone_0"
 ALPHABETICAL = (
     "elbow_joint",
     "linear_arm_actuator_joint",
@@ -101,9 +102,9 @@ def test_break_beam_message_has_detection_and_limits() -> None:
     assert whole.object_detected is False
     assert (whole.min_range, whole.max_range) == (np.float32(0.025), np.float32(1.025))
     assert len(changes) == 0
-    cell.parts.place(cell.parts.all[0], Pose((1.1, 2.25, 0.907)))  # on the belt, which stands still
+    cell.parts.appear(GEAR, Pose((1.1, 2.25, 0.907)))  # on the belt, which stands still
     run(cell, 0.2)
-    cell.parts.put_away(cell.parts.all[0])
+    cell.parts.put_away(cell.parts.part(GEAR))
     run(cell, 0.2)
     assert [message.object_detected for message in ear.messages] == [False] * 2 + [True] * 4 + [False] * 4
     assert [message.object_detected for message in changes.messages] == [True, False]

@@ -26,7 +26,7 @@ class Bench:
             self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         self.data: Any = mujoco.MjData(self.model)
         self.world.set_initial_posture(self.data)
-        self.parts = {part.name: part for part in self.world.parts}
+        self.parts = {part.name: part for part in (*self.world.parts, *self.world.bodies)}
 
     def run(self, seconds: float) -> None:
         mujoco.mj_step(self.model, self.data, round(seconds / self.model.opt.timestep))

@@ -69,21 +69,38 @@ def test_parts_in_play_come_before_pooled_parts(world: World) -> None:
         ("bin7|piston_rod_part_1", False),
         ("bin8|gear_part_1", False),
         ("agv1|kit_tray_1|kit_tray_1|tray|part2_1", False),
-        ("populate_conveyor|gear_part_clone_0", True),
-        ("populate_conveyor|gear_part_clone_1", True),
-        ("populate_conveyor|gear_part_clone_2", True),
-        ("populate_conveyor|gear_part_clone_3", True),
-        ("populate_conveyor|part4_clone_0", True),
-        ("populate_conveyor|part4_clone_1", True),
         ("populate_kit_tray_1|gear_part_clone_0", True),
         ("populate_kit_tray_1|disk_part_clone_0", True),
     ]
-    assert {part.type for part in world.parts} == {"piston_rod_part", "gear_part", "part2", "part4", "disk_part"}
+    assert {part.type for part in world.parts} == {"piston_rod_part", "gear_part", "part2", "disk_part"}
+
+
+def test_bodies_for_clones_come_last(world: World) -> None:
+    assert world.clones == (
+        ("populate_conveyor|gear_part_clone_0", "gear_part"),
+        ("populate_conveyor|gear_part_clone_1", "gear_part"),
+        ("populate_conveyor|gear_part_clone_2", "gear_part"),
+        ("populate_conveyor|gear_part_clone_3", "gear_part"),
+        ("populate_conveyor|part4_clone_0", "part4"),
+        ("populate_conveyor|part4_clone_1", "part4"),
+    )
+    assert [body.type for body in world.bodies] == ["gear_part"] * 4 + ["part4"] * 2
+    assert [body.body for body in world.bodies] == sorted(body.body for body in world.bodies)
+    assert world.bodies[0].body > world.parts[-1].body
+
+
+def test_further_bodies_leave_ids_and_addresses_as_they_are(world: World) -> None:
+    few, many = (build_world(FULL, ["part4", "gear_part", *more]) for more in ((), ("gear_part", "part4")))
+    assert many.parts == few.parts == world.parts
+    assert many.bodies[:2] == few.bodies
+    assert many.model.nv == few.model.nv + 12
+    names = [few.model.body(body).name for body in range(few.model.nbody)]
+    assert [many.model.body(body).name for body in range(few.model.nbody)] == names
 
 
 def test_part_addresses_lead_to_its_body_and_joint(world: World) -> None:
     model = world.model
-    for part in world.parts:
+    for part in (*world.parts, *world.bodies):
         assert model.body(part.body).name == part.name
         joint = model.joint(part.name)
         assert (joint.qposadr[0], joint.dofadr[0], joint.type[0]) == (part.qpos, part.dof, mujoco.mjtJoint.mjJNT_FREE)
@@ -97,7 +114,7 @@ def test_part_addresses_lead_to_its_body_and_joint(world: World) -> None:
 def test_parts_have_inactive_grip_and_lock_welds(world: World) -> None:
     model = world.model
     assert not model.eq_active0.any()
-    for part in world.parts:
+    for part in (*world.parts, *world.bodies):
         assert part.grip is not None
         for weld, name, holder in (
             (part.grip, "grip", GRIPPER),
@@ -115,16 +132,17 @@ def test_part_in_frame_starts_in_that_frame(world: World) -> None:
 
 
 def test_pooled_parts_have_own_slots_above_floor(world: World) -> None:
-    slots = [part.shelf.position for part in world.parts]
+    everything = (*world.parts, *world.bodies)
+    slots = [part.shelf.position for part in everything]
     assert len(set(slots)) == len(slots)
     assert all(z >= SHELF_SURFACE for *_, z in slots)
-    assert all(part.start == part.shelf for part in world.parts if part.pooled)
+    assert all(part.start == part.shelf for part in everything if part.pooled)
 
 
 def test_world_without_arm_and_agvs_has_no_actuators() -> None:
     small = build_world(dataclasses.replace(FULL, has_arm=False, extra_parts=(), options=Options(insert_agvs=False)))
     assert small.model.nu == 0
-    assert small.model.nv == 6 * len(small.parts)
+    assert small.model.nv == 6 * (len(small.parts) + len(small.bodies))
     assert all(part.grip is None and part.locks == () for part in small.parts)
     assert not any(part.name.startswith("populate_kit_tray") for part in small.parts)
     with pytest.raises(KeyError):
@@ -133,7 +151,8 @@ def test_world_without_arm_and_agvs_has_no_actuators() -> None:
 
 def test_zero_cycles_leave_belt_empty() -> None:
     empty = build_world(dataclasses.replace(FULL, options=Options(belt_population_cycles=0)))
-    assert not any(part.pooled for part in empty.parts)
+    assert not empty.clones
+    assert not empty.bodies
 
 
 def test_empty_trial_makes_empty_cell() -> None:

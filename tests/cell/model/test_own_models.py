@@ -23,7 +23,8 @@ def cell() -> Cell:
 
 
 def test_user_defined_parts_have_their_masses(cell: Cell) -> None:
-    masses = {part.type: float(cell.simulation.model.body_mass[part.body]) for part in cell.parts.all}
+    bodies = (*cell.world.parts, *cell.world.bodies)
+    masses = {each.type: float(cell.simulation.model.body_mass[each.body]) for each in bodies}
     expected = {"bracket_part": 0.3, "wedge_part": 0.4, "valve_part": 0.6, "flange_part": 0.5, "knob_part": 0.21}
     assert masses == pytest.approx(expected)
 

@@ -71,11 +71,11 @@ def test_falling_part_wakes_part_that_it_hits() -> None:
 def test_pooled_parts_sleep_above_floor() -> None:
     """The trap: a part parked below an infinite floor is thrown out of it."""
     bench = pooled(3)
-    before = np.array([bench.position(part) for part in bench.world.parts])
+    before = np.array([bench.position(part) for part in bench.world.bodies])
     bench.run(1.0)
-    after = np.array([bench.position(part) for part in bench.world.parts])
+    after = np.array([bench.position(part) for part in bench.world.bodies])
     assert len(after) == 3 * len(PART_TYPES)
-    assert all(bench.asleep(part) for part in bench.world.parts)
+    assert all(bench.asleep(part) for part in bench.world.bodies)
     assert np.abs(after - before).max() < 3e-4
     assert after[:, 2].min() > 0.4
 
@@ -84,12 +84,12 @@ def test_pooled_parts_sleep_above_floor() -> None:
 def test_placed_part_wakes() -> None:
     bench = pooled()
     bench.run(0.5)
-    part = bench.world.parts[0]
+    part = bench.world.bodies[0]
     appears = SPAWN_FRAME @ Pose((0.0, 0.0, 0.1))
     bench.place(part, appears.position, appears.quaternion)
     bench.run(0.02)
     assert not bench.asleep(part)
-    assert sum(not bench.asleep(other) for other in bench.world.parts) == 1
+    assert sum(not bench.asleep(other) for other in bench.world.bodies) == 1
     bench.run(0.5)
     assert bench.asleep(part)
     assert bench.position(part)[2] == pytest.approx(BELT_SURFACE, abs=2e-4)
@@ -97,7 +97,7 @@ def test_placed_part_wakes() -> None:
 
 def test_part_placed_on_its_slot_sleeps_there() -> None:
     bench = pooled()
-    part = bench.world.parts[4]
+    part = bench.world.bodies[4]
     bench.place(part, (1.21, 0.0, BELT_SURFACE + 0.1))
     bench.run(0.3)
     bench.place(part, part.shelf.position, part.shelf.quaternion)

@@ -44,8 +44,8 @@ def test_engine_scene_has_seen_layers_only() -> None:
 
 def test_hidden_body_is_out_of_sight() -> None:
     model, data, _ = small()
-    capture = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
+    capture = type(small()[2])(model, parts=lambda: (("part", model.body("ghost").id, False),))
     shown = EngineScene(capture.scene)
     shown.show(capture.frame(data, 0))
-    ball = capture.scene.bodies.index("ball")
-    assert shown.data.xpos[ball, 2] == -1000.0
+    part = capture.scene.bodies.index("part")
+    assert shown.data.xpos[part, 2] == -1000.0

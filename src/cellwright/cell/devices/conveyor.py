@@ -11,15 +11,13 @@ from typing import Any, ClassVar, Literal, TypeAlias
 from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
-from cellwright.cell.model.frames import SPAWN_FRAME
+from cellwright.cell.model.clones import clone_name
+from cellwright.cell.model.frames import BELT_SPEED, SPAWN_FRAME
 from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
 from cellwright.config.trial.trial import BeltPart, Trial
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.simulation import Device, PlainState, Simulation, State
 from cellwright.util.pose import Pose
-
-FULL_SPEED = 0.2
-"""Belt speed [m/s] at 100 % power, towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
 
 _SLOW = 2.0
 """Below this multiple of the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
@@ -52,7 +50,7 @@ class Conveyor(Device):
     @property
     def speed(self) -> float:
         """Speed of the surface [m/s] towards world -y."""
-        return FULL_SPEED * self.power / 100.0
+        return BELT_SPEED * self.power / 100.0
 
     def set_power(self, power: float) -> bool:
         """Run at `power` percent. Anything outside 0..100 is ignored, as in the original; return False then."""
@@ -141,7 +139,7 @@ class Appearance:
     @property
     def name(self) -> str:
         """Name of its model."""
-        return f"populate_conveyor|{self.type}_clone_{self.clone}"
+        return clone_name(f"{self.type}_clone_{self.clone}")
 
 
 class PopulationSchedule(PlainState):
@@ -270,7 +268,7 @@ class Population(PopulationSchedule, Device):
         """Place the part that is due on the belt, if the pool still has one."""
         appearance = self.pop(self.simulation.now)
         if appearance is not None and appearance.in_pool:
-            self.parts.place(self.parts.part(appearance.name), SPAWN_FRAME @ appearance.pose)
+            self.parts.appear(appearance.name, SPAWN_FRAME @ appearance.pose)
         self._plan()
 
     def _take_power(self, conveyor: Conveyor) -> None:

@@ -95,8 +95,8 @@ class KitTray(Device):
         A cup that holds one loses it: cup and AGV would tear it apart.
         """
         tray_T_world = self.world_T_tray.inverse()
-        for part in (self.parts.part(each.name) for each in self.contents):
-            if self._is_locked(part) or part.name not in self.parts.in_play:
+        for part in (self.parts.part(each.name) for each in self.contents if each.name in self.parts.in_play):
+            if self._is_locked(part):
                 continue
             tray_T_part = tray_T_world @ self.parts.pose(part)
             self.parts.take_from_cup(part)

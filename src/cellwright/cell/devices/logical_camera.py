@@ -16,6 +16,7 @@ from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.model import parts
 from cellwright.cell.model.frames import AGV_T_TRAY
 from cellwright.engine.sensor import Reading, Sensor, SensorOptions
+from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_product
 
 
@@ -95,47 +96,72 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     return tuple(int(geom) for geom in np.flatnonzero(touching) if int(model.geom_bodyid[geom]) in bodies)
 
 
+@dataclass(frozen=True, slots=True)
+class StoredState:
+    """State of a scene: the engine's model, the positions of all its joints, and the parts as they were then."""
+
+    model: mujoco.MjModel
+    qpos: bytes
+    parts: tuple[tuple[str, int, bool], ...]
+
+
+_NOWHERE = 1e6  # coordinate of the box of a part that is not in play [m]
+
+
 class ModelSnapshot:
     """All models and their boxes in a stored state: cameras that measure in one tick share the work.
 
-    A state is the engine's `qpos`. Reading one leaves the engine's data unchanged. Each model has a unique name and a
-    colliding geom; `own_types` are this cell's part types besides those that every camera knows.
+    Reading a state leaves the engine's data unchanged. Each model has a unique name and a colliding geom.
+
+    Args:
+        simulation: the simulation.
+        models: the models in the scene, in their order.
+        own_types: this cell's part types besides those that every camera knows.
+        parts: returns name, body and visibility of those models that are parts, as `Parts.shown`. The body of another
+            model stays. A part that is not in play has a box that is in no view.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, models: Sequence[SceneModel], own_types: Collection[str] = ()
+        self,
+        simulation: Simulation,
+        models: Sequence[SceneModel],
+        own_types: Collection[str] = (),
+        parts: Callable[[], tuple[tuple[str, int, bool], ...]] = tuple,
     ) -> None:
         self.models = tuple(models)
         self.own_types = frozenset(own_types)
-        self._data = data
-        self._loaded = b""
+        self._simulation = simulation
+        self._parts = parts
+        model = simulation.model
+        self._loaded: StoredState | None = None
         self._stored = mujoco.MjData(model)
+        self._geoms_of = {each.body: each.geoms for each in self.models}
         places = {each.name: index for index, each in enumerate(self.models)}
         self.nested_in = np.array(
             [places[each.name if each.nested_in is None else each.nested_in] for each in self.models], dtype=np.intp
         )
         """Index of the model that each is nested in, or its own index. Shape (n,)."""
-        self._bodies = np.array([each.body for each in self.models], dtype=np.intp)
-        self._geoms = np.array([geom for each in self.models for geom in each.geoms], dtype=np.intp)
+        self._places = places
+        self._arrange(self.save())
         self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
         self._local_centres = model.geom_aabb[self._geoms, :3]
         self._local_halves = model.geom_aabb[self._geoms, 3:]
         types = model.geom_type[self._geoms]
         self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
         self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
-        self._model = model
         self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
 
-    def save(self) -> bytes:
-        """Return the present positions of all joints as bytes; `poses` and `boxes` accept them then or later."""
-        return bytes(self._data.qpos)
+    def save(self) -> StoredState:
+        """Return the present state, which `poses` and `boxes` accept then or later."""
+        simulation = self._simulation
+        return StoredState(simulation.model, bytes(simulation.data.qpos), self._parts())
 
-    def poses(self, indices: NDArray[np.intp], state: bytes | None = None) -> list[Pose]:
+    def poses(self, indices: NDArray[np.intp], state: StoredState | None = None) -> list[Pose]:
         """Return `world_T_model` of some models in a stored state; None is now."""
         self._load(state)
         return body_poses(self._stored, self._bodies[indices])
 
-    def boxes(self, state: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def boxes(self, state: StoredState | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
 
         They are those of a stored state; None is now. They are exact for boxes, cylinders, balls and the own boxes of
@@ -144,14 +170,34 @@ class ModelSnapshot:
         self._load(state)
         return self._boxes
 
-    def _load(self, state: bytes | None) -> None:
-        state = self.save() if state is None else state
-        if self._loaded != state:
-            self._loaded = state
-            self._stored.qpos[:] = np.frombuffer(state)
-            mujoco.mj_kinematics(self._model, self._stored)
-            if self.models:
-                self._boxes = self._compute()
+    def _load(self, state: StoredState | None) -> None:
+        state, loaded = self.save() if state is None else state, self._loaded
+        if loaded is not None and state.qpos == loaded.qpos and state.parts is loaded.parts:
+            return
+        if loaded is None or state.model is not loaded.model:
+            self._stored = mujoco.MjData(state.model)
+        if loaded is None or state.parts is not loaded.parts:
+            self._arrange(state)
+        self._loaded = state
+        self._stored.qpos[:] = np.frombuffer(state.qpos)
+        mujoco.mj_kinematics(state.model, self._stored)
+        if self.models:
+            self._boxes = self._compute()
+
+    def _arrange(self, state: StoredState) -> None:
+        """Look up the bodies and the geoms that the models have in a state."""
+        bodies = [each.body for each in self.models]
+        self._absent = [self._places[name] for name, _, is_shown in state.parts if not is_shown]
+        for name, body, _ in state.parts:
+            bodies[self._places[name]] = body
+        geoms = [self._colliding(state.model, body) for body in bodies]
+        self._bodies = np.array(bodies, dtype=np.intp)
+        self._geoms = np.array([geom for its in geoms for geom in its], dtype=np.intp)
+
+    def _colliding(self, model: mujoco.MjModel, body: int) -> tuple[int, ...]:
+        if body not in self._geoms_of:
+            self._geoms_of[body] = collision_geoms(model, body)
+        return self._geoms_of[body]
 
     def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         rotations = self._stored.geom_xmat[self._geoms].reshape(-1, 3, 3)
@@ -166,7 +212,9 @@ class ModelSnapshot:
             halves[some] = np.hypot(np.hypot(x[some], y[some]), z[some])
         lower = np.minimum.reduceat(centres - halves, self._firsts)
         upper = np.maximum.reduceat(centres + halves, self._firsts)
-        return (lower + upper) / 2, (upper - lower) / 2
+        middles = (lower + upper) / 2
+        middles[self._absent] = _NOWHERE
+        return middles, (upper - lower) / 2
 
 
 AGV_TYPES = frozenset({"agv1", "agv2"})
@@ -279,7 +327,7 @@ class LogicalCamera(Sensor[CameraReading]):
         """Return the overlay of a reading now, for viewers."""
         return {"sees": bool(self.read().detections), "ranges": []}
 
-    def _detect_all(self, state: bytes, index: int) -> tuple[Detection, ...]:
+    def _detect_all(self, state: StoredState, index: int) -> tuple[Detection, ...]:
         in_view = self.frustum.meets(*self.scene.boxes(state))
         reported = np.flatnonzero(in_view[self.scene.nested_in] & self._reports)
         if not reported.size:

@@ -123,14 +123,14 @@ class PartSnapshot:
     """A part of the cell at the time when a tray is judged.
 
     Attributes:
-        position: of its origin, world frame [m].
+        position: of its origin, world frame [m]; None if it is not in the cell.
         tray: id of the tray whose plate it touches; empty for none.
         above: id of the tray that it is above; empty for none.
     """
 
     name: str
     type: str
-    position: Vector3
+    position: Vector3 | None
     tray: str = ""
     above: str = ""
     is_faulty: bool = False
@@ -276,7 +276,8 @@ def _kind(part: PartSnapshot, history: _History, tray_id: str) -> tuple[FateKind
         return FateKind.FELL_OFF, history.tray
     if history.is_forced:
         return FateKind.FORCED_DROP, ""
-    fallen = history.position is not None and history.position[2] - part.position[2] > FALL
+    let_go, lies = history.position, part.position
+    fallen = let_go is not None and lies is not None and let_go[2] - lies[2] > FALL
     return (FateKind.DROPPED if fallen else FateKind.PUT_DOWN), ""
 
 

@@ -1,6 +1,7 @@
 """Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
 from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
+from cellwright.cell.model.clones import clone_name, first_bodies
 from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, shelf_slot
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
@@ -63,6 +65,8 @@ MAX_SHAPES = 20_000
 """Maximum number of shapes of all parts of a cell together."""
 _MANY_PARTS = 400
 """Above this number the engine must not choose its memory: it would grow with the square of the number of parts."""
+_MANY_DOFS = 60
+"""From this number of degrees of freedom on the engine's sparse matrices are faster (the engine's own figure)."""
 _MAX_MEMORY = 1 << 30
 """Memory of the engine for contacts and constraints [bytes]."""
 
@@ -72,14 +76,14 @@ class WorldPart:
     """Part and its addresses in the engine.
 
     Attributes:
-        name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint.
+        name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint, unless it is a clone.
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
         grip: id of the weld to the gripper; None without an arm.
         locks: ids of the welds to the trays of AGV 1 and AGV 2; empty without AGVs.
         start: its pose when a run begins, in the world frame.
         pooled: true if it waits on the shelf until it is put into play.
-        shelf: its own slot on the shelf, for before and after it is in play.
+        shelf: its body's own slot on the shelf, for before and after it is in play.
     """
 
     name: str
@@ -103,7 +107,9 @@ class World:
     `set_initial_posture` after it.
 
     Attributes:
-        parts: every part, in the order of the model: those in play first, then those that wait.
+        parts: every part with a body of its own, in the order of the model: those in play first, then those that wait.
+        clones: names and types of the belt's clones.
+        bodies: bodies that the clones take in turn, in the order of the model, after the parts.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
         own_types: the trial's user-defined part types, by name.
@@ -111,6 +117,8 @@ class World:
 
     model: Any
     parts: tuple[WorldPart, ...]
+    clones: tuple[tuple[str, str], ...]
+    bodies: tuple[WorldPart, ...]
     initial_qpos: NDArray[np.float64]
     initial_ctrl: NDArray[np.float64]
     own_types: Mapping[str, OwnPartType]
@@ -130,10 +138,15 @@ class _Planned:
     start: Pose | None
 
 
-def build_world(trial: Trial) -> World:
-    """Turn a trial into a model. The same trial makes the same model, byte for byte.
+def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
+    """Turn a trial into a model. The same arguments make the same model, byte for byte.
 
     The trial itself decides whether bin parts and extra parts are in play.
+
+    Args:
+        trial: the trial.
+        bodies: types of the bodies for clones of the belt; None: those that a run begins with. Further bodies at the
+            end leave all ids and addresses of the others as they are.
 
     Raises:
         DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.
@@ -154,7 +167,9 @@ def build_world(trial: Trial) -> World:
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = list(_plan(trial, kinds))
-    if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MAX_SHAPES:
+    clones = tuple((clone_name(name), _kind(kinds, kind)) for name, kind in trial.belt_clones())
+    everything = [*(part.kind for part in planned), *(kind for _, kind in clones)]
+    if (shapes := sum(len(kind.solid) + len(kind.seen) for kind in everything)) > MAX_SHAPES:
         raise DescriptionError(
             [f"{trial.name}: the parts may have at most {MAX_SHAPES} shapes in total (got {shapes})"]
         )
@@ -163,18 +178,19 @@ def build_world(trial: Trial) -> World:
     furniture.add_conveyor(spec)
     furniture.add_deletion_wall(spec)
     furniture.add_frames(spec)
-    furniture.add_shelf(spec, len(planned))
+    furniture.add_shelf(spec, len(everything))
     for sensor in trial.sensors:
         add_housing(spec, sensor)
     add_furniture(spec, trial.furniture)
     add_part_meshes(spec)
     for each in own.values():
         each.form.add_meshes(spec)
-    slots = [shelf_slot(k, len(planned), part.kind.bottom) for k, part in enumerate(planned)]
+    planned += _plan_bodies(first_bodies(trial) if bodies is None else bodies, kinds)
+    slots = [shelf_slot(k, len(everything), part.kind.bottom) for k, part in enumerate(planned)]
     for part, slot in zip(planned, slots, strict=True):
         add_part(spec, part.name, part.kind, part.start or slot)
         _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
-    if len(planned) > _MANY_PARTS:
+    if len(everything) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
     try:
         model = spec.compile()
@@ -184,30 +200,48 @@ def build_world(trial: Trial) -> World:
     model.flg_surfacevel = (
         True  # the belt stands still in the model; without this flag the engine would ignore later changes
     )
-    parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
+    # the engine would choose by the present number of bodies, and round differently after a run got more
+    most = model.nv + 6 * (len(everything) - len(planned))
+    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE if most >= _MANY_DOFS else mujoco.mjtJacobian.mjJAC_DENSE
+    located = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
+    own_bodies = len(everything) - len(clones)
     qpos, ctrl = _first_pose(model, trial)
-    return World(model, parts, qpos, ctrl, own)
+    return World(
+        model=model,
+        parts=located[:own_bodies],
+        clones=tuple((name, kind.name) for name, kind in clones),
+        bodies=located[own_bodies:],
+        initial_qpos=qpos,
+        initial_ctrl=ctrl,
+        own_types=own,
+    )
 
 
 def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Yield the parts that stand in the cell when the trial begins, then those of the belt and of AGV 1's demo tray."""
-
-    def kind(name: str) -> PartType:
-        if name not in kinds:
-            raise UnknownNameError("part type", name, kinds)
-        return kinds[name]
-
+    """Yield the parts that stand in the cell when the trial begins, then those of AGV 1's demo tray."""
     has_trays = trial.options.insert_agvs
     frames = {name: pose for name, pose in REFERENCE_FRAMES.items() if has_trays or name not in TRAY_FRAMES}
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
         if part.frame not in frames:
             raise UnknownNameError("frame", part.frame, frames)
-        yield _Planned(part.name, kind(part.type), frames[part.frame] @ part.pose)
-    for name, type_name in trial.belt_clones():
-        yield _Planned(f"populate_conveyor|{name}", kind(type_name), None)
+        yield _Planned(part.name, _kind(kinds, part.type), frames[part.frame] @ part.pose)
     for name, ordered in trial.demo_clones():
         yield _Planned(f"populate_kit_tray_1|{name}", kinds[ordered.type], None)
+
+
+def _plan_bodies(types: Iterable[str], kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
+    """Yield the bodies for clones of the belt."""
+    counts: Counter[str] = Counter()
+    for name in types:
+        yield _Planned(f"clone|{name}_{counts[name]}", _kind(kinds, name), None)
+        counts[name] += 1
+
+
+def _kind(kinds: Mapping[str, PartType], name: str) -> PartType:
+    if name not in kinds:
+        raise UnknownNameError("part type", name, kinds)
+    return kinds[name]
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001

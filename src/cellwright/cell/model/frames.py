@@ -42,6 +42,12 @@ CONVEYOR_SIZE = (14.62206, 0.65461, 0.18862)
 BELT_SURFACE = CONVEYOR_CENTRE.position[2] + CONVEYOR_SIZE[2] / 2
 """Height [m] of the surface that parts ride on."""
 
+BELT_SPEED = 0.2
+"""Speed of the belt at full power [m/s], towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
+
+DELETION_WALL = (1.2, -4.1, 1.41)
+"""Centre of the wall at the end of the belt, which removes the parts that touch it."""
+
 SPAWN_FRAME = Pose.from_rpy((1.21, 5.0, 0.8126), (0.0, 0.0, -1.57079))
 """Frame of the poses of belt parts; its x axis points along world -y."""
 

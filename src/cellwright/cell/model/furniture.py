@@ -194,7 +194,7 @@ def add_deletion_wall(spec: Any) -> None:
         name=DELETION_WALL_GEOM,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=(0.5, 0.05, 0.5),
-        pos=(1.2, -4.1, 1.41),
+        pos=frames.DELETION_WALL,
         group=int(Role.UNSEEN),
         contype=0,
         conaffinity=0,

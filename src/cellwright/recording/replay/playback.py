@@ -144,8 +144,8 @@ class Recorded(Device):
         self._next = next(self._messages, _NOTHING)
         return now
 
-    def hidden_bodies(self) -> tuple[int, ...]:
-        """Return the ids of hidden bodies: none, as a recording has no bodies of the engine."""
+    def scene_parts(self) -> tuple[()]:
+        """Return the parts of a cell: none, as a recording has no bodies of the engine."""
         return ()
 
     def _publish(self, publisher: Publisher, message_class: type[Message], message: RecordedMessage) -> None:

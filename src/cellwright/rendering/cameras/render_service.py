@@ -7,7 +7,7 @@ only on the frame of the tick of its request.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
@@ -61,7 +61,7 @@ class RenderService:
     Args:
         start: starts the render process; called for the first picture.
         about: point [m] from which the lamp is placed.
-        hidden: returns the engine's ids of bodies that are hidden now.
+        parts: returns the parts as they are now; see `SceneCapture`.
         report: receives a line when drawing has failed for good.
     """
 
@@ -71,13 +71,13 @@ class RenderService:
         start: Callable[[Scene], RenderWorker] = start_worker,
         *,
         about: Vector3 = VIEWS["overview"].target,
-        hidden: Callable[[], Collection[int]] = tuple,
+        parts: Callable[[], tuple[tuple[str, int, bool], ...]] = tuple,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self._simulation = simulation
         self._start = start
         self._about = about
-        self._hidden = hidden
+        self._parts = parts
         self._report = report
         self._capture: SceneCapture | None = None
         self._worker: RenderWorker | None = None
@@ -92,7 +92,7 @@ class RenderService:
         if self._is_broken:
             return None
         if self._capture is None:
-            self._capture = SceneCapture(self._simulation.model, hidden=self._hidden)
+            self._capture = SceneCapture(self._simulation.model, parts=self._parts)
         if self._worker is None:
             self._worker = worker = self._start(self._capture.scene)
             # for a cell that is not closed, too; pictures that are not fetched delay nothing

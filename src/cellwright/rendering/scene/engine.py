@@ -1,6 +1,8 @@
 """Scenes from MuJoCo models and MuJoCo models from scenes."""
 
+from collections import defaultdict
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -25,43 +27,61 @@ _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 class SceneCapture:
     """Capture of a model: its scene, with this name, and frames of its state.
 
-    `hidden` returns the engine's ids of bodies that are hidden now.
+    `parts` returns the parts of a cell as they are now: of each its name, the engine's body that it has, and whether it
+    is shown. A hidden part may name any body that looks like it; its pose is the world's origin. Names and order of the
+    parts stay, and the tuple is the same object until something changes. They are the last bodies of model and scene.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = tuple) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, *, name: str = "", parts: Callable[[], tuple[tuple[str, int, bool], ...]] = tuple
+    ) -> None:
         # bodies on a joint, and mocap bodies with what is fixed to them
         moving = (model.body_weldid != 0) | (model.body_mocapid[model.body_rootid] >= 0)
-        self._bodies = np.concatenate([[0], np.flatnonzero(moving)])
-        self._index = {int(body): index for index, body in enumerate(self._bodies)}
-        self._hidden = hidden
-        self._newest = [-1], np.empty(0, np.bool_)  # the last hidden bodies, and the flags for them
+        bodies = np.concatenate([[0], np.flatnonzero(moving)])
+        self._parts, self._newest = parts, parts()
+        first = min((body for _, body, _ in self._newest), default=model.nbody)
+        self._own = bodies[bodies < first]
+        self._index = {int(body): index for index, body in enumerate(self._own)}
+        self._bodies, self._shown = self._arrange()
+        names = (model.body(body).name or f"body {body}" for body in self._own[1:])
+        shapes = _shapes(model, moving, {int(body): index for index, body in enumerate(bodies)})
+        of_part: dict[int, list[SceneShape]] = defaultdict(list)
+        for shape in shapes:
+            of_part[int(model.body_rootid[bodies[shape.body]])].append(shape)
         self.scene = Scene(
             name=name,
-            bodies=("world", *(model.body(body).name or f"body {body}" for body in self._bodies[1:])),
-            shapes=tuple(_shapes(model, moving, self._index)),
+            bodies=("world", *names, *(name for name, _, _ in self._newest)),
+            shapes=(
+                *(shape for shape in shapes if shape.body < len(self._own)),
+                *(
+                    replace(shape, body=index)
+                    for index, (_, body, _) in enumerate(self._newest, len(self._own))
+                    for shape in of_part[body]
+                ),
+            ),
             meshes=tuple(_mesh(model, number) for number in range(model.nmesh)),
         )
 
     def index(self, body: int) -> int:
-        """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one."""
+        """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one and for a part."""
         return self._index.get(body, 0)
 
     def frame(self, data: mujoco.MjData, time: int) -> SceneFrame:
         """Return the poses of the data's `xpos` and `xquat` (see `Simulation.refresh`) as a frame at `time` [ns]."""
+        if (parts := self._parts()) is not self._newest:
+            self._newest = parts
+            self._bodies, self._shown = self._arrange()
         poses = np.empty((len(self._bodies), 7), np.float32)
         poses[:, :3] = data.xpos.take(self._bodies, axis=0)
         poses[:, 3:] = data.xquat.take(self._bodies, axis=0)
-        return SceneFrame(time, poses, self._shown())
+        return SceneFrame(time, poses, self._shown)
 
-    def _shown(self) -> NDArray[np.bool_]:
-        """Flags of the shown bodies: the same array as last time if nothing has changed."""
-        hidden, shown = list(self._hidden()), self._newest[1]
-        if hidden != self._newest[0]:
-            shown = np.ones(len(self._bodies), np.bool_)
-            shown[[self._index[body] for body in hidden if body in self._index]] = False
-            shown.flags.writeable = False
-            self._newest = hidden, shown
-        return shown
+    def _arrange(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """Return the engine's body for each body of the scene, 0 where it is hidden; and flags of those shown."""
+        shown = np.array([True] * len(self._own) + [is_shown for _, _, is_shown in self._newest])
+        shown.flags.writeable = False
+        bodies = np.array([*self._own, *(body for _, body, _ in self._newest)], np.intp)
+        return np.where(shown, bodies, 0), shown
 
 
 def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[SceneShape]:

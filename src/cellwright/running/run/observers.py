@@ -179,7 +179,7 @@ def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
     from cellwright.rendering.worker import RenderWorker  # slow to load
 
     cell.simulation.refresh()
-    taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
+    taker = SceneCapture(cell.simulation.model, name=cell.name, parts=cell.scene_parts)
     frame = taker.frame(cell.simulation.data, cell.simulation.now)
     with RenderWorker(taker.scene) as worker:
         picture = worker.colour(frame, PictureRequest(camera, WIDTH, HEIGHT, samples=4)).result()

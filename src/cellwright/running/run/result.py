@@ -82,9 +82,7 @@ class CollisionWatch:
         self.collisions: list[Collision] = []
         """Collisions that are over, in the order of their ends."""
         model = cell.simulation.model
-        links = [model.body(joint.link).id for joint in JOINTS]
-        self._is_link = np.zeros(model.nbody, dtype=bool)
-        self._is_link[links] = True
+        self._links = [int(model.body(joint.link).id) for joint in JOINTS]
         self._joints = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
         self._gripper = int(model.body(GRIPPER).id)
         self._setpoint: mujoco.MjData | None = None
@@ -117,17 +115,21 @@ class CollisionWatch:
         touching: set[tuple[int, int]] = set()
         if data.ncon:
             bodies = simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
-            for one, other in bodies[self._is_link[bodies].any(axis=1)].tolist():
-                touching.add((one, other) if self._is_link[one] else (other, one))
+            for one, other in bodies[np.isin(bodies, self._links).any(axis=1)].tolist():
+                touching.add((one, other) if one in self._links else (other, one))
         now = simulation.time
         if self._open:
             self._close(now)
         if touching:
             deviation = self._deviation()
             for link, body in touching:
-                names = [str(simulation.model.body(each).name) for each in (link, body)]
-                open_ = self._open.setdefault((link, body), Collision(names[0], _shown(names[1]), now, now))
+                names = self._name(link), _shown(self._name(body))
+                open_ = self._open.setdefault((link, body), Collision(*names, now, now))
                 open_.end, open_.deviation = now, max(open_.deviation, deviation)
+
+    def _name(self, body: int) -> str:
+        part = self._cell.parts.by_body.get(body)
+        return str(self._cell.simulation.model.body(body).name) if part is None else part.name
 
     def _close(self, now: float) -> None:
         for pair in [pair for pair, collision in self._open.items() if now - collision.end > GAP]:
@@ -140,11 +142,11 @@ class CollisionWatch:
         """Return the distance [m] of the gripper link from its setpoint."""
         cell = self._cell
         assert cell.arm is not None
+        model = cell.simulation.first_model  # the arm is the same in all
         if self._setpoint is None:
-            self._setpoint = mujoco.MjData(cell.simulation.model)
-        self._setpoint.qpos[:] = cell.simulation.data.qpos
+            self._setpoint = mujoco.MjData(model)
         self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
-        mujoco.mj_kinematics(cell.simulation.model, self._setpoint)
+        mujoco.mj_kinematics(model, self._setpoint)
         cell.simulation.refresh()
         offset = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
         return float(np.linalg.norm(offset))
