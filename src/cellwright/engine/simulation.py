@@ -155,6 +155,9 @@ CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 """Fields of the model that devices write at run time. They are state, though the engine keeps them in the model."""
 
 
+_CULLING_FIELDS = ("body_contype", "body_conaffinity", "body_gravcomp")
+"""Fields of the model that a device writes that has them in its own state."""
+
 _AWAKE_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 """Lengths of the engine's lists of what is awake."""
 
@@ -214,7 +217,7 @@ class Simulation:
         self._drive: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
         self._refreshed_at = -1
-        self._pristine = {name: getattr(model, name).copy() for name in CHANGING_FIELDS}
+        self._pristine = {name: getattr(model, name).copy() for name in (*CHANGING_FIELDS, *_CULLING_FIELDS)}
 
     def add(self, device: Device) -> None:
         """Add a device. Devices act in the order in which they were added.
@@ -273,8 +276,7 @@ class Simulation:
         if self.model is not self.first_model:
             self.use_model(self.first_model)
         mujoco.mj_resetData(self.model, self.data)
-        for name, values in self._pristine.items():
-            getattr(self.model, name)[:] = values
+        self._restore_fields()
         self._first_pose(self.data)
         self.clock.set_tick(0)
         self.events.clear()
@@ -295,10 +297,16 @@ class Simulation:
         new, and the caller sets the state. A device that keeps arrays with a row for each body compares `model` with
         the one that it made them for.
         """
+        if model is self.first_model:
+            self._restore_fields()
         model.opt = self.model.opt
         model.stat.meaninertia = self.model.stat.meaninertia  # the solver's tolerance is relative to it
         self.model, self.data = model, mujoco.MjData(model)
         self.touch()
+
+    def _restore_fields(self) -> None:
+        for name, values in self._pristine.items():
+            getattr(self.first_model, name)[:] = values
 
     def grow(self, model: mujoco.MjModel) -> None:
         """Continue with a model that has more bodies behind those of the present one; they are asleep.

@@ -131,7 +131,6 @@ class CollisionCulling(Device):
         super().__init__("collision_culling")
         self._conveyor = conveyor
         self._overlaps = overlaps
-        self._gliders: list[int] = []
         self._woken: set[int] = set()
         self._due = self._review_due = 0
 
@@ -148,7 +147,15 @@ class CollisionCulling(Device):
     def attach(self, simulation: Simulation) -> None:
         """Look up bodies, their boxes and classes."""
         super().attach(simulation)
-        model, data = simulation.model, simulation.data
+        self._look_up()
+        simulation.on_wake.append(self._woken.add)
+        simulation.on_renewal.append(self._open_all)
+
+    def _look_up(self) -> None:
+        """Look up everything in a model that is as compiled, with everything open."""
+        model, data = self.simulation.model, self.simulation.data
+        self._model = model
+        self._gliders: list[int] = []
         self._boxes = BodyBoxes(model)
         fixed = self._boxes.fixed(COMPACT)
         self._fixed = Boxes.joined(list(fixed.values()))
@@ -176,12 +183,12 @@ class CollisionCulling(Device):
         self._reference = np.zeros(model.nv)
         self._difference = np.empty(model.nv)
         self._forget()
-        simulation.on_wake.append(self._woken.add)
-        simulation.on_renewal.append(self._open_all)
 
     def reset(self) -> None:
         """Begin a run: everything is open."""
         self._woken.clear()
+        if self.simulation.model is not self._model:
+            self._look_up()
         self._open_all()
 
     def get_state(self) -> State:
@@ -199,6 +206,8 @@ class CollisionCulling(Device):
 
     def set_state(self, state: State) -> None:
         """Restore what `get_state` returned."""
+        if self.simulation.model is not self._model:
+            self._look_up()
         self._open_all()
         self._close(np.array(state["closed"], dtype=np.int64))
         for body in state["gliders"]:
@@ -213,6 +222,8 @@ class CollisionCulling(Device):
 
     def before_step(self) -> None:
         """Check if it is time, or if something was woken or pushed, or has become faster."""
+        if self.simulation.model is not self._model:
+            self.set_state(self.get_state())
         if self._woken or self.simulation.clock.tick >= self._due:
             self._check()
             return
