@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.engine.simulation import Device
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
-from tests.engine.scene import Shaker, make_simulation
+from tests.engine.scene import SCENE, Shaker, make_simulation
 
 
 def test_tick_runs_phases_in_fixed_order() -> None:
@@ -173,3 +173,63 @@ def test_unstable_state_ends_run_without_log_file(
     assert list(tmp_path.iterdir()) == []
     simulation.reset()
     simulation.step_until(10**8)
+
+
+def larger_model() -> mujoco.MjModel:
+    """Return the model of the scene with two more blocks, behind the others."""
+    spec = mujoco.MjSpec.from_string(SCENE)
+    for number in (4, 5):
+        block = spec.worldbody.add_body(name=f"block{number}", pos=(0.3 * number, 1.0, 0.05))
+        block.add_freejoint()
+        block.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(0.05, 0.05, 0.05))
+    return spec.compile()
+
+
+@pytest.mark.parametrize("tick", [0, 3, 100, 400])
+def test_grown_simulation_moves_as_before(tick: int) -> None:
+    """Block 2 tumbles at first; later all blocks sleep."""
+    simulation, other = make_simulation(), make_simulation()
+    for each in (simulation, other):
+        each.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+        each.add(Shaker())
+        each.reset()
+        each.step_until(tick * 2_000_000)
+    other.grow(larger_model())
+    count = simulation.model.nq
+    assert other.data.tree_asleep[-2:].tolist() == [other.model.ntree - 2, other.model.ntree - 1]
+    assert other.data.qpos[count:].tolist() == other.model.qpos0[count:].tolist()
+    for _ in range(500):
+        assert np.array_equal(other.data.qpos[:count], simulation.data.qpos)
+        assert np.array_equal(other.data.tree_asleep[:-2] >= 0, simulation.data.tree_asleep >= 0)
+        for each in (simulation, other):
+            each.step()
+    assert other.data.time == simulation.data.time
+    assert (other.data.tree_asleep[-2:] >= 0).all()
+
+
+def test_new_body_of_grown_simulation_falls_asleep_and_wakes() -> None:
+    simulation = make_simulation()
+    simulation.reset()
+    simulation.step()
+    simulation.grow(larger_model())
+    body = simulation.model.body("block5").id
+    address = simulation.model.joint(simulation.model.body_jntadr[body]).qposadr[0]
+    simulation.data.qpos[address + 2] = 0.5
+    simulation.keep_awake(body)
+    simulation.step_until(10**9)
+    assert simulation.data.qpos[address + 2] == pytest.approx(0.05, abs=1e-3)
+    assert simulation.data.tree_asleep[-1] >= 0
+
+
+def test_reset_after_growth_uses_first_model_as_it_was() -> None:
+    simulation = make_simulation()
+    simulation.reset()
+    first, begin = simulation.model, simulation.state_hash()
+    simulation.model.geom_surfacevel[0] = 1.0
+    simulation.model.body_contype[2] = 0
+    simulation.grow(larger_model())
+    assert simulation.model.geom_surfacevel[0].tolist() == [1.0] * 6
+    simulation.reset()
+    assert simulation.model is first is simulation.first_model
+    assert first.body_contype[2] == 1
+    assert simulation.state_hash() == begin

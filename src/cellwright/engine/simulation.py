@@ -293,9 +293,8 @@ class Simulation:
     def use_model(self, model: mujoco.MjModel) -> None:
         """Replace the model by one with more bodies behind those of the first one, or by the first one itself.
 
-        Ids and addresses of the first one are valid in all, and a body moves the same in all, bit for bit. `data` is
-        new, and the caller sets the state. A device that keeps arrays with a row for each body compares `model` with
-        the one that it made them for.
+        Ids and addresses of the first one are valid in all. `data` is new, and the caller sets the state. A device that
+        keeps arrays with a row for each body compares `model` with the one that it made them for.
         """
         if model is self.first_model:
             self._restore_fields()
@@ -311,8 +310,8 @@ class Simulation:
     def grow(self, model: mujoco.MjModel) -> None:
         """Continue with a model that has more bodies behind those of the present one; they are asleep.
 
-        The run is the same as if they had been there from its beginning. There are no contacts until the next step: so
-        grow in `before_step`.
+        With sparse matrices, all others move as before, bit for bit. There are no contacts until the next step: so grow
+        in `before_step`.
         """
         before, old = self.model, self.data
         self.use_model(model)

@@ -150,3 +150,10 @@ def test_device_without_overlaps_stops_stepping(parts: int) -> None:
     assert floor.cell.overlaps.stepping
     floor.cell.step()
     assert not floor.cell.overlaps.stepping
+
+
+def test_part_that_leaves_is_forgotten(floor: Floor) -> None:
+    floor.run(1.0)
+    assert len(floor.cell.overlaps.get_state()["pairs"]) == 1
+    floor.cell.parts.put_away(floor.part(GEARS[0].name))
+    assert floor.cell.overlaps.get_state()["pairs"] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
 from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.trial.trial import BeltPart
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import PANEL
@@ -17,6 +19,7 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.running.run.result import MAX_SHOWN, Collision, CollisionWatch
+from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN
 from tests.cells import ARM_ONLY
 
@@ -95,3 +98,14 @@ class Nowhere:
 
 def test_arm_without_contact_has_no_collision() -> None:
     assert run_cell(Cell(ARM_ONLY), Nowhere()).collisions == []
+
+
+def test_obstacle_that_is_a_clone_has_its_name() -> None:
+    cell = Cell(replace(ARM_ONLY, belt_parts=(BeltPart(1.0, "pulley_part", Pose()),)))
+    watch = CollisionWatch(cell)
+    place = Pose(tuple(cell.simulation.data.body("forearm_link").xpos.tolist()))
+    for _ in range(25):
+        for _ in range(10):
+            cell.parts.appear("populate_conveyor|pulley_part_clone_0", place)
+            cell.step()
+    assert "populate_conveyor|pulley_part_clone_0" in {each.obstacle for each in watch.end()}

@@ -65,8 +65,6 @@ MAX_SHAPES = 20_000
 """Maximum number of shapes of all parts of a cell together."""
 _MANY_PARTS = 400
 """Above this number the engine must not choose its memory: it would grow with the square of the number of parts."""
-_MANY_DOFS = 60
-"""From this number of degrees of freedom on the engine's sparse matrices are faster (the engine's own figure)."""
 _MAX_MEMORY = 1 << 30
 """Memory of the engine for contacts and constraints [bytes]."""
 
@@ -200,9 +198,8 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     model.flg_surfacevel = (
         True  # the belt stands still in the model; without this flag the engine would ignore later changes
     )
-    # the engine would choose by the present number of bodies, and round differently after a run got more
-    most = model.nv + 6 * (len(everything) - len(planned))
-    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE if most >= _MANY_DOFS else mujoco.mjtJacobian.mjJAC_DENSE
+    if clones:  # dense matrices, which the engine uses for few bodies, round differently with more of them
+        model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     located = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     own_bodies = len(everything) - len(clones)
     qpos, ctrl = _first_pose(model, trial)
