@@ -5,8 +5,6 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-import mujoco
-
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
@@ -36,6 +34,7 @@ from cellwright.cell.model.build import World, build_world
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.sensor import Sensor
+from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
@@ -121,7 +120,9 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.render_service = RenderService(self.simulation, hidden=self.hidden_bodies, report=report)
+        self.render_service = RenderService(
+            self.simulation, visuals=self.visuals, hidden=self.hidden_bodies, report=report
+        )
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
@@ -175,9 +176,9 @@ class Cell(CellDevices):
         return self.trial.settings.arm.servo
 
     @property
-    def engine_state(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """The engine's model and data, for rendering."""
-        return self.simulation.model, self.simulation.data
+    def visuals(self) -> Visuals:
+        """Shapes that are only seen, on bodies of the engine's model, which has what is touched or measured."""
+        return self.world.visuals
 
     def reset(self) -> None:
         """Begin a run at time 0, with everything in its initial place."""

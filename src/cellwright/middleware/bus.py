@@ -31,6 +31,7 @@ from cellwright.middleware.messages.validation import describe_value, has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
+    from cellwright.engine.shapes import Visuals
     from cellwright.engine.simulation import Simulation
 
 M = TypeVar("M", bound=Message)
@@ -581,6 +582,10 @@ class Node(Protocol):
     @property
     def simulation(self) -> Simulation:
         """Simulation that advances time."""
+
+    @property
+    def visuals(self) -> Visuals:
+        """Shapes that are only seen, on bodies of the engine's model."""
 
     @property
     def in_competition(self) -> bool:

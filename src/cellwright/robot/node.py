@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
@@ -141,6 +142,11 @@ class RobotNode:
     def refused(self) -> int:
         """Number of refused commands and calls."""
         return self.bus.refusals.total
+
+    @property
+    def visuals(self) -> Visuals:
+        """Shapes that are only seen: none, as the engine's model has all."""
+        return Visuals()
 
     def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none."""

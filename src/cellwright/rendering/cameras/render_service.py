@@ -24,6 +24,7 @@ from cellwright.util.errors import RenderingError
 from cellwright.util.pose import Pose, Vector3
 
 if TYPE_CHECKING:
+    from cellwright.engine.shapes import Visuals
     from cellwright.rendering.worker import RenderWorker
 
 _ABANDON_TIMEOUT = 0.5  # [s]
@@ -60,6 +61,7 @@ class RenderService:
 
     Args:
         start: starts the render process; called for the first picture.
+        visuals: shapes that are only seen, on bodies of the engine's model; None if there are none.
         about: point [m] from which the lamp is placed.
         hidden: returns the engine's ids of bodies that are hidden now.
         report: receives a line when drawing has failed for good.
@@ -70,12 +72,14 @@ class RenderService:
         simulation: Simulation,
         start: Callable[[Scene], RenderWorker] = start_worker,
         *,
+        visuals: Visuals | None = None,
         about: Vector3 = VIEWS["overview"].target,
         hidden: Callable[[], Collection[int]] = tuple,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self._simulation = simulation
         self._start = start
+        self._visuals = visuals
         self._about = about
         self._hidden = hidden
         self._report = report
@@ -92,7 +96,7 @@ class RenderService:
         if self._is_broken:
             return None
         if self._capture is None:
-            self._capture = SceneCapture(self._simulation.model, hidden=self._hidden)
+            self._capture = SceneCapture(self._simulation.model, self._visuals, hidden=self._hidden)
         if self._worker is None:
             self._worker = worker = self._start(self._capture.scene)
             # for a cell that is not closed, too; pictures that are not fetched delay nothing
