@@ -121,14 +121,14 @@ class Rays:
         offsets = simulation.data.geom_xpos.take(self._coordinates)
         offsets -= self._ball_middles
         x, y, z = np.abs(offsets, out=offsets) <= self._ball_reaches
-        close = (x & y & z).nonzero()[0]
+        close: NDArray[np.intp] = (x & y & z).nonzero()[0]
         if not close.size:
             return close
         # then their geoms near the box around all rays, along the axes of the source
         geoms = np.concatenate([self._balls[ball].geoms for ball in close.tolist()])
         places = simulation.data.geom_xpos.take(geoms, axis=0)
         is_within = np.abs(self._axes @ places.T - self._middle) <= self._reaches[:, geoms]
-        within = is_within.all(axis=0).nonzero()[0]
+        within: NDArray[np.intp] = is_within.all(axis=0).nonzero()[0]
         if not within.size:
             return within
         offsets, radii = places[within] - self._source, self._radii[geoms[within]]
