@@ -256,4 +256,4 @@ class Cell(CellDevices):
             models.append(
                 SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
             )
-        return ModelSnapshot(model, self.simulation.data, models, self.trial.part_models)
+        return ModelSnapshot(self.simulation, models, self.trial.part_models)
