@@ -203,6 +203,7 @@ class CollisionCulling(Device):
             self._take_along(body, carrier)
         self._is_awake[:] = False
         self._is_awake[state["awake"]] = True
+        self._awake_count = len(state["awake"])
         self._woken.clear()
         self._woken.update(state["woken"])
         self._due, self._review_due = state["due"], state["review_due"]
@@ -403,8 +404,10 @@ class CollisionCulling(Device):
 
     def _relative_levers(self, body: int, carrier: int, links: list[int]) -> Vectors:
         """Return how far joints move a welded part relative to links [m/rad, m/m], shape (links, dofs of the model)."""
-        data = self.simulation.data
-        reach = np.linalg.norm(data.xpos[body] - data.xpos[carrier]) + self._boxes.radius[body]
+        model, data = self.simulation.model, self.simulation.data
+        welds = [weld for weld, _ in self._welds[body] if data.eq_active[weld]]
+        apart = np.linalg.norm(model.eq_data[welds, 3:6], axis=1).max(initial=0.0)  # of the bodies' origins
+        reach = apart + self._boxes.radius[body]
         levers = self._levers[carrier] + reach * (self._turns & (self._levers[carrier] > 0.0))
         return np.array([np.where(self._levers[link] > 0.0, 0.0, levers) for link in links]).reshape(-1, len(levers))
 
