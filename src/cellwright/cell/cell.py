@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
+
+import mujoco
 
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
@@ -41,6 +44,7 @@ from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
+from cellwright.rendering.scene.engine import SceneCapture
 
 _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
     "break_beam": BreakBeam,
@@ -120,9 +124,7 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.render_service = RenderService(
-            self.simulation, visuals=self.visuals, hidden=self.hidden_bodies, report=report
-        )
+        self.render_service = RenderService(self.simulation, partial(SceneCapture.of, self), report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
@@ -176,9 +178,9 @@ class Cell(CellDevices):
         return self.trial.settings.arm.servo
 
     @property
-    def visuals(self) -> Visuals:
-        """Shapes that are only seen, on bodies of the engine's model, which has what is touched or measured."""
-        return self.world.visuals
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn, the simulation's, and the shapes on its bodies that are only seen."""
+        return self.world.model, self.world.visuals
 
     def reset(self) -> None:
         """Begin a run at time 0, with everything in its initial place."""

@@ -31,6 +31,8 @@ from cellwright.middleware.messages.validation import describe_value, has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
+    from mujoco import MjModel
+
     from cellwright.engine.shapes import Visuals
     from cellwright.engine.simulation import Simulation
 
@@ -584,8 +586,8 @@ class Node(Protocol):
         """Simulation that advances time."""
 
     @property
-    def visuals(self) -> Visuals:
-        """Shapes that are only seen, on bodies of the engine's model."""
+    def drawn(self) -> tuple[MjModel, Visuals]:
+        """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes on these bodies."""
 
     @property
     def in_competition(self) -> bool:

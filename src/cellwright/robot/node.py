@@ -4,13 +4,17 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from fractions import Fraction
+from functools import partial
 from typing import Any
+
+import mujoco
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
 from cellwright.robot.commander import Commander, Homing
@@ -88,7 +92,9 @@ class RobotNode:
             if driver is not None:
                 on_failure.callback(close_driver, driver)
             self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
-            self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.set_initial_posture)
+            self.simulation = Simulation(
+                self.world.stepping, timestep=timestep, first_pose=self.world.set_initial_posture
+            )
             self.servos = JointServos(config.robot, motion)
             self.driver: Driver = self.servos
             if driver is not None:
@@ -111,7 +117,7 @@ class RobotNode:
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
             grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
-            self.cameras = add_cameras(config, self.simulation, report)
+            self.cameras = add_cameras(config, self.simulation, partial(SceneCapture.of, self), report)
             """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
             handlers = (
@@ -144,9 +150,9 @@ class RobotNode:
         return self.bus.refusals.total
 
     @property
-    def visuals(self) -> Visuals:
-        """Shapes that are only seen: none, as the engine's model has all."""
-        return Visuals()
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes: none."""
+        return self.world.model, Visuals()
 
     def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none."""

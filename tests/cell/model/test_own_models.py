@@ -66,7 +66,7 @@ def test_visual_shapes_do_not_collide(cell: Cell) -> None:
     body = model.body("bin7|valve_part_1").id
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     assert list(model.geom_group[first : first + count]) == [Role.SOLID] * 2
-    seen = [shape for name, shape in cell.visuals.shapes if name == "bin7|valve_part_1"]
+    seen = [shape for name, shape in cell.world.visuals.shapes if name == "bin7|valve_part_1"]
     assert [shape.kind for shape in seen] == ["cylinder"] * 2
 
 

@@ -12,6 +12,7 @@ from cellwright.engine.shapes import Visuals, at, box, mesh
 from cellwright.rendering.scene import ShapeLayer, ShapeType
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame
+from cellwright.robot.model import kinematics_of
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import load_trial
 from cellwright.util.pose import Pose
@@ -86,7 +87,7 @@ def test_shapes_of_cell_match_geoms_and_visuals() -> None:
     assert _places(capture, frame, visual=False) == pytest.approx(data.geom_xpos[drawn], abs=1e-4)
     expected = sorted(
         (Pose(tuple(data.body(body).xpos), tuple(data.body(body).xquat)) @ shape.pose).position
-        for body, shape in cell.visuals.shapes
+        for body, shape in cell.world.visuals.shapes
     )
     found = sorted(map(tuple, _places(capture, frame, visual=True).tolist()))
     assert len(found) == len(expected)
@@ -94,14 +95,15 @@ def test_shapes_of_cell_match_geoms_and_visuals() -> None:
 
 
 def test_shapes_of_robot_match_geoms() -> None:
-    simulation = RobotNode(load_robot("qinglong", print)).simulation
+    node = RobotNode(load_robot("qinglong", print))
+    simulation, model = node.simulation, node.world.model
     for _ in range(50):
         simulation.step()
     simulation.refresh()
-    capture = SceneCapture(simulation.model)
+    capture = SceneCapture.of(node)
     frame = capture.frame(simulation.data, simulation.now)
-    drawn = simulation.model.geom_rgba[:, 3] > 0
-    assert _places(capture, frame, visual=True) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
+    expected = kinematics_of(model, simulation.data).geom_xpos[model.geom_rgba[:, 3] > 0]
+    assert _places(capture, frame, visual=True) == pytest.approx(expected, abs=1e-4)
 
 
 def test_visuals_are_on_bodies_and_have_their_meshes() -> None:

@@ -146,9 +146,9 @@ class Recorded(Device):
         return now
 
     @property
-    def visuals(self) -> Visuals:
-        """Shapes that are only seen: none, as a recording has no bodies of the engine."""
-        return Visuals()
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn: an empty one, as a recording has its own scene."""
+        return self.simulation.model, Visuals()
 
     def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none, as a recording has no bodies of the engine."""

@@ -64,7 +64,7 @@ class SceneCapture:
     @classmethod
     def of(cls, node: Node) -> SceneCapture:
         """Return the capture of a cell or a robot."""
-        return cls(node.simulation.model, node.visuals, name=node.name, hidden=node.hidden_bodies)
+        return cls(*node.drawn, name=node.name, hidden=node.hidden_bodies)
 
     def index(self, body: int) -> int:
         """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one."""
