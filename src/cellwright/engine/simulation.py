@@ -206,6 +206,8 @@ class Simulation:
         """True if time follows the wall clock and waits for no client; the loop sets it."""
         self.on_reset: list[Callable[[], None]] = []
         """Callbacks before a reset, while the old state is still there."""
+        self.on_model: list[Callable[[], None]] = []
+        """Callbacks after `model` and `data` were replaced, before their state is set."""
         self.on_wake: list[Callable[[int], None]] = []
         """Callbacks for the tree that a call of `wake` or `keep_awake` wakes; the engine does so in the next step."""
         self.on_renewal: list[Callable[[], None]] = []
@@ -293,8 +295,8 @@ class Simulation:
     def use_model(self, model: mujoco.MjModel) -> None:
         """Replace the model by one with more bodies behind those of the first one, or by the first one itself.
 
-        Ids and addresses of the first one are valid in all. `data` is new, and the caller sets the state. A device that
-        keeps arrays with a row for each body compares `model` with the one that it made them for.
+        Ids and addresses of the first one are valid in all. `data` is new, and the caller sets the state. What keeps
+        arrays of the engine, or arrays with a row for each body, listens to `on_model` or compares `model`.
         """
         if model is self.first_model:
             self._restore_fields()
@@ -302,6 +304,8 @@ class Simulation:
         model.stat.meaninertia = self.model.stat.meaninertia  # the solver's tolerance is relative to it
         self.model, self.data = model, mujoco.MjData(model)
         self.touch()
+        for callback in self.on_model:
+            callback()
 
     def _restore_fields(self) -> None:
         for name, values in self._pristine.items():

@@ -3,19 +3,23 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model import build
 from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import BeltPart, Options, Part, SensorConfig, Trial
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from cellwright.util.pose import Pose
+from tests.cell.devices.floor import OVER_BINS
 
 CAMERA = SensorConfig("eye", "logical_camera", Pose.from_rpy((1.21, 0.0, 1.5), (0.0, np.pi / 2, 0.0)))
 HOARDED = Trial(
@@ -43,9 +47,11 @@ def hoard(cell: Cell, number: int) -> None:
         cell.step()
 
 
-def moving() -> Cell:
-    """Return a cell with the belt running, and a part that an AGV drives away with."""
-    cell = Cell(HOARDED, competition=False)
+def moving(*, has_arm: bool = False) -> Cell:
+    """Return a cell with the belt running, its arm swinging, and a part that an AGV drives away with."""
+    cell = Cell(replace(HOARDED, has_arm=has_arm), competition=False)
+    if cell.arm is not None:
+        cell.arm.command(JointTrajectory(ARM_JOINTS, [TrajectoryPoint(list(OVER_BINS), time_from_start_ns=3 * 10**9)]))
     cell.conveyor.set_power(100.0)
     for _ in range(200):  # until all bodies that wait are asleep
         cell.step()
@@ -133,15 +139,20 @@ def test_model_has_no_more_bodies_than_clones(cell: Cell) -> None:
     assert [body.type for body in cell.parts.world.bodies].count("gear_part") == 6
 
 
-def test_run_that_grows_is_the_run_with_all_bodies_from_the_begin(monkeypatch: pytest.MonkeyPatch) -> None:
-    growing = moving()
+@pytest.mark.parametrize("has_arm", [False, True])
+def test_run_that_grows_is_the_run_with_all_bodies_from_the_begin(
+    monkeypatch: pytest.MonkeyPatch, *, has_arm: bool
+) -> None:
+    growing = moving(has_arm=has_arm)
     monkeypatch.setattr(build, "first_bodies", lambda trial: [kind for _, kind in trial.belt_clones()])
-    full = moving()
+    full = moving(has_arm=has_arm)
     before = growing.simulation.model.nbody
     for number in range(6):
         for cell in (growing, full):
             hoard(cell, number)
         assert places(growing) == places(full)
+        if growing.arm is not None and full.arm is not None:
+            assert growing.arm.read() == full.arm.read()
     assert before < growing.simulation.model.nbody < full.simulation.model.nbody
     assert growing.parts.is_locked(growing.parts.part("bin7|disk_part_1"))
 

@@ -1,12 +1,15 @@
 """Logical cameras: the scene of models with their boxes, the view frustum, detections, and quality control sensors."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
+from itertools import pairwise
 from types import MappingProxyType
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar, NamedTuple, Unpack
 
 import mujoco
 import numpy as np
@@ -18,6 +21,8 @@ from cellwright.cell.model.frames import AGV_T_TRAY
 from cellwright.engine.sensor import Reading, Sensor, SensorOptions
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_product
+
+_PLANES = 6  # of a frustum
 
 
 class Frustum:
@@ -38,10 +43,14 @@ class Frustum:
             _unit((slope_z, 0.0, 1.0)),
             _unit((slope_z, 0.0, -1.0)),
         ]
-        # a point p is on the inner side of a plane when normal . p >= offset
-        self._normals = np.array([world_T_camera.rotate(normal) for normal in camera_normals]).T  # (3, 6)
-        self._offsets = np.array([near, -far, 0.0, 0.0, 0.0, 0.0]) + np.array(world_T_camera.position) @ self._normals
-        self._spans = np.abs(self._normals)
+        normals = np.array([world_T_camera.rotate(normal) for normal in camera_normals]).T
+        self.offsets = np.array([near, -far, 0.0, 0.0, 0.0, 0.0]) + np.array(world_T_camera.position) @ normals
+        """Offsets of its planes [m], shape (6,): a point p is on the inner side of one when normal . p >= offset."""
+        self.bound_weights = np.concatenate([np.minimum(normals, 0.0), np.maximum(normals, 0.0)])
+        """Weights of a box's bounds, shape (6, 6).
+
+        (lower x, y, z, upper x, y, z) @ weights is normal . p for the point of the box that is furthest inside.
+        """
 
     def meets(self, centres: NDArray[np.float64], halves: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return the mask of boxes in view: those that do not lie wholly behind any of its six planes. Shape (n,).
@@ -53,9 +62,8 @@ class Frustum:
             centres: middles of boxes along the world's axes [m], shape (n, 3).
             halves: half their sizes [m], shape (n, 3).
         """
-        inside = centres @ self._normals - self._offsets
-        reach = halves @ self._spans
-        return np.asarray((inside >= -reach).all(axis=1))
+        bounds = np.concatenate([centres - halves, centres + halves], axis=1)
+        return np.asarray((bounds @ self.bound_weights >= self.offsets).all(axis=1))
 
 
 def _unit(vector: Vector3) -> Vector3:
@@ -96,7 +104,19 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     return tuple(int(geom) for geom in np.flatnonzero(touching) if int(model.geom_bodyid[geom]) in bodies)
 
 
-@dataclass(frozen=True, slots=True)
+class SeenModels(NamedTuple):
+    """Models that a camera reports, in the order of the scene.
+
+    Attributes:
+        indices: their indices in the scene.
+        poses: x, y, z [m] and quaternion (w, x, y, z) of each in the world.
+    """
+
+    indices: list[int]
+    poses: list[list[float]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StoredState:
     """State of a scene: the engine's model, the positions of all its joints, and the parts as they were then."""
 
@@ -104,8 +124,13 @@ class StoredState:
     qpos: bytes
     parts: tuple[tuple[str, int, bool], ...]
 
+    def equals(self, other: StoredState | None) -> bool:
+        """Return whether another state is the same."""
+        return other is not None and self.qpos == other.qpos and self.parts is other.parts
+
 
 _NOWHERE = 1e6  # coordinate of the box of a part that is not in play [m]
+_ORIGIN = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class ModelSnapshot:
@@ -118,7 +143,7 @@ class ModelSnapshot:
         models: the models in the scene, in their order.
         own_types: this cell's part types besides those that every camera knows.
         parts: returns name, body and visibility of those models that are parts, as `Parts.shown`. The body of another
-            model stays. A part that is not in play has a box that is in no view.
+            model stays. A part that is not in play is in no view.
     """
 
     def __init__(
@@ -128,13 +153,14 @@ class ModelSnapshot:
         own_types: Collection[str] = (),
         parts: Callable[[], tuple[tuple[str, int, bool], ...]] = tuple,
     ) -> None:
+        model = simulation.model
         self.models = tuple(models)
         self.own_types = frozenset(own_types)
         self._simulation = simulation
         self._parts = parts
-        model = simulation.model
         self._loaded: StoredState | None = None
         self._stored = mujoco.MjData(model)
+        self._stored_model = model
         self._geoms_of = {each.body: each.geoms for each in self.models}
         places = {each.name: index for index, each in enumerate(self.models)}
         self.nested_in = np.array(
@@ -143,23 +169,32 @@ class ModelSnapshot:
         """Index of the model that each is nested in, or its own index. Shape (n,)."""
         self._places = places
         self._arrange(self.save())
-        self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
-        self._local_centres = model.geom_aabb[self._geoms, :3]
-        self._local_halves = model.geom_aabb[self._geoms, 3:]
+        self._counts = np.array([len(each.geoms) for each in self.models], dtype=np.intp)
+        self._owners = np.repeat(np.arange(len(self.models)), self._counts)
+        self._local_centres = model.geom_aabb[self._geoms, None, :3]
+        self._local_halves = model.geom_aabb[self._geoms, None, 3:]
         types = model.geom_type[self._geoms]
-        self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
-        self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
-        self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
+        self._is_round = (types == mujoco.mjtGeom.mjGEOM_CYLINDER)[:, None]
+        self._is_ball = np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID))[:, None]
+        welded = model.body_weldid[model.geom_bodyid[self._geoms]] == model.body_weldid[self._bodies[self._owners]]
+        count = len(self.models)
+        self._is_jointed = np.bincount(self._owners, ~welded, count) > 0
+        self._poses = np.empty((count, 7))  # x, y, z and quaternion of each model
+        self._bounds = np.empty((count, 6))  # lower and upper bound of each box
+        self._boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._views, self._offsets = np.empty((6, 0)), np.empty(0)
+        self._reported = self._in_view = np.empty((count, 0), dtype=np.bool_)
+        self._seen: list[SeenModels] | None = None
 
     def save(self) -> StoredState:
-        """Return the present state, which `poses` and `boxes` accept then or later."""
+        """Return the present state, which `poses`, `boxes` and `seen` accept then or later."""
         simulation = self._simulation
         return StoredState(simulation.model, bytes(simulation.data.qpos), self._parts())
 
     def poses(self, indices: NDArray[np.intp], state: StoredState | None = None) -> list[Pose]:
         """Return `world_T_model` of some models in a stored state; None is now."""
         self._load(state)
-        return body_poses(self._stored, self._bodies[indices])
+        return [Pose((x, y, z), (qw, qx, qy, qz)) for x, y, z, qw, qx, qy, qz in self._poses[indices].tolist()]
 
     def boxes(self, state: StoredState | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
@@ -168,53 +203,98 @@ class ModelSnapshot:
         meshes.
         """
         self._load(state)
+        if self._boxes is None:
+            lower, upper = self._bounds[:, :3], self._bounds[:, 3:]
+            self._boxes = (lower + upper) / 2, (upper - lower) / 2
         return self._boxes
 
+    def add_view(self, frustum: Frustum, reported: NDArray[np.bool_]) -> int:
+        """Add a camera, and return its number for `seen`.
+
+        Args:
+            frustum: its view.
+            reported: mask of the models that it reports, shape (n,).
+        """
+        self._views = np.column_stack([self._views, frustum.bound_weights])
+        self._offsets = np.concatenate([self._offsets, frustum.offsets])
+        self._reported = np.column_stack([self._reported, reported])
+        self._in_view = np.zeros_like(self._reported)
+        self._loaded = None
+        return self._reported.shape[1] - 1
+
+    def seen(self, view: int, state: StoredState | None = None) -> SeenModels:
+        """Return the models that a camera reports in a stored state; None is now."""
+        self._load(state)
+        if self._seen is None:
+            self._seen = self._find_seen()
+        return self._seen[view]
+
     def _load(self, state: StoredState | None) -> None:
-        state, loaded = self.save() if state is None else state, self._loaded
-        if loaded is not None and state.qpos == loaded.qpos and state.parts is loaded.parts:
+        present = self.save()
+        state, loaded = state or present, self._loaded
+        if state.equals(loaded):
             return
-        if loaded is None or state.model is not loaded.model:
-            self._stored = mujoco.MjData(state.model)
+        if state.equals(present):
+            self._simulation.refresh()
+            source = self._simulation.data
+        else:
+            if state.model is not self._stored_model:
+                self._stored, self._stored_model = mujoco.MjData(state.model), state.model
+            source = self._stored
+            source.qpos[:] = np.frombuffer(state.qpos)
+            mujoco.mj_kinematics(state.model, source)
         if loaded is None or state.parts is not loaded.parts:
             self._arrange(state)
-        self._loaded = state
-        self._stored.qpos[:] = np.frombuffer(state.qpos)
-        mujoco.mj_kinematics(state.model, self._stored)
-        if self.models:
-            self._boxes = self._compute()
+        poses = np.concatenate([source.xpos.take(self._bodies, 0), source.xquat.take(self._bodies, 0)], axis=1)
+        poses[self._absent] = _ORIGIN
+        # most parts rest: only what moved since the state before is computed again
+        moved = (poses != self._poses).any(axis=1) | self._is_jointed
+        if loaded is None:
+            moved[:] = True
+        self._loaded, self._poses = state, poses
+        self._boxes = self._seen = None
+        if moved.any():
+            self._update(source, moved)
 
     def _arrange(self, state: StoredState) -> None:
         """Look up the bodies and the geoms that the models have in a state."""
         bodies = [each.body for each in self.models]
-        self._absent = [self._places[name] for name, _, is_shown in state.parts if not is_shown]
         for name, body, _ in state.parts:
             bodies[self._places[name]] = body
-        geoms = [self._colliding(state.model, body) for body in bodies]
+        for body in bodies:
+            if body not in self._geoms_of:
+                self._geoms_of[body] = collision_geoms(state.model, body)
+        self._absent = [self._places[name] for name, _, is_shown in state.parts if not is_shown]
         self._bodies = np.array(bodies, dtype=np.intp)
-        self._geoms = np.array([geom for its in geoms for geom in its], dtype=np.intp)
+        self._geoms = np.array([geom for body in bodies for geom in self._geoms_of[body]], dtype=np.intp)
 
-    def _colliding(self, model: mujoco.MjModel, body: int) -> tuple[int, ...]:
-        if body not in self._geoms_of:
-            self._geoms_of[body] = collision_geoms(model, body)
-        return self._geoms_of[body]
-
-    def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        rotations = self._stored.geom_xmat[self._geoms].reshape(-1, 3, 3)
-        centres = self._stored.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
-        spans = np.abs(rotations) * self._local_halves[:, None, :]
-        x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
+    def _update(self, source: mujoco.MjData, moved: NDArray[np.bool_]) -> None:
+        """Compute the bounds of some models, and the views that they are in."""
+        rows = moved[self._owners].nonzero()[0]
+        geoms = self._geoms.take(rows)
+        rotations = source.geom_xmat.take(geoms, 0).reshape(-1, 3, 3)
+        centres = source.geom_xpos.take(geoms, 0) + (rotations * self._local_centres.take(rows, 0)).sum(axis=2)
+        x, y, z = (np.abs(rotations) * self._local_halves.take(rows, 0)).T
         # along a world axis a box extends |x|+|y|+|z|; a disc, where it is round, only the root of the squares
-        halves = x + y + z
-        if (some := self._cylinders).size:
-            halves[some] = np.hypot(x[some], y[some]) + z[some]
-        if (some := self._balls).size:
-            halves[some] = np.hypot(np.hypot(x[some], y[some]), z[some])
-        lower = np.minimum.reduceat(centres - halves, self._firsts)
-        upper = np.maximum.reduceat(centres + halves, self._firsts)
-        middles = (lower + upper) / 2
-        middles[self._absent] = _NOWHERE
-        return middles, (upper - lower) / 2
+        halves = np.where(self._is_round.take(rows), np.hypot(x, y), x + y) + z
+        if (some := self._is_ball.take(rows)).any():
+            halves = np.where(some, np.hypot(np.hypot(x, y), z), halves)
+        firsts = np.cumsum(self._counts[moved]) - self._counts[moved]
+        self._bounds[moved] = np.concatenate(
+            [np.minimum.reduceat(centres - halves.T, firsts), np.maximum.reduceat(centres + halves.T, firsts)], axis=1
+        )
+        self._bounds[self._absent] = _NOWHERE
+        bounds = self._bounds[moved]
+        inside = (bounds @ self._views >= self._offsets).reshape(len(bounds), -1, _PLANES)
+        self._in_view[moved] = inside.all(axis=2)
+
+    def _find_seen(self) -> list[SeenModels]:
+        """Find what each camera reports."""
+        views, models = (self._in_view[self.nested_in] & self._reported).T.nonzero()
+        poses = self._poses[models].tolist()
+        ends = np.searchsorted(views, np.arange(self._reported.shape[1] + 1)).tolist()
+        indices = models.tolist()
+        return [SeenModels(indices[begin:end], poses[begin:end]) for begin, end in pairwise(ends)]
 
 
 AGV_TYPES = frozenset({"agv1", "agv2"})
@@ -300,8 +380,10 @@ class LogicalCamera(Sensor[CameraReading]):
         self.frustum = Frustum(
             world_T_sensor, near=self.near, far=self.far, horizontal_fov=self.horizontal_fov, aspect=self.aspect
         )
-        self._reports = np.array([self.reports(model) for model in scene.models], dtype=np.bool_)
+        reported = np.array([self.reports(model) for model in scene.models], dtype=np.bool_)
+        self._view = scene.add_view(self.frustum, reported)
         self._camera_T_world = world_T_sensor.inverse()
+        self._children = [f"{name}_{trimmed_name(model.name)}_frame" for model in scene.models]
         self._frame = TfFrame("world", self.frame, world_T_sensor)
 
     def reports(self, model: SceneModel) -> bool:
@@ -328,18 +410,17 @@ class LogicalCamera(Sensor[CameraReading]):
         return {"sees": bool(self.read().detections), "ranges": []}
 
     def _detect_all(self, state: StoredState, index: int) -> tuple[Detection, ...]:
-        in_view = self.frustum.meets(*self.scene.boxes(state))
-        reported = np.flatnonzero(in_view[self.scene.nested_in] & self._reports)
-        if not reported.size:
+        seen = self.scene.seen(self._view, state)
+        if not seen.indices:
             return ()
         # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
-        noise = self.normal(index, _NOISE_A_MODEL * (int(reported[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
-        return tuple(map(self._detect, reported.tolist(), self.scene.poses(reported, state), noise[reported]))
+        noise = self.normal(index, _NOISE_A_MODEL * (seen.indices[-1] + 1)).reshape(-1, _NOISE_A_MODEL)
+        return tuple(map(self._detect, seen.indices, seen.poses, noise[seen.indices].tolist()))
 
-    def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
-        model = self.scene.models[index]
-        camera_T_model = self._camera_T_world @ world_T_model
-        child = f"{self.name}_{trimmed_name(model.name)}_frame"
+    def _detect(self, index: int, world_T_model: Sequence[float], noise: Sequence[float]) -> Detection:
+        model, child = self.scene.models[index], self._children[index]
+        x, y, z, qw, qx, qy, qz = world_T_model
+        camera_T_model = self._camera_T_world @ Pose((x, y, z), (qw, qx, qy, qz))
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
             # the AGV is measured exactly; the noise goes into the pose of its tray, which is known, not measured
@@ -351,14 +432,14 @@ class LogicalCamera(Sensor[CameraReading]):
         return Detection(model.name, model.type, camera_T_model, (TfFrame(self.frame, child, camera_T_model),))
 
 
-def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
+def blurred(pose: Pose, noise: Sequence[float]) -> Pose:
     """Return a pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own.
 
     Args:
         pose: the exact pose.
         noise: six standard normal numbers.
     """
-    dx, dy, dz, roll, pitch, yaw = noise.tolist()
+    dx, dy, dz, roll, pitch, yaw = noise
     x, y, z = pose.position
     turn = quaternion_from_rpy(ANGLE_SD * roll, ANGLE_SD * pitch, ANGLE_SD * yaw)
     return Pose(
