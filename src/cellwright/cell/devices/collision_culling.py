@@ -1,8 +1,8 @@
 """Collision culling: bodies that cannot touch anything soon are left out of collision detection.
 
-The engine's broad phase sorts the bounding box of every body in each step, asleep or not, and a part that rides the
-belt or hangs on the cup has contacts to solve in each step. This device closes bodies to the engine (`body_contype` 0)
-while nothing can come of it:
+The engine's broad phase sorts the bounding box of every body in each step, asleep or not. A part that rides the belt or
+hangs on the cup has contacts to solve in each step. This device closes bodies to the engine (`body_contype` 0) while
+nothing can come of it:
 
 - A **group** is a fixed body or a resting mechanism, such as an AGV, with the sleeping parts in and on it. It is closed
   as a whole while nothing awake can reach it: what wakes together opens together.
