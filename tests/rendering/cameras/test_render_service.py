@@ -14,6 +14,7 @@ from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.cameras.render_service import PendingPicture, RenderService
+from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
@@ -39,7 +40,7 @@ def process_of(service: RenderService) -> Any:
 def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     simulation = room()
-    service = RenderService(simulation)
+    service = RenderService(simulation, RenderWorker)
     requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
@@ -59,7 +60,7 @@ def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_killed_process_is_reported_once_and_draws_no_more() -> None:
     lines: list[str] = []
-    service = RenderService(room(), report=lines.append)
+    service = RenderService(room(), RenderWorker, report=lines.append)
     pending = ask(service)
     assert pending is not None
     assert service.fetch(pending) is not None

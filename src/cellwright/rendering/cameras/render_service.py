@@ -1,4 +1,4 @@
-"""Render service: one process that draws the pictures of all of a cell's cameras.
+"""Render service: draws the pictures of all of a cell's cameras in the render process of this process's cells.
 
 A camera requests a picture in one tick and fetches it in a later one; physics continues meanwhile. The picture depends
 only on the frame of the tick of its request.
@@ -24,7 +24,8 @@ from cellwright.util.errors import RenderingError
 from cellwright.util.pose import Pose, Vector3
 
 if TYPE_CHECKING:
-    from cellwright.rendering.worker import RenderWorker
+    from cellwright.rendering.worker.client import RenderWorker
+    from cellwright.rendering.worker.shared import SharedRenderer
 
 _ABANDON_TIMEOUT = 0.5  # [s]
 
@@ -48,18 +49,18 @@ class PendingPicture:
         return all(each is None or each.done() for each in (self.colour, self.depth))
 
 
-def start_worker(scene: Scene) -> RenderWorker:
-    """Start a process that draws a scene."""
-    from cellwright.rendering.worker import RenderWorker  # not loaded by a plain run
+def share_worker(scene: Scene) -> SharedRenderer:
+    """Return a renderer of a scene in the process that all cells share."""
+    from cellwright.rendering.worker.shared import SharedRenderer  # not loaded by a plain run
 
-    return RenderWorker(scene)
+    return SharedRenderer(scene)
 
 
 class RenderService:
     """Render service for the frames of a simulation.
 
     Args:
-        start: starts the render process; called for the first picture.
+        start: returns a renderer in another process; called for the first picture.
         about: point [m] from which the lamp is placed.
         hidden: returns the engine's ids of bodies that are hidden now.
         report: receives a line when drawing has failed for good.
@@ -68,7 +69,7 @@ class RenderService:
     def __init__(
         self,
         simulation: Simulation,
-        start: Callable[[Scene], RenderWorker] = start_worker,
+        start: Callable[[Scene], RenderWorker | SharedRenderer] = share_worker,
         *,
         about: Vector3 = VIEWS["overview"].target,
         hidden: Callable[[], Collection[int]] = tuple,
@@ -80,7 +81,7 @@ class RenderService:
         self._hidden = hidden
         self._report = report
         self._capture: SceneCapture | None = None
-        self._worker: RenderWorker | None = None
+        self._worker: RenderWorker | SharedRenderer | None = None
         self._frame: SceneFrame | None = None
         self._tick = -1
         self._is_broken = False
