@@ -36,9 +36,16 @@ def blur_colour(
     deviation = noise.colour * factor * _WHITE
     if deviation == 0.0:
         return colour
-    shifts = np.rint(_quantiles() * deviation).astype(np.int16)
-    random = chance.bytes(sample, colour.size, _COLOUR_STREAM).reshape(colour.shape)
-    blurred: NDArray[np.uint8] = np.clip(colour + shifts[random], 0, _WHITE).astype(np.uint8)
+    random = chance.bytes(sample, colour.size, _COLOUR_STREAM).tobytes()
+    shifts = np.clip(np.rint(_quantiles() * deviation), -_WHITE, _WHITE)
+    up, down = (
+        np.frombuffer(random.translate(table.astype(np.uint8).tobytes()), np.uint8).reshape(colour.shape)
+        for table in (np.maximum(shifts, 0), np.maximum(-shifts, 0))
+    )
+    blurred = np.minimum(colour, _WHITE - up)  # sums of single bytes, which never overflow
+    blurred += up
+    np.maximum(blurred, down, out=blurred)
+    blurred -= down
     return blurred
 
 
