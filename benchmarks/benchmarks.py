@@ -9,6 +9,8 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import chain
+from pathlib import Path
 from subprocess import SubprocessError
 from types import ModuleType
 from typing import Any, Protocol, TypeAlias
@@ -71,6 +73,13 @@ class Measure(Protocol):
         """Yield the figures; `quick` takes so few repeats that they only show that everything works."""
 
 
+class Compare(Protocol):
+    """Measures this checkout beside another one; yields figures as `Measure` does."""
+
+    def __call__(self, folder: Path, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure]:
+        """Yield the figures, with the other checkout in `folder`."""
+
+
 class BenchmarkSkippedError(Exception):
     """A benchmark cannot run on this machine; the text says what is missing."""
 
@@ -93,6 +102,11 @@ class Benchmark:
         """Return the function that takes its figures."""
         measure: Measure = self._module().measure
         return measure
+
+    def compare(self) -> Compare | None:
+        """Return the function that compares two checkouts; None if this benchmark has none."""
+        compare: Compare | None = getattr(self._module(), "compare", None)
+        return compare
 
     def about(self) -> tuple[str, ...]:
         """Return its description, paragraph by paragraph."""
@@ -162,21 +176,28 @@ class BenchmarkResult:
         }
 
 
-def run_benchmark(benchmark: Benchmark, on_progress: OnProgress, *, quick: bool = False) -> BenchmarkResult:
+def run_benchmark(
+    benchmark: Benchmark, on_progress: OnProgress, *, quick: bool = False, against: Path | None = None
+) -> BenchmarkResult:
     """Run a benchmark.
 
     Args:
         benchmark: the benchmark.
         on_progress: takes a line about the present measurement.
         quick: take so few repeats that the figures only show that everything works.
+        against: folder of another checkout, for a benchmark that compares two.
 
     Returns:
         The result; errors of the benchmark are in it.
     """
     figures: list[Figure] = []
     skipped = failed = ""
+    compare = None if against is None else benchmark.compare()
     try:
-        for figure in benchmark.measure()(on_progress, quick=quick):
+        found = benchmark.measure()(on_progress, quick=quick)
+        if against is not None and compare is not None:
+            found = chain(found, compare(against, on_progress, quick=quick))
+        for figure in found:
             figures.append(figure)  # noqa: PERF402 - one that fails keeps what it found before
     except BenchmarkSkippedError as reason:
         skipped = str(reason)

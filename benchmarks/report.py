@@ -101,6 +101,8 @@ it on your machine and writes this page. It exits with status 1 if a figure is o
 - A **bound** is a target of the project. Figures without a bound are for information.
 - The best of several repeats counts, unless a note says otherwise: other work can only slow a machine down. Compared
   things run in turn.
+- `make bench AGAINST=FOLDER` also runs the trial in another checkout of Cellwright, which needs no installation: for
+  one of the last commit, `git worktree add ../before HEAD`. Alone: `python -m benchmarks trial --against FOLDER`.
 - A skipped benchmark names what this machine lacks.
 - To find where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
 """

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
-from benchmarks.benchmarks import Benchmark, Figure, Measure, OnProgress
+from benchmarks.benchmarks import Benchmark, Compare, Figure, Measure, OnProgress
 
 
 @dataclass(frozen=True)
@@ -14,12 +15,20 @@ class FakeBenchmark(Benchmark):
 
     figures: tuple[Figure, ...] = ()
     error: BaseException | None = None
+    compared: tuple[Figure, ...] = ()
 
     def about(self) -> tuple[str, ...]:
         return ("What it is.", "How it is measured.")
 
     def measure(self) -> Measure:
         return self._measure
+
+    def compare(self) -> Compare | None:
+        return self._compare if self.compared else None
+
+    def _compare(self, folder: Path, on_progress: OnProgress, *, quick: bool) -> Iterator[Figure]:
+        on_progress(f"comparing with {folder.name}{' quickly' if quick else ''}")
+        yield from self.compared
 
     def _measure(self, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure]:
         return self._found(on_progress, "quickly" if quick else "well")

@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -16,6 +17,14 @@ def test_taken_benchmark_has_figures_and_progress() -> None:
     assert (taken.figures, taken.skipped, taken.failed, taken.is_held) == ((HELD, FREE), "", "", True)
     run_benchmark(FakeBenchmark("a", "A thing", 1.0), progress.append, quick=True)
     assert progress == ["measuring well", "measuring quickly"]
+
+
+def test_comparison_with_checkout_adds_figures() -> None:
+    progress: list[str] = []
+    fake = FakeBenchmark("a", "A thing", 1.0, (HELD,), compared=(FREE,))
+    assert run_benchmark(fake, print).figures == (HELD,)
+    assert run_benchmark(fake, progress.append, against=Path("before")).figures == (HELD, FREE)
+    assert progress == ["measuring well", "comparing with before"]
 
 
 def test_broken_bound_is_not_held() -> None:
