@@ -16,10 +16,11 @@ from benchmarks import benchmarks
 from benchmarks.benchmarks import Benchmark, BenchmarkResult, run_benchmark
 from benchmarks.checkout import Checkout
 from benchmarks.machine import machine
-from benchmarks.report import page, progress_line, show
+from benchmarks.report import page, picture, picture_name, progress_line, show
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, main
+from cellwright.recording.plots.figure import write_figure
 from cellwright.util.errors import UsageError
 from cellwright.util.files import write_atomic
 
@@ -52,7 +53,9 @@ def bench(
     write: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.md", help="Write a page with these figures and the machine's.", rich_help_panel=OUTPUT
+            metavar="FILE.md",
+            help="Write a page with these figures and the machine's, and curves into the folder images beside it.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     as_json: Annotated[
@@ -98,7 +101,7 @@ def bench(
             taken.append(run_benchmark(each, on_progress, quick=quick, against=against))
         show(console, taken[-1], with_verdicts=not quick)
     status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
-    if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
+    if write is not None and not _write(write, page(taken, about, today, quick=quick), taken, console):
         status = NOT_DONE
     if as_json:
         document = {
@@ -123,9 +126,14 @@ def _check_against(folder: Path, chosen: Sequence[Benchmark]) -> None:
         raise UsageError(f"--against {error}") from None
 
 
-def _write(file: Path, text: str, console: Console) -> bool:
-    """Write the page; on a failure, print it and return False: the figures have been printed by then."""
+def _write(file: Path, text: str, taken: Sequence[BenchmarkResult], console: Console) -> bool:
+    """Write the page and its pictures; on a failure, print it and return False: the figures are printed by then."""
     try:
+        for each in taken:
+            if each.curves:
+                drawn = file.parent / picture_name(each)
+                drawn.parent.mkdir(exist_ok=True)
+                write_figure(picture(each.curves), drawn)
         write_atomic(file, text)
     except OSError as error:
         typer.echo(f"error: --write {file}: cannot be written: {error.strerror or error}", err=True)

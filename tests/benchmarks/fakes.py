@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.benchmarks import Benchmark, Compare, Figure, Measure, OnProgress
+from benchmarks.benchmarks import Benchmark, Compare, Curve, Figure, Measure, OnProgress
 
 
 @dataclass(frozen=True)
 class FakeBenchmark(Benchmark):
     """Yields figures, then raises an error if it has one."""
 
-    figures: tuple[Figure, ...] = ()
+    figures: tuple[Figure | Curve, ...] = ()
     error: BaseException | None = None
     compared: tuple[Figure, ...] = ()
 
@@ -30,10 +30,10 @@ class FakeBenchmark(Benchmark):
         on_progress(f"comparing with {folder.name}{' quickly' if quick else ''}")
         yield from self.compared
 
-    def _measure(self, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure]:
+    def _measure(self, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure | Curve]:
         return self._found(on_progress, "quickly" if quick else "well")
 
-    def _found(self, on_progress: OnProgress, how: str) -> Iterator[Figure]:
+    def _found(self, on_progress: OnProgress, how: str) -> Iterator[Figure | Curve]:
         on_progress(f"measuring {how}")
         yield from self.figures
         if self.error is not None:
@@ -43,3 +43,4 @@ class FakeBenchmark(Benchmark):
 HELD = Figure("one thing / another", 1.049, maximum=1.15, note="a [note] with a | in it")
 BROKEN = Figure("cold start", 1.5, "s", maximum=1.0)
 FREE = Figure("steps", 123456.7, "/s")
+CURVE = Curve("step", "part", "us/step", (0, 50, 100), (20.0, 30.0, 40.0))

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.benchmarks import BenchmarkSkippedError, Figure, run_benchmark
 from cellwright.util.errors import RunEndedError, UsageError
-from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
+from tests.benchmarks.fakes import BROKEN, CURVE, FREE, HELD, FakeBenchmark
 
 
 def test_taken_benchmark_has_figures_and_progress() -> None:
@@ -25,6 +25,12 @@ def test_comparison_with_checkout_adds_figures() -> None:
     assert run_benchmark(fake, print).figures == (HELD,)
     assert run_benchmark(fake, progress.append, against=Path("before")).figures == (HELD, FREE)
     assert progress == ["measuring well", "comparing with before"]
+
+
+def test_curve_is_kept_apart_from_figures() -> None:
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD, CURVE, FREE)), print)
+    assert (taken.figures, taken.curves) == ((HELD, FREE), (CURVE,))
+    assert json.loads(json.dumps(taken.as_dict()))["curves"][0]["costs"] == [20.0, 30.0, 40.0]
 
 
 def test_broken_bound_is_not_held() -> None:
