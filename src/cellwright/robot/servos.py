@@ -159,10 +159,11 @@ class JointServos(Device):
 
     def read(self) -> JointArrays:
         """Return the current readings, with the efforts of the drives in the newest step."""
-        data, efforts = self._data, np.zeros(len(self._requested))
+        efforts = np.zeros(len(self._requested))
         rows, dofs = self._drives()
-        efforts[dofs] = data.efc_force[rows]
-        return JointArrays(data.qpos[self._qpos], data.qvel[self._dof], efforts[self._dof])
+        efforts[dofs] = self._data.efc_force[rows]
+        numbers = self._dof  # `take` is twice as fast as an index
+        return JointArrays(self._positions.take(self._qpos), self._velocities.take(numbers), efforts.take(numbers))
 
     def drive(self) -> None:
         """Set the velocity of each drive at the end of this step."""
