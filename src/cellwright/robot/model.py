@@ -307,7 +307,7 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
     option.tolerance = 1e-10
     # The actuators exert nothing, joints have neither springs nor damping, and links meet only if they are asked to.
     option.disableflags |= int(_Disable.mjDSBL_ACTUATION | _Disable.mjDSBL_SPRING | _Disable.mjDSBL_DAMPER)
-    if not self_collision:
+    if not is_touched:
         option.disableflags |= int(_Disable.mjDSBL_CONTACT)
     option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
     builder = _RobotBuilder(spec, config, is_touched=is_touched, is_seen=is_seen)
