@@ -174,7 +174,8 @@ class Sensor(Device, ABC, Generic[R]):
         """Return the noise of sample `index` in units of standard deviations, shape (size,); zeros without noise."""
         if self._noise_stream is None or self.noise == 0.0:
             return np.zeros(size)
-        return self.noise * self._noise_stream.normal(index, size)
+        normal = self._noise_stream.normal(index, size)
+        return normal if self.noise == 1.0 else self.noise * normal
 
     def describe(self) -> dict[str, Any]:
         """Return the data that viewers draw, as JSON values.

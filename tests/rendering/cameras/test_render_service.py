@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.cameras.render_service import PendingPicture, RenderService
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
@@ -31,6 +33,10 @@ def room() -> Simulation:
     return make_simulation(spec)
 
 
+def serve(simulation: Simulation, start: Any, **options: Any) -> RenderService:
+    return RenderService(simulation, partial(SceneCapture, simulation.model), start, **options)
+
+
 def process_of(service: RenderService) -> Any:
     return service._worker._process  # type: ignore[union-attr]
 
@@ -40,7 +46,7 @@ def process_of(service: RenderService) -> Any:
 def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     simulation = room()
-    service = RenderService(simulation, RenderWorker)
+    service = serve(simulation, RenderWorker)
     requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
@@ -60,7 +66,7 @@ def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_killed_process_is_reported_once_and_draws_no_more() -> None:
     lines: list[str] = []
-    service = RenderService(room(), RenderWorker, report=lines.append)
+    service = serve(room(), RenderWorker, report=lines.append)
     pending = ask(service)
     assert pending is not None
     assert service.fetch(pending) is not None
@@ -92,7 +98,7 @@ def test_deleted_service_releases_process() -> None:
         workers.append(FakeWorker(scene))
         return workers[-1]
 
-    service = RenderService(room(), start)
+    service = serve(room(), start)
     ask(service)
     del service
     gc.collect()
@@ -100,7 +106,7 @@ def test_deleted_service_releases_process() -> None:
 
 
 def test_cameras_of_one_tick_share_frame() -> None:
-    service = RenderService(simulation := room(), FakeWorker)
+    service = serve(simulation := room(), FakeWorker)
     for _ in range(2):
         ask(service)
     simulation.step()
