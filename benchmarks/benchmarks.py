@@ -169,6 +169,7 @@ BENCHMARKS = (
     Benchmark("start", "A cold start", 0.2),
     Benchmark("costs", "Marginal costs", 1.0),
     Benchmark("looking", "Viewing and recording", 3.0),
+    Benchmark("pictures", "Pictures of cameras", 0.5),
     Benchmark("robot", "A robot compared with PyBullet", 0.5),
     Benchmark("evaluation", "Many runs in two processes", 3.0),
     Benchmark("socket", "Over a socket", 2.0),

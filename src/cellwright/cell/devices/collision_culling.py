@@ -86,7 +86,8 @@ class _Movers(NamedTuple):
         carriers: what carries each row; -1 for nothing.
         local: centres and half extents of their boxes in their own frames [m], both of shape (rows, 3, 1).
         dofs: dofs that move them.
-        levers: how far these move a point of each [m/rad, m/m], shape (rows, dofs).
+        weights: how far each of these moves any point [m/rad, m/m].
+        levers: how far these move a point of each, shape (rows, dofs).
         base: speed of each [m/s] to add to that of its dofs.
         opposite: sides of the columns [m], shape (6, columns): groups, what is behind the belt's end, passengers.
         never: infinite where row and column ignore each other, else 0.
@@ -101,6 +102,7 @@ class _Movers(NamedTuple):
     carriers: Numbers
     local: tuple[Vectors, Vectors]
     dofs: Numbers
+    weights: Vectors
     levers: Vectors
     base: Vectors
     opposite: Vectors
@@ -180,8 +182,7 @@ class CollisionCulling(Device):
         self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
         self._step = float(model.opt.timestep)
         self._soon = SHORTEST * self._step
-        self._reference = np.zeros(model.nv)
-        self._difference = np.empty(model.nv)
+        self._reference: Vectors = np.zeros(0)
         self._forget()
 
     def reset(self) -> None:
@@ -191,7 +192,6 @@ class CollisionCulling(Device):
 
     def get_state(self) -> State:
         """Return what is closed and carried, and all that the next checks depend on."""
-        moving = np.flatnonzero(self._reference).tolist()
         return {
             "closed": np.flatnonzero(self._is_closed).tolist(),
             "passengers": [[body, carrier] for body, carrier in self.passengers.items()],
@@ -200,7 +200,7 @@ class CollisionCulling(Device):
             "due": self._due,
             "review_due": self._review_due,
             "contacts": not self.simulation.model.opt.disableflags & _NO_CONTACTS,
-            "reference": [[dof, float(self._reference[dof])] for dof in moving],
+            "reference": self._reference.tolist(),
         }
 
     def set_state(self, state: State) -> None:
@@ -216,8 +216,7 @@ class CollisionCulling(Device):
         self._woken.update(state["woken"])
         self._due, self._review_due = state["due"], state["review_due"]
         self._allow_contacts(state["contacts"])
-        for dof, velocity in state["reference"]:
-            self._reference[dof] = velocity
+        self._reference = np.array(state["reference"])
 
     def before_step(self) -> None:
         """Check if it is time, or if something was woken or pushed, or has become faster."""
@@ -235,10 +234,9 @@ class CollisionCulling(Device):
         simulation = self.simulation
         is_due = self._woken or simulation.clock.tick >= self._due or simulation.data.ntree_awake != self._awake_count
         if not is_due:
-            difference = self._difference
-            np.subtract(self._velocities, self._reference, difference)
-            np.abs(difference, difference)
-            is_due = difference.dot(self._weights) > EXCESS or self._forces.tobytes() != self._no_forces
+            movers = self._find_movers()
+            change = np.abs(self._velocities[movers.dofs] - self._reference)
+            is_due = change.dot(movers.weights) > EXCESS or self._forces.tobytes() != self._no_forces
         if is_due:
             self._check()
 
@@ -265,7 +263,7 @@ class CollisionCulling(Device):
         """Plan the next check for at most `until` [s] from now."""
         steps = int(until / self._step) if until > self._step else 1  # also where a position is not a number
         self._due = self.simulation.clock.tick + steps
-        np.copyto(self._reference, self._velocities)
+        self._reference = self._velocities[self._movers.dofs] if self._movers is not None else np.zeros(0)
 
     def _review(self, is_awake: Mask) -> None:
         """Open what may be touched soon, close what cannot, and look for new passengers."""
@@ -425,12 +423,21 @@ class CollisionCulling(Device):
                     kin[column] = _Kin(rows, relative[rows])
         dofs = np.flatnonzero(np.isin(self._dof_tree, self._tree[bodies[~is_gliding]]))
         levers = np.array([self._levers[body][dofs] for body in bodies.tolist()]).reshape(len(bodies), len(dofs))
-        base = np.where(is_gliding, self._conveyor.speed, EXCESS)
-        can_touch = not boxes.some(slice(len(links))).ignore(boxes.some(slice(len(links)))).all()
-        local, opposite = self._boxes.local(bodies), facing(columns.sides)
-        kin = {column: _Kin(each.rows, each.levers[:, dofs]) for column, each in kin.items()}
         movers = _Movers(
-            len(links), free, bodies, carriers, local, dofs, levers, base, opposite, never, never.copy(), kin, can_touch
+            links=len(links),
+            free=free,
+            bodies=bodies,
+            carriers=carriers,
+            local=self._boxes.local(bodies),
+            dofs=dofs,
+            weights=self._weights[dofs],
+            levers=levers,
+            base=np.where(is_gliding, self._conveyor.speed, EXCESS),
+            opposite=facing(columns.sides),
+            never=never,
+            watched=never.copy(),
+            kin={column: _Kin(each.rows, each.levers[:, dofs]) for column, each in kin.items()},
+            can_touch=not boxes.some(slice(len(links))).ignore(boxes.some(slice(len(links)))).all(),
         )
         self._watch(movers, groups)
         return movers
@@ -570,7 +577,7 @@ class CollisionCulling(Device):
         self.simulation.model.body_gravcomp[:] = self._gravcomp
         self._allow_contacts(True)
         self._due = self._review_due = 0
-        self._reference[:] = 0.0
+        self._reference = np.zeros(0)
         self._forget()
 
     def _allow_contacts(self, allowed: bool) -> None:  # noqa: FBT001

@@ -109,6 +109,11 @@ class RenderService:
         """True once the render process draws."""
         return self._worker is not None and self._worker.ready.done()
 
+    @property
+    def backend(self) -> str:
+        """Name of the renderer of the render process, once that is known; empty before its start."""
+        return "" if self._worker is None else self._worker.ready.result()
+
     def fetch(self, pending: PendingPicture) -> Drawn | None:
         """Wait for a requested picture, and return it; None if drawing failed."""
         if self._worker is None:
