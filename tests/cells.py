@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -123,6 +123,12 @@ def with_timestep(trial: Trial, timestep: Fraction) -> Trial:
 def with_seed(trial: Trial, seed: int) -> Trial:
     """Return the trial with another seed."""
     return replace(trial, settings=CellSettings(seed=seed))
+
+
+def with_culling(trial: Trial, culling: bool) -> Trial:
+    """Return the trial with collision culling on or off."""
+    known = {"collision_culling": culling} if "collision_culling" in CellSettings.__dataclass_fields__ else {}
+    return replace(trial, settings=replace(trial.settings, **cast("Any", known)))
 
 
 def region(lower: tuple[float, float, float], upper: tuple[float, float, float], at: Pose) -> DropRegion:
