@@ -168,7 +168,11 @@ class SceneRun:
         self.scene = scene
         self.cell = Cell(scene.trial(culling=culling, shake=shake), competition=False)
         self.simulation = self.cell.simulation
-        self.simulation.add(Pushes(scene, self.cell))
+        devices = self.simulation.devices
+        last = {name: devices.pop(name) for name in ("collision_culling",) if name in devices}
+        self.simulation.add(Pushes(scene, self.cell))  # where a plugin's device is: before the culling, which is last
+        devices.update(last)
+        self.simulation.collect_hooks()
         self.cell.reset()
         self.parts = [self.cell.parts.part(scene.part(number)) for number in range(len(scene.parts))]
         self._commands: dict[int, list[Command]] = {}
