@@ -10,6 +10,7 @@ import mujoco
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
+from cellwright.cell.devices.collision_culling import CollisionCulling
 from cellwright.cell.devices.conveyor import Conveyor, DeletionWall, Population
 from cellwright.cell.devices.kit_tray import DemoTray, KitTray
 from cellwright.cell.devices.logical_camera import (
@@ -158,6 +159,9 @@ class Cell(CellDevices):
         bind_plugin_sensors(self.bus, self)
         for description in trial.devices:
             self.simulation.add(make_plugin_device(description, self))
+        self.culling = CollisionCulling(self.conveyor, self.overlaps) if trial.settings.collision_culling else None
+        if self.culling is not None:  # the last in `before_step`: it takes account of what all others did
+            self.simulation.add(self.culling)
         self.reset()
 
     @property

@@ -190,6 +190,10 @@ class Simulation:
         """True if time follows the wall clock and waits for no client; the loop sets it."""
         self.on_reset: list[Callable[[], None]] = []
         """Callbacks before a reset, while the old state is still there."""
+        self.on_wake: list[Callable[[int], None]] = []
+        """Callbacks for the tree that a call of `wake` or `keep_awake` wakes; the engine does so in the next step."""
+        self.on_renewal: list[Callable[[], None]] = []
+        """Callbacks before a checkpoint is taken and the engine's data are built again from it, all bodies awake."""
         self.runs = 0
         """Number of runs so far. A change tells viewers that time starts again; it is not part of the state."""
         self._first_pose = first_pose
@@ -387,6 +391,8 @@ class Simulation:
         """
         tree = int(self.model.body_treeid[body])
         if tree >= 0:
+            for callback in self.on_wake:
+                callback(tree)
             first = int(self.model.tree_dofadr[tree])
             dofs = slice(first, first + int(self.model.tree_dofnum[tree]))
             velocity = self.data.qvel[dofs]
@@ -397,6 +403,8 @@ class Simulation:
         tree = int(self.model.body_treeid[body])
         if tree >= 0 and self.data.tree_asleep[tree] < 0:
             self.data.tree_asleep[tree] = ASLEEP_AFTER
+            for callback in self.on_wake:
+                callback(tree)
         else:
             self.wake(body)
 

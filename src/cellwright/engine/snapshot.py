@@ -68,6 +68,7 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
 
     Every sleeping part is awake afterwards, here as in the restored run, and falls asleep again within 0.1 s.
     """
+    _announce_renewal(simulation)
     engine = _get_engine(simulation)
     fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
     state = simulation.get_state()
@@ -83,6 +84,7 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
 
 def renew_engine(simulation: Simulation) -> None:
     """Change the run as a checkpoint does, without writing a file."""
+    _announce_renewal(simulation)
     _set_engine(simulation, _get_engine(simulation))
 
 
@@ -148,6 +150,11 @@ def model_signature(model: mujoco.MjModel) -> str:
     digest.update(model.names)
     digest.update(model.body_mass.tobytes())
     return digest.hexdigest()
+
+
+def _announce_renewal(simulation: Simulation) -> None:
+    for callback in simulation.on_renewal:
+        callback()
 
 
 def _get_engine(simulation: Simulation) -> NDArray[np.float64]:

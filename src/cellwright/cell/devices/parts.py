@@ -188,6 +188,11 @@ class Overlaps(Device):
                 self._speeds[body] = 0.0
         self._set_pairs({})
 
+    @property
+    def bodies(self) -> frozenset[int]:
+        """Bodies of the known pairs, and of the parts that were placed in this tick."""
+        return frozenset((*self._watched.tolist(), *(self._placed or ())))
+
     def reset(self) -> None:
         """Begin a run: every part was just placed."""
         self._placed = {part.body for part in self._parts.all}

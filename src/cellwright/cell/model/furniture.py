@@ -136,6 +136,7 @@ def add_conveyor(spec: Any) -> None:
     body = spec.worldbody.add_body(
         name=BELT_GEOM, pos=frames.CONVEYOR_CENTRE.position, quat=frames.CONVEYOR_CENTRE.quaternion
     )
+    body.gravcomp = 1.0  # no effect on a fixed body, but without any the engine would ignore that of gliding parts
     add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
     world, frame = spec.worldbody, frames.CONVEYOR_CENTRE
     surface = frames.BELT_SURFACE - frames.CONVEYOR_CENTRE.position[2]

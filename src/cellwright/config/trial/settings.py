@@ -94,6 +94,7 @@ OWN = Keys(
     optional={
         "seed": whole(0, MAX_SEED),
         "timestep": _timestep,
+        "collision_culling": Reader.boolean,
         "arm": section(OWN_ARM, dict),
         "parts": read_part_models,
         "furniture": read_furniture,
@@ -113,7 +114,7 @@ def read_settings(node: YamlNode, reader: Reader) -> dict[str, Any]:
     values = OWN.read(table, reader)
     arm = values.pop("arm", {})
     states, constraints = arm.pop("initial_joint_states", {}), arm.pop("constraints", {})
-    cell = {name: values.pop(name) for name in ("seed", "timestep") if name in values}
+    cell = {name: values.pop(name) for name in ("seed", "timestep", "collision_culling") if name in values}
     settings = CellSettings(**cell, arm=ArmSettings(**arm, **constraints))
     own = {"settings": settings, "initial_joint_states": states, "part_models": values.pop("parts", {})}
     return {**own, **values}

@@ -221,11 +221,13 @@ class ArmSettings:
 class CellSettings:
     """Settings that Cellwright adds to a file, under its top-level key `cellwright`.
 
-    `timestep` is in seconds: numerator and denominator here, a fraction "p/q" or a decimal in the file.
+    `timestep` is in seconds: numerator and denominator here, a fraction "p/q" or a decimal in the file. Without
+    `collision_culling` the engine's collision detection gets every body in every step.
     """
 
     seed: int = 0
     timestep: tuple[int, int] = (1, 500)
+    collision_culling: bool = True
     arm: ArmSettings = field(default_factory=ArmSettings)
 
 
