@@ -165,8 +165,8 @@ class CollisionCulling(Device):
         self._qpos = model.jnt_qposadr[model.body_jntadr[self._parts]].astype(np.int64)[:, None] + np.arange(7)
         self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
         self._dof_tree = model.dof_treeid.astype(np.int64)
-        moving = [body for body in self._boxes.bodies if self._tree[body] >= 0]
-        self._levers = {body: self._boxes.levers(body) for body in moving}
+        self._moving = np.array([body for body in self._boxes.bodies if self._tree[body] >= 0], dtype=np.int64)
+        self._levers = {body: self._boxes.levers(body) for body in self._moving.tolist()}
         self._weights = np.max([np.zeros(model.nv), *self._levers.values()], axis=0)
         """Maximum speed of any point for each unit of a joint velocity [m/rad, m/m]."""
         self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
@@ -241,15 +241,16 @@ class CollisionCulling(Device):
 
     def _plan(self, until: float) -> None:
         """Plan the next check for at most `until` [s] from now."""
-        self._due = self.simulation.clock.tick + max(1, int(until / self._step))
+        steps = int(until / self._step) if until > self._step else 1  # also where a position is not a number
+        self._due = self.simulation.clock.tick + steps
         np.copyto(self._reference, self._velocities)
 
     def _review(self, is_awake: Mask) -> None:
         """Open what may be touched soon, close what cannot, and look for parts that glide."""
-        asleep_still = self._wake_up(is_awake)
+        woken = self._wake_up(is_awake)
         groups = self._find_groups(is_awake)
         movers = self._find_movers(is_awake, groups)
-        sides, speeds = self._sides(movers, asleep_still), self._speeds(movers)
+        sides, speeds = self._sides(movers, woken), self._speeds(movers)
         times = self._times(movers, sides, speeds)
         times += movers.never
         free, count = movers.links + movers.parts, len(groups.boxes)
@@ -272,7 +273,7 @@ class CollisionCulling(Device):
         self._allow_contacts(not is_calm or movers.can_touch)
         tick = self.simulation.clock.tick
         self._review_due = NEVER if is_calm else tick + max(1, int(WINDOW / self._step))
-        if asleep_still or landing or starting:
+        if woken or landing or starting:
             self._review_due = tick + 1
         else:
             np.copyto(movers.watched, movers.never)
@@ -283,31 +284,32 @@ class CollisionCulling(Device):
     def _wake_up(self, is_awake: Mask) -> list[int]:
         """Open what was woken or pushed, with its groups, and mark it as awake.
 
+        The engine wakes it in the coming step, or when positions are refreshed before.
+
         Returns:
-            The bodies of the trees that the engine wakes in the coming step only.
+            The first bodies of these trees.
         """
-        if (self._is_closed & is_awake[self._tree] & (self._tree >= 0)).any():
-            self._open_all()  # woken past the simulation, as by a force on a joint
-        woken = set(self._woken)
+        trees = set(self._woken)
         self._woken.clear()
         if self._forces.tobytes() != self._no_forces:
-            woken.update(self._tree[np.flatnonzero(self._forces.any(axis=1))].tolist())
-            woken.discard(-1)
+            trees.update(self._tree[np.flatnonzero(self._forces.any(axis=1))].tolist())
+            trees.discard(-1)
+        woken = sorted(trees)
+        bodies: list[int] = self.simulation.model.tree_bodyadr[woken].tolist()
+        is_awake[woken] = ~self._is_closed[bodies]  # as before
+        if (self._is_closed[self._moving] & is_awake[self._tree[self._moving]]).any():
+            self._open_all()  # woken past the simulation, as by a force on a joint
         if not woken:
             return []
         groups = self._find_groups(is_awake)
-        asleep_still = []
-        for tree in sorted(woken):
-            first = int(self.simulation.model.tree_bodyadr[tree])
-            if first in self._gliders:
-                self._end_glide(first)
+        for body in bodies:
+            if body in self._gliders:
+                self._end_glide(body)
                 self._open(groups, int(groups.of_body[self._belt]))
-            elif not is_awake[tree]:
-                asleep_still.append(first)
-                if groups.of_body[first] >= 0:
-                    self._open(groups, int(groups.of_body[first]))
-        is_awake[sorted(woken)] = True
-        return asleep_still
+            elif groups.of_body[body] >= 0:
+                self._open(groups, int(groups.of_body[body]))
+        is_awake[woken] = True
+        return bodies
 
     def _find_trees(self) -> tuple[Numbers, dict[int, list[int]]]:
         """Return the free bodies, and the touchable bodies of each other tree."""
@@ -410,11 +412,11 @@ class CollisionCulling(Device):
             )
         return self._movers
 
-    def _sides(self, movers: _Movers, asleep_still: Sequence[int] = ()) -> Vectors:
-        """Return the sides of the moving boxes; the engine does not yet update the poses of those asleep still."""
+    def _sides(self, movers: _Movers, woken: Sequence[int] = ()) -> Vectors:
+        """Return the sides of the moving boxes; the engine may not yet update the poses of what was woken."""
         data = self.simulation.data
         positions, rotations = data.xpos[movers.bodies], data.xmat[movers.bodies]
-        for body in asleep_still:
+        for body in woken:
             index = np.flatnonzero(self._parts == body)
             if len(index):
                 pose = data.qpos[self._qpos[index[0]]]
