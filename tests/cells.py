@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -127,8 +127,7 @@ def with_seed(trial: Trial, seed: int) -> Trial:
 
 def with_culling(trial: Trial, culling: bool) -> Trial:
     """Return the trial with collision culling on or off."""
-    known = {"collision_culling": culling} if "collision_culling" in CellSettings.__dataclass_fields__ else {}
-    return replace(trial, settings=replace(trial.settings, **cast("Any", known)))
+    return replace(trial, settings=replace(trial.settings, collision_culling=culling))
 
 
 def region(lower: tuple[float, float, float], upper: tuple[float, float, float], at: Pose) -> DropRegion:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
-import numpy as np
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
@@ -111,14 +110,9 @@ class Scene:
     pushes: tuple[Push, ...]
     ticks: int
 
-    def trial(self, *, culling: bool, shake: float = 0.0) -> Trial:
-        """Return its cell, with culling or without; `shake` displaces every part by up to as much [m]."""
-        by = shake * np.random.default_rng(5).uniform(-1.0, 1.0, (len(self.parts), 3))
-        parts = []
-        for number, (kind, spot) in enumerate(self.parts):
-            pose = spot.pose(kind)
-            x, y, z = (float(value) for value in pose.position + by[number])
-            parts.append(Part(self.part(number), kind, Pose((x, y, z + abs(shake)), pose.quaternion)))
+    def trial(self, *, culling: bool) -> Trial:
+        """Return its cell, with culling or without."""
+        parts = [Part(self.part(number), kind, spot.pose(kind)) for number, (kind, spot) in enumerate(self.parts)]
         trial = Trial(
             "scene",
             has_arm=True,
@@ -164,9 +158,9 @@ class Pushes(Device):
 class SceneRun:
     """A scene in a cell of its own; `step` gives the commands of the present tick and steps."""
 
-    def __init__(self, scene: Scene, *, culling: bool, shake: float = 0.0) -> None:
+    def __init__(self, scene: Scene, *, culling: bool) -> None:
         self.scene = scene
-        self.cell = Cell(scene.trial(culling=culling, shake=shake), competition=False)
+        self.cell = Cell(scene.trial(culling=culling), competition=False)
         self.simulation = self.cell.simulation
         devices = self.simulation.devices
         last = {name: devices.pop(name) for name in ("collision_culling",) if name in devices}

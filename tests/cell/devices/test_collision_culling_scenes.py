@@ -15,7 +15,6 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 from cellwright.cell.model.frames import BIN_SURFACE
-from cellwright.config.trial.trial import CellSettings
 from cellwright.engine.simulation import Device
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from tests.cell.devices.culling_checks import CullingCheck, Findings, drift
@@ -47,9 +46,8 @@ def out_of_collision(run: SceneRun) -> Counter[str]:
 
 def assert_acting(acting: Counter[str], total: str, *, closed: float, gliding: float) -> None:
     """Assert that culling acted in these shares of a total; else the test would show nothing."""
-    if "collision_culling" in CellSettings.__dataclass_fields__:
-        assert acting["closed"] >= closed * acting[total], acting
-        assert acting["gliding"] >= gliding * acting[total], acting
+    assert acting["closed"] >= closed * acting[total], acting
+    assert acting["gliding"] >= gliding * acting[total], acting
 
 
 def test_collision_culling_random_scenes_collide_rest_and_push_as_without() -> None:
