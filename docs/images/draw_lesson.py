@@ -7,7 +7,8 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.lesson import LessonAgent
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.camera import VIEWS, Camera
-from cellwright.rendering.picture import render, save_png
+from cellwright.rendering.picture import CastRenderer, PictureRequest, save_png
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.running.run import RunOptions, run_cell
 
 CONFIG = Path("examples/lesson/industrial_control/config")
@@ -26,7 +27,11 @@ def draw(name: str, config: str, camera: Camera, agent: LessonAgent | None, unti
     """
     cell = Cell(load_trial([CONFIG / f"{config}.yaml"]).trial)
     run_cell(cell, agent, RunOptions(until=until))
-    save_png(f"docs/images/lesson-{name}.png", render(*cell.seen, camera, 800, 450, samples=4))
+    cell.simulation.refresh()
+    capture = SceneCapture.of(cell)
+    frame = capture.frame(cell.simulation.data, cell.simulation.now)
+    picture = CastRenderer(capture.scene).colour(frame, PictureRequest(camera, 800, 450, samples=4))
+    save_png(f"docs/images/lesson-{name}.png", picture)
 
 
 draw("first", "first_config", VIEWS["overview"], None, 2.0)

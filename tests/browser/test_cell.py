@@ -17,7 +17,8 @@ from cellwright.cell.cell import Cell
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.camera import VIEWS
-from cellwright.rendering.picture import render
+from cellwright.rendering.picture import CastRenderer, PictureRequest
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, Pixels, distance, middle, share
@@ -70,10 +71,12 @@ def visitor(page: WebPage, visit_all: Visit) -> Visitor:
 @pytest.fixture(scope="module")
 def cast() -> Pixels:
     """Ray-cast picture of the same cell."""
-    simulation = Cell(load_trial([find_trial("lesson")]).trial).simulation
-    simulation.refresh()
-    size = round(WIDTH * COARSE), round(HEIGHT * COARSE)
-    return render(simulation.model, simulation.data, VIEWS["overview"], *size)
+    cell = Cell(load_trial([find_trial("lesson")]).trial)
+    cell.simulation.refresh()
+    capture = SceneCapture.of(cell)
+    frame = capture.frame(cell.simulation.data, 0)
+    request = PictureRequest(VIEWS["overview"], round(WIDTH * COARSE), round(HEIGHT * COARSE))
+    return CastRenderer(capture.scene).colour(frame, request)
 
 
 def seconds(visitor: Visitor) -> float:

@@ -211,9 +211,7 @@ def test_cell_has_devices_of_its_trial() -> None:
     whole = Cell(WHOLE)
     assert whole.sensors.keys() == {sensor.name for sensor in SENSORS}
     assert (set(whole.trays), set(whole.agvs), set(whole.quality)) == ({1, 2}, {1, 2}, {1, 2})
-    model, data = whole.engine_state
-    assert model is whole.simulation.model
-    assert data is whole.simulation.data
+    assert whole.drawn == (whole.simulation.model, whole.world.visuals)
 
 
 @pytest.mark.slow

@@ -95,14 +95,14 @@ def test_contact_depends_on_classes_of_both_shapes(first: Touch, second: Touch, 
     assert touches(second, first) is expected
 
 
-def test_visual_shape_has_no_contacts() -> None:
+def test_unseen_shape_has_no_contacts() -> None:
     spec = mujoco.MjSpec()
-    geom = add_shape(spec.worldbody, box(1, 2, 3, Pose(), GREY), Role.SEEN, Touch.PART, name="look")
-    assert (geom.contype, geom.conaffinity, geom.group) == (0, 0, 2)
+    geom = add_shape(spec.worldbody, box(1, 2, 3, Pose(), GREY), Role.UNSEEN, Touch.PART, name="face")
+    assert (geom.contype, geom.conaffinity, geom.group) == (0, 0, 4)
     assert list(geom.size) == [0.5, 1.0, 1.5]
-    assert spec.compile().geom("look").id == 0
+    assert spec.compile().geom("face").id == 0
 
 
 def test_mesh_shape_names_its_mesh() -> None:
     spec = mujoco.MjSpec()
-    assert add_shape(spec.worldbody, mesh("gear", GREY), Role.SEEN).meshname == "gear"
+    assert add_shape(spec.worldbody, mesh("gear", GREY), Role.BOTH).meshname == "gear"

@@ -11,6 +11,7 @@ from cellwright.cell.model.arm import JOINTS, add_arm
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import ArmSettings, ServoProfile
+from cellwright.engine.shapes import Visuals
 from cellwright.motion import (
     ORIGINAL_SERVO,
     JointMotion,
@@ -94,7 +95,7 @@ def test_anticipated_interception_meets_part_within_millimetres() -> None:
 
 def test_weight_equals_bias_forces_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, ArmSettings(), 0.01)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01)
     model = spec.compile()
     data = mujoco.MjData(model)
     joints = Joints(0.7, -1.0, -0.6, 1.9, 0.4, 1.2, -3.0)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.model.arm import JOINTS, add_arm
 from cellwright.config.trial.trial import ArmSettings
+from cellwright.engine.shapes import Visuals
 from cellwright.motion import Joints, face, forward, inverse, is_usual, link_poses, tool_down
 from cellwright.motion.kinematics import A2, A3, D5
 from cellwright.motion.paths import angle_between
@@ -37,7 +38,7 @@ def test_forward_kinematics_equal_published_ones(case: dict[str, Any]) -> None:
 
 def test_link_poses_equal_those_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, ArmSettings(), 0.01)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01)
     model = spec.compile()
     data = mujoco.MjData(model)
     for joint, value in zip(JOINTS, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):

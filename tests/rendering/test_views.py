@@ -6,11 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.build import build_world
+from cellwright.cell.model.build import World, build_world
 from cellwright.config.trial.trial import Trial
 from cellwright.rendering.camera import VIEWS, Camera, camera_of
 from cellwright.rendering.picture import pixel_points
 from cellwright.rendering.raycast import RayCaster
+from cellwright.rendering.scene.engine import EngineScene, SceneCapture
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.rendering.scenes import project
 
@@ -33,12 +34,20 @@ BODIES_IN_VIEW = {
 }
 
 
+Casters = tuple[World, RayCaster, SceneCapture, EngineScene, RayCaster]
+
+
 @pytest.fixture(scope="module")
-def cell() -> tuple[mujoco.MjModel, RayCaster]:
+def casters() -> Casters:
+    """Casters of rays to the engine's model, which knows static bodies, and to the scene, which has all shapes."""
     world = build_world(Trial("views", has_arm=True))
     data = mujoco.MjData(world.model)
     world.set_initial_posture(data)
-    return world.model, RayCaster(world.model, data)
+    mujoco.mj_kinematics(world.model, data)
+    capture = SceneCapture(world.model, world.visuals)
+    shown = EngineScene(capture.scene)
+    shown.show(capture.frame(data, 0))
+    return world, RayCaster(world.model, data), capture, shown, RayCaster(shown.model, shown.data)
 
 
 @pytest.mark.parametrize("name", VIEWS)
@@ -49,12 +58,14 @@ def test_view_has_its_subject_in_picture(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", VIEWS)
-def test_view_of_subject_is_unobstructed(name: str, cell: tuple[mujoco.MjModel, RayCaster]) -> None:
-    model, caster = cell
+def test_view_of_subject_is_unobstructed(name: str, casters: Casters) -> None:
+    world, of_model, capture, shown, of_scene = casters
     camera = camera_of(name)
     directions = camera.directions(pixel_points(np.arange(WIDTH * HEIGHT), WIDTH, samples=1), WIDTH, HEIGHT)
-    hits = caster.cast(np.array(camera.eye), directions)
-    seen = {model.body(int(model.geom_bodyid[geom])).name for geom in hits.geom if geom >= 0}
+    static, hits = (caster.cast(np.array(camera.eye), directions) for caster in (of_model, of_scene))
+    unobstructed = static.geom[np.isclose(static.distance, hits.distance, atol=1e-3)]
+    seen = {world.model.body(int(world.model.geom_bodyid[geom])).name for geom in unobstructed if geom >= 0}
+    seen |= {capture.scene.bodies[int(shown.model.geom_bodyid[geom])] for geom in hits.geom if geom >= 0}
     assert BODIES_IN_VIEW[name] <= seen
     assert hits.distance.min() > 0.4, "the camera stands in the open"
 

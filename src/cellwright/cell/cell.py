@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -36,12 +37,14 @@ from cellwright.cell.model.build import World, build_world
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.sensor import Sensor
+from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
+from cellwright.rendering.scene.engine import SceneCapture
 
 _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
     "break_beam": BreakBeam,
@@ -121,7 +124,7 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.render_service = RenderService(self.simulation, hidden=self.hidden_bodies, report=report)
+        self.render_service = RenderService(self.simulation, partial(SceneCapture.of, self), report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
@@ -175,9 +178,9 @@ class Cell(CellDevices):
         return self.trial.settings.arm.servo
 
     @property
-    def engine_state(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """The engine's model and data, for rendering."""
-        return self.simulation.model, self.simulation.data
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn, the simulation's, and the shapes on its bodies that are only seen."""
+        return self.world.model, self.world.visuals
 
     def reset(self) -> None:
         """Begin a run at time 0, with everything in its initial place."""
@@ -255,4 +258,4 @@ class Cell(CellDevices):
             models.append(
                 SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
             )
-        return ModelSnapshot(model, self.simulation.data, models, self.trial.part_models)
+        return ModelSnapshot(self.simulation, models, self.trial.part_models)

@@ -44,6 +44,11 @@ class Cadence:
         self._denominator = period.denominator
         self._half = self._denominator // 2
 
+    @property
+    def ratio(self) -> tuple[int, int, int]:
+        """Numbers a, b, c with which sample n is due at `(n * a + b) // c` [ns]."""
+        return self._numerator, self._half, self._denominator
+
     def due(self, index: int) -> int:
         """Return the due time of sample `index` [ns]."""
         return (index * self._numerator + self._half) // self._denominator
@@ -70,6 +75,7 @@ class Clock:
         """Time [ns] at a tick."""
         self.first_tick_at = ticks.first_at
         """The first tick whose time is at or after a time [ns]."""
+        self._ratio = ticks.ratio
         self.tick = 0
         self.now = 0
 
@@ -79,8 +85,10 @@ class Clock:
 
     def advance(self) -> int:
         """Advance by one tick; return the new time [ns]."""
-        self.set_tick(self.tick + 1)
-        return self.now
+        self.tick = tick = self.tick + 1
+        numerator, half, denominator = self._ratio
+        self.now = now = (tick * numerator + half) // denominator  # `time_of`, without the call: each tick does this
+        return now
 
     def set_tick(self, tick: int) -> None:
         """Set the tick, as after a restore."""

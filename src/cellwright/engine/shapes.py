@@ -1,14 +1,15 @@
 """Shapes of the engine's model, and meshes made in code: rings, lofted bodies and cups.
 
-A shape is solid (touched, and seen by rays), seen (drawn only), or both. The engine's geom groups carry this, so that
-ray sensors and renderers select by group. Parts, the robot and everything else form three classes of contact.
+The engine's model has what is touched or measured; geom groups say for each shape whether it is also drawn, so that ray
+sensors and scenes select by group. What is only seen is in `Visuals`, beside the model. Parts, the robot and everything
+else form three classes of contact.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 from typing import Any, Literal, TypeAlias
 
@@ -33,12 +34,10 @@ GEOM_TYPES = {
 
 
 class Role(IntEnum):
-    """Purpose of a shape; the value is its geom group."""
+    """Purpose of a shape in the engine's model; the value is its geom group."""
 
     BOTH = 1
     """Touched and drawn."""
-    SEEN = 2
-    """Drawn only."""
     SOLID = 3
     """Touched only, and seen by ray sensors."""
     UNSEEN = 4
@@ -110,7 +109,7 @@ def capsule(radius: float, length: float, pose: Pose, colour: Colour) -> Shape:
 
 
 def mesh(name: str, colour: Colour, pose: Pose = HERE) -> Shape:
-    """Return a mesh of the model's assets, drawn only."""
+    """Return a mesh of the model or of the visuals, by its name."""
     return Shape("mesh", (0.0, 0.0, 0.0), pose, colour, mesh=name)
 
 
@@ -148,20 +147,10 @@ def _reach(shape: Shape) -> Vector3:
     return (x, y, z)
 
 
-def add_visuals(body: Any) -> Any:
-    """Add a body `<name> looks`, fixed to `body`, for shapes that are only seen.
-
-    In each step the engine computes the bounds of every shape of a body that can be touched, including those only seen.
-    It skips shapes of other bodies, and of the world. A moving thing with many shapes that are only seen thus has them
-    on a separate body, and a fixed thing on the world.
-    """
-    return body.add_body(name=f"{body.name} looks")
-
-
 def add_shape(
     body: Any, shape: Shape, role: Role, touch: Touch = Touch.FIXED, *, name: str = "", mass: float = 0.0
 ) -> Any:
-    """Add a shape to a body of a model specification. A shape that is not solid touches nothing.
+    """Add a shape to a body of a model specification. An unseen one touches nothing.
 
     Args:
         body: the body (`MjsBody`).
@@ -174,7 +163,7 @@ def add_shape(
     Returns:
         The geom (`MjsGeom`).
     """
-    contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
+    contype, conaffinity = (Touch.NOTHING if role is Role.UNSEEN else touch).value
     geom = body.add_geom(
         type=GEOM_TYPES[shape.kind],
         pos=shape.pose.position,
@@ -196,6 +185,30 @@ def add_shape(
 
 Mesh: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3) [m], and triangles, shape (m, 3), counter-clockwise seen from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class Visuals:
+    """Shapes that are only seen. They move with bodies of the engine's model, which lacks them: no step pays for them.
+
+    Attributes:
+        shapes: the shapes, each with the name of its body, in whose frame it is; "world" has static ones.
+        meshes: the meshes that they name.
+
+    Example:
+        >>> visuals = Visuals()
+        >>> visuals.add("bin7|gear_part_1", cylinder(0.012, 0.0124, at(z=0.0062), (0.3, 0.3, 0.3, 1.0)))
+        >>> [(body, shape.kind) for body, shape in visuals.shapes]
+        [('bin7|gear_part_1', 'cylinder')]
+    """
+
+    shapes: list[tuple[str, Shape]] = field(default_factory=list)
+    meshes: dict[str, Mesh] = field(default_factory=dict)
+
+    def add(self, body: str, *shapes: Shape) -> None:
+        """Add shapes to a body, given in its frame."""
+        self.shapes.extend((body, shape) for shape in shapes)
+
 
 GEAR = "gear"
 GASKET = "gasket"
@@ -281,14 +294,13 @@ def gasket_outline(angle: float) -> float:
     return max(ear, min(wall, 0.0565), 0.036)
 
 
-def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False, weighs: bool = False) -> None:
+def add_mesh(spec: Any, name: str, form: Mesh, *, weighs: bool = False) -> None:
     """Add a mesh asset to a model specification.
 
     Args:
         spec: the model specification (`MjSpec`).
         name: name of the asset.
         form: vertices and triangles.
-        smooth: True for smooth shading.
         weighs: True if it has the inertia of its convex hull, else that of a shell.
     """
     vertices, triangles = form
@@ -297,6 +309,5 @@ def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False, weighs: 
         name=name,
         uservert=vertices.ravel(),
         userface=triangles.ravel(),
-        smoothnormal=smooth,
         inertia=kinds.mjMESH_INERTIA_CONVEX if weighs else kinds.mjMESH_INERTIA_SHELL,
     )

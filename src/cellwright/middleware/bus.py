@@ -31,6 +31,9 @@ from cellwright.middleware.messages.validation import describe_value, has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
+    from mujoco import MjModel
+
+    from cellwright.engine.shapes import Visuals
     from cellwright.engine.simulation import Simulation
 
 M = TypeVar("M", bound=Message)
@@ -581,6 +584,10 @@ class Node(Protocol):
     @property
     def simulation(self) -> Simulation:
         """Simulation that advances time."""
+
+    @property
+    def drawn(self) -> tuple[MjModel, Visuals]:
+        """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes on these bodies."""
 
     @property
     def in_competition(self) -> bool:

@@ -133,19 +133,20 @@ MIN_HALF_LENGTH = 1e-4
 class ShapeBuilder:
     """Builder of the shapes of bodies; a mesh that many links use is loaded once.
 
-    If links cannot touch each other (`is_touched` is false), shapes for contact alone are left out.
+    If links cannot touch each other (`is_touched` is false), shapes for contact alone are left out; if they are not
+    drawn (`is_seen` is false), shapes that are only seen.
     """
 
-    def __init__(self, spec: Any, *, is_touched: bool) -> None:
+    def __init__(self, spec: Any, *, is_touched: bool, is_seen: bool) -> None:
         self._spec = spec
-        self._is_touched = is_touched
+        self._is_touched, self._is_seen = is_touched, is_seen
         self._files: dict[Path, Mesh] = {}
         self._names: dict[tuple[Path, Vector3], str] = {}
 
     def add(self, body: Any, shape: ModelShape) -> bool:
         """Add a shape without mass to a body; return True if it is one for contact."""
         is_touched = shape.is_touched and self._is_touched
-        if not (is_touched or shape.is_seen):
+        if not (is_touched or (shape.is_seen and self._is_seen)):
             return False
         if shape.mesh is not None:
             geom = self._add_mesh(body, shape, shape.mesh, is_touched=is_touched)
@@ -236,10 +237,17 @@ class RobotWorld:
 
     The actuators exert nothing. Their controls hold the targets of the joints [rad; m], and so are part of the
     engine's state and can be moved in its own window.
+
+    Attributes:
+        config: the robot.
+        model: the whole model, to be drawn.
+        stepping: the same without what is only seen, which would cost in each step: bodies, joints and actuators have
+            the same numbers.
     """
 
     config: RobotConfig
     model: mujoco.MjModel
+    stepping: mujoco.MjModel
 
     def set_initial_posture(self, data: mujoco.MjData) -> None:
         """Write the initial posture.
@@ -269,6 +277,22 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     Raises:
         DescriptionError: the engine cannot build the robot.
     """
+    with _report_refusal(config):
+        whole, stepping = (_specify(config, timestep, self_collision, is_seen) for is_seen in (True, False))
+        add_floor(whole)
+        model = whole.compile()
+    world, data = RobotWorld(config, model, model), mujoco.MjData(model)
+    world.set_initial_posture(data)
+    if overlapping := overlapping_pairs(model, data) if self_collision else []:
+        exclude_contacts(whole, overlapping)
+        exclude_contacts(stepping, overlapping)
+        model = whole.compile()
+    put_floor_under(model, data)
+    return RobotWorld(config, model, stepping.compile())
+
+
+def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen: bool) -> Any:  # noqa: FBT001
+    """Return the specification of a robot's model, with shapes that are touched, seen or both."""
     spec = mujoco.MjSpec()
     spec.modelname = config.name
     spec.compiler.degree = False
@@ -281,22 +305,12 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
     option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
-    builder = _RobotBuilder(spec, config, is_touched=self_collision)
-    with _report_refusal(config):
-        builder.build()
-    add_floor(spec)
+    builder = _RobotBuilder(spec, config, is_touched=is_touched, is_seen=is_seen)
+    builder.build()
     moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _JOINT_TYPES)
     joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
     exclude_contacts(spec, [(body_of(one), body_of(other)) for one, other in joined])
-    with _report_refusal(config):
-        world = RobotWorld(config, spec.compile())
-    data = mujoco.MjData(world.model)
-    world.set_initial_posture(data)
-    if overlapping := overlapping_pairs(world.model, data) if self_collision else []:
-        exclude_contacts(spec, overlapping)
-        world = RobotWorld(config, spec.compile())
-    put_floor_under(world.model, data)
-    return world
+    return spec
 
 
 @contextmanager
@@ -310,9 +324,9 @@ def _report_refusal(config: RobotConfig) -> Iterator[None]:
 
 
 class _RobotBuilder:
-    def __init__(self, spec: Any, config: RobotConfig, *, is_touched: bool) -> None:
+    def __init__(self, spec: Any, config: RobotConfig, *, is_touched: bool, is_seen: bool) -> None:
         self._spec, self._config, self._robot = spec, config, config.robot
-        self._shapes = ShapeBuilder(spec, is_touched=is_touched)
+        self._shapes = ShapeBuilder(spec, is_touched=is_touched, is_seen=is_seen)
         self.touched: set[str] = set()
         """Links with shapes for contact."""
         self._fingers = {self._robot.joint(name).child for gripper in config.grippers for name in gripper.joints}

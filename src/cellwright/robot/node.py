@@ -4,12 +4,17 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
+import mujoco
+
 from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
 from cellwright.robot.commander import Commander, Homing
@@ -87,7 +92,9 @@ class RobotNode:
             if driver is not None:
                 on_failure.callback(close_driver, driver)
             self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
-            self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.set_initial_posture)
+            self.simulation = Simulation(
+                self.world.stepping, timestep=timestep, first_pose=self.world.set_initial_posture
+            )
             self.servos = JointServos(config.robot, motion)
             self.driver: Driver = self.servos
             if driver is not None:
@@ -110,7 +117,7 @@ class RobotNode:
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
             grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
-            self.cameras = add_cameras(config, self.simulation, report)
+            self.cameras = add_cameras(config, self.simulation, partial(SceneCapture.of, self), report)
             """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
             handlers = (
@@ -141,6 +148,11 @@ class RobotNode:
     def refused(self) -> int:
         """Number of refused commands and calls."""
         return self.bus.refusals.total
+
+    @property
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes: none."""
+        return self.world.model, Visuals()
 
     def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none."""

@@ -19,6 +19,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot.commander import CLEAR_STOP, ENABLE, Commander
 from cellwright.robot.drivers import Driver
 from cellwright.robot.grippers import GripperRange
@@ -27,10 +28,13 @@ from cellwright.util.errors import UsageError
 
 
 def add_cameras(
-    config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
+    config: RobotConfig,
+    simulation: Simulation,
+    capture: Callable[[], SceneCapture],
+    report: Callable[[str], None] = lambda _line: None,
 ) -> dict[str, PictureCamera]:
     """Add the cameras of a robot, by name; one that cannot be made is reported and left out."""
-    service = RenderService(simulation, about=config.base_pose.position, report=report)
+    service = RenderService(simulation, capture, about=config.base_pose.position, report=report)
     found: dict[str, PictureCamera] = {}
     for described in config.cameras:
         try:

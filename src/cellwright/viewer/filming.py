@@ -42,7 +42,7 @@ class VideoRecorder:
         lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
-        self._capture = SceneCapture(served.simulation.model, name=served.name, hidden=served.hidden_bodies)
+        self._capture = SceneCapture.of(served)
         self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
             min_speed = float(tick * RATE)

@@ -76,7 +76,7 @@ def scene_of(simulation: Simulation, *models: tuple[str, str]) -> ModelSnapshot:
         found.append(
             SceneModel(name, kind, body, collision_geoms(model, body), nested_in=f"agv{number}" if is_tray else None)
         )
-    return ModelSnapshot(model, simulation.data, found)
+    return ModelSnapshot(simulation, found)
 
 
 def move(simulation: Simulation, name: str, pose: Pose) -> None:

@@ -162,3 +162,39 @@ def test_restored_trajectory_is_identical(joints: list[list[tuple[int, Knot, Kno
     assert (other.start, other.end) == (trajectory.start, trajectory.end)
     for time in range(0, 4 * SECOND, SECOND // 3):
         assert other.state(time) == trajectory.state(time)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.lists(st.tuples(durations, numbers, numbers, numbers), min_size=1, max_size=4),
+            st.sampled_from([1, 2, 3]),
+            starts,
+        ),
+        min_size=1,
+        max_size=3,
+    ),
+    starts,
+    st.integers(1, SECOND),
+    st.integers(1, 80),
+)
+def test_times_sampled_together_equal_those_one_by_one_to_the_bit(
+    motions: list[tuple[list[tuple[int, float, float, float]], int, int]], first: int, period: int, count: int
+) -> None:
+    joints = []
+    for points, specified, start in motions:
+        times = [start, *(start + sum(each[0] for each in points[: k + 1]) for k in range(len(points)))]
+        knots_ = [Knot(0.0, 0.0, 0.0), *(Knot(*values[:specified]) for _, *values in points)]
+        segments = [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(knots_), strict=True)]
+        joints.append([rest_segment(start, 0.0), *segments])
+    trajectory = Trajectory(joints)
+    asked = [first + k * period for k in range(count)]
+    positions, velocities = trajectory.sample(asked)
+    assert positions.tobytes() == np.array([trajectory.positions(time) for time in asked]).tobytes()
+    assert velocities.tobytes() == np.array([trajectory.velocities(time) for time in asked]).tobytes()
+
+
+def test_sample_of_huge_coefficients_overflows_silently() -> None:
+    trajectory = Trajectory([[join_segment(0, Knot(0.0, 1e300), SECOND, Knot(1e308, -1e300))]])
+    asked = list(range(0, SECOND, SECOND // 20))
+    np.testing.assert_array_equal(trajectory.sample(asked)[0], [trajectory.positions(time) for time in asked])

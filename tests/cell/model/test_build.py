@@ -18,6 +18,7 @@ from cellwright.config.trial.trial import (
     Options,
     Order,
     Part,
+    PictureCameraConfig,
     SensorConfig,
     Trial,
 )
@@ -186,11 +187,11 @@ def test_bins_trays_and_belt_are_at_original_poses(world: World) -> None:
 
 
 def test_geom_groups_follow_collision(world: World) -> None:
-    """Group 1 collides and is drawn, 2 is only drawn, 3 only collides; 4 is neither."""
+    """Group 1 collides and is drawn, 3 only collides; 4 is neither. What is only drawn is no geom."""
     model = world.model
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     assert set(model.geom_group[solid]) == {1, 3}
-    assert set(model.geom_group[~solid]) == {2, 4}
+    assert set(model.geom_group[~solid]) == {4}
 
 
 def test_timestep_sets_stiffness_of_contacts() -> None:
@@ -200,10 +201,30 @@ def test_timestep_sets_stiffness_of_contacts() -> None:
         assert model.geom("conveyor_belt").solref == pytest.approx((expected, 1.0))
 
 
-def test_sensor_housings_do_not_collide(world: World) -> None:
+def test_model_has_only_bodies_that_are_touched_or_move(world: World) -> None:
     model = world.model
+    for body in range(1, model.nbody):
+        assert model.body_geomnum[body], model.body(body).name
+
+
+def test_visuals_are_on_bodies_of_model(world: World) -> None:
+    model, shapes = world.model, world.visuals.shapes
+    assert {"world", "agv1", "bin3", "vacuum_gripper_link", "bin8|gear_part_1"} <= {body for body, _ in shapes}
+    for body, shape in shapes:
+        assert model.body(body).id >= 0
+        assert (shape.mesh in world.visuals.meshes) == (shape.kind == "mesh")
+
+
+def test_sensor_housings_are_visuals_at_their_sensors(world: World) -> None:
+    places = np.array([shape.pose.position for body, shape in world.visuals.shapes if body == "world"])
     for sensor in FULL.sensors:
-        body = model.body(f"{sensor.name} housing")
-        assert body.pos == pytest.approx(sensor.pose.position)
-        first = int(body.geomadr[0])
-        assert list(model.geom_group[first : first + int(body.geomnum[0])]) == [2] * int(body.geomnum[0])
+        distances = np.linalg.norm(places - sensor.pose.position, axis=1)
+        assert (distances < 0.07).sum() == 2
+
+
+def test_housing_of_camera_moves_with_its_link() -> None:
+    camera = PictureCameraConfig("wrist", "rgb_camera", Pose((0.0, 0.0, 0.1)), frame="wrist_3_link")
+    worlds = [build_world(Trial("t", has_arm=True, sensors=sensors)) for sensors in ((), (camera,))]
+    bare, dressed = ([shape for body, shape in each.visuals.shapes if body == "wrist_3_link"] for each in worlds)
+    assert len(dressed) - len(bare) == 2
+    assert worlds[0].model.nbody == worlds[1].model.nbody

@@ -66,10 +66,30 @@ def test_visual_shapes_do_not_collide(cell: Cell) -> None:
     body = model.body("bin7|valve_part_1").id
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     assert list(model.geom_group[first : first + count]) == [Role.SOLID] * 2
-    looks = model.body("bin7|valve_part_1 looks").id
-    first, count = int(model.body_geomadr[looks]), int(model.body_geomnum[looks])
-    assert list(model.geom_group[first : first + count]) == [Role.SEEN] * 2
-    assert not model.geom_contype[first : first + count].any()
+    seen = [shape for name, shape in cell.world.visuals.shapes if name == "bin7|valve_part_1"]
+    assert [shape.kind for shape in seen] == ["cylinder"] * 2
+
+
+@pytest.mark.parametrize("use", ["both", "seen", "touched"])
+def test_mesh_goes_to_engine_or_visuals_by_its_use(use: str) -> None:
+    cube = ModelShape("box", (0.1, 0.1, 0.1), is_seen=False)
+    wedge = ModelShape(
+        "mesh", (0.001,) * 3, is_touched=use != "seen", is_seen=use != "touched", mesh=EXAMPLE / "wedge.stl"
+    )
+    part = Part("bin7|my_part_1", "my_part", Pose((0, 0, 1)))
+    world = build_world(Trial("t", bin_parts=(part,), part_models={"my_part": UserModel((wedge, cube), 1.0)}))
+    name = "my_part|mesh_0"
+    assert (name in world.visuals.meshes) == (use != "touched")
+    assert (name in [world.model.mesh(mesh).name for mesh in range(world.model.nmesh)]) == (use != "seen")
+    assert [shape.mesh for body, shape in world.visuals.shapes if body == part.name] == [name] * (use != "touched")
+
+
+def test_visual_mesh_without_surface_is_refused(tmp_path: Path) -> None:
+    for name, content in (("point", "v 0 0 0\n" * 4), ("line", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0 1\n")):
+        (tmp_path / f"{name}.obj").write_text(content + "f 1 2 3\n")
+        shapes = (ModelShape("mesh", (1.0, 1.0, 1.0), is_touched=False, mesh=tmp_path / f"{name}.obj"),)
+        with pytest.raises(ModelFileError, match=r"obj: a mesh needs at least 4 vertices, and triangles with an area"):
+            form_of("w", UserModel(shapes, 1.0))
 
 
 def test_mesh_stands_where_file_places_it() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from cellwright.cell.model.parts import KNOWN_TYPES, PART_TYPES, add_part, add_part_meshes, part_type
 from cellwright.config import layout
+from cellwright.engine.shapes import Visuals, bounds
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
@@ -37,9 +38,8 @@ TOPS = {
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     spec = mujoco.MjSpec()
-    add_part_meshes(spec)
     for kind in PART_TYPES:
-        add_part(spec, kind, part_type(kind), Pose())
+        add_part(spec, Visuals(), kind, part_type(kind), Pose())
     return spec.compile()
 
 
@@ -90,24 +90,30 @@ def test_inertia_fits_mass_and_size(model: mujoco.MjModel, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_visual_shapes_stay_close_to_collision_shapes(model: mujoco.MjModel, kind: str) -> None:
+def test_visual_shapes_stay_close_to_collision_shapes(kind: str) -> None:
     """Visual shapes neither float beside the collision shapes nor hide inside them."""
     lower, upper = part_type(kind).box
-    looks = [g for g in range(model.ngeom) if model.geom_group[g] in (1, 2) and belongs(model, g, kind)]
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    corners = []
-    for geom in looks:
-        centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
-        corners.append(data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T)
+    visuals = Visuals()
+    add_part_meshes(visuals)
+    corners = [
+        [shape.pose.transform(vertex) for vertex in visuals.meshes[shape.mesh][0].tolist()]
+        if shape.kind == "mesh"
+        else bounds((shape,))
+        for shape in part_type(kind).seen or part_type(kind).solid
+    ]
     seen = np.concatenate(corners)
     assert seen.min(axis=0) == pytest.approx(lower, abs=2.5e-3)
     assert seen.max(axis=0) == pytest.approx(upper, abs=2.5e-3)
 
 
-def belongs(model: mujoco.MjModel, geom: int, kind: str) -> bool:
-    return bool(model.body_rootid[model.geom_bodyid[geom]] == model.body(kind).id)
+def test_part_is_drawn_by_visuals_that_its_body_in_engine_lacks() -> None:
+    spec, visuals = mujoco.MjSpec(), Visuals()
+    add_part(spec, visuals, "gear", part_type("gear_part"), Pose())
+    add_part(spec, visuals, "bar", part_type("part2"), Pose())
+    model = spec.compile()
+    assert [model.body(name).geomnum[0] for name in ("gear", "bar")] == [2, 1]
+    assert [name for name, _ in visuals.shapes] == ["gear"] * 3  # the bar's collision shape is drawn
+    assert tuple(shape for _, shape in visuals.shapes) == part_type("gear_part").seen
 
 
 def test_marks_are_collision_shapes_without_mass() -> None:

@@ -96,7 +96,7 @@ def test_recording_has_all_published_messages(recorded: tuple[Path, str]) -> Non
 
 def test_recorded_scene_and_frames_equal_those_of_cell(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
-    taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
+    taker = SceneCapture.of(cell)
     with RecordingFile(recorded[0]) as recording:
         assert recording.scene == encode_scene(taker.scene)
         assert decode_scene(recording.scene).name == "whole"

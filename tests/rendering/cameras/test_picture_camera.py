@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, push
@@ -36,7 +38,8 @@ class Room:
         self.simulation: Simulation = make_simulation(spec)
         self.workers: list[FakeWorker] = []
         self.lines: list[str] = []
-        self.service = RenderService(self.simulation, self._start, report=self.lines.append)
+        capture = partial(SceneCapture, self.simulation.model)
+        self.service = RenderService(self.simulation, capture, self._start, report=self.lines.append)
         self.camera = PictureCamera(camera, self.service, report=self.lines.append)
         self.simulation.add(self.camera)
         self.simulation.reset()

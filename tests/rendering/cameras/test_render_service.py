@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.render_service import PendingPicture, RenderService
+from cellwright.rendering.cameras.render_service import PendingPicture, RenderService, start_worker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
@@ -30,6 +32,10 @@ def room() -> Simulation:
     return make_simulation(spec)
 
 
+def serve(simulation: Simulation, start: Any = start_worker, **options: Any) -> RenderService:
+    return RenderService(simulation, partial(SceneCapture, simulation.model), start, **options)
+
+
 def process_of(service: RenderService) -> Any:
     return service._worker._process  # type: ignore[union-attr]
 
@@ -39,7 +45,7 @@ def process_of(service: RenderService) -> Any:
 def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     simulation = room()
-    service = RenderService(simulation)
+    service = serve(simulation)
     requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
@@ -59,7 +65,7 @@ def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_killed_process_is_reported_once_and_draws_no_more() -> None:
     lines: list[str] = []
-    service = RenderService(room(), report=lines.append)
+    service = serve(room(), report=lines.append)
     pending = ask(service)
     assert pending is not None
     assert service.fetch(pending) is not None
@@ -91,7 +97,7 @@ def test_deleted_service_releases_process() -> None:
         workers.append(FakeWorker(scene))
         return workers[-1]
 
-    service = RenderService(room(), start)
+    service = serve(room(), start)
     ask(service)
     del service
     gc.collect()
@@ -99,7 +105,7 @@ def test_deleted_service_releases_process() -> None:
 
 
 def test_cameras_of_one_tick_share_frame() -> None:
-    service = RenderService(simulation := room(), FakeWorker)
+    service = serve(simulation := room(), FakeWorker)
     for _ in range(2):
         ask(service)
     simulation.step()

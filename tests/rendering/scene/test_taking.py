@@ -8,9 +8,11 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.robot.robots import load_robot
+from cellwright.engine.shapes import Visuals, at, box, mesh
 from cellwright.rendering.scene import ShapeLayer, ShapeType
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame
+from cellwright.robot.model import kinematics_of
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import load_trial
 from cellwright.util.pose import Pose
@@ -66,29 +68,63 @@ def test_frame_has_poses_and_visibility_of_bodies() -> None:
     assert capture.index(0) == capture.index(model.body("stand").id) == 0
 
 
-def _places(capture: SceneCapture, frame: SceneFrame) -> Any:
+def _places(capture: SceneCapture, frame: SceneFrame, *, visual: bool) -> Any:
+    """Return the positions (n, 3) in the world of shapes that are only seen, or of the others."""
     bodies = [Pose(tuple(row[:3].tolist()), tuple(row[3:].tolist())) for row in frame.poses]
-    return np.array([(bodies[shape.body] @ shape.pose).position for shape in capture.scene.shapes])
+    shapes = [shape for shape in capture.scene.shapes if (shape.layer is ShapeLayer.LOOKS) == visual]
+    return np.array([(bodies[shape.body] @ shape.pose).position for shape in shapes])
 
 
-@pytest.mark.parametrize("kind", ["cell", "robot"])
-def test_shapes_on_bodies_match_engine_geoms(kind: str) -> None:
-    served: Cell | RobotNode = (
-        Cell(load_trial("lesson")) if kind == "cell" else RobotNode(load_robot("qinglong", print))
+def test_shapes_of_cell_match_geoms_and_visuals() -> None:
+    cell = Cell(load_trial("lesson"))
+    model, data = cell.simulation.model, cell.simulation.data
+    for _ in range(50):
+        cell.step()
+    cell.simulation.refresh()
+    capture = SceneCapture.of(cell)
+    frame = capture.frame(data, cell.simulation.now)
+    drawn = model.geom_rgba[:, 3] > 0
+    assert _places(capture, frame, visual=False) == pytest.approx(data.geom_xpos[drawn], abs=1e-4)
+    expected = sorted(
+        (Pose(tuple(data.body(body).xpos), tuple(data.body(body).xquat)) @ shape.pose).position
+        for body, shape in cell.world.visuals.shapes
     )
-    simulation = served.simulation
+    found = sorted(map(tuple, _places(capture, frame, visual=True).tolist()))
+    assert len(found) == len(expected)
+    assert np.sort(found, axis=0) == pytest.approx(np.sort(expected, axis=0), abs=1e-4)
+
+
+def test_shapes_of_robot_match_geoms() -> None:
+    node = RobotNode(load_robot("qinglong", print))
+    simulation, model = node.simulation, node.world.model
     for _ in range(50):
         simulation.step()
     simulation.refresh()
-    capture = SceneCapture(simulation.model, hidden=served.hidden_bodies)
+    capture = SceneCapture.of(node)
     frame = capture.frame(simulation.data, simulation.now)
-    drawn = simulation.model.geom_rgba[:, 3] > 0
-    assert _places(capture, frame) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
+    expected = kinematics_of(model, simulation.data).geom_xpos[model.geom_rgba[:, 3] > 0]
+    assert _places(capture, frame, visual=True) == pytest.approx(expected, abs=1e-4)
+
+
+def test_visuals_are_on_bodies_and_have_their_meshes() -> None:
+    model, _, _ = small()
+    visuals = Visuals(meshes={"flake": (np.eye(4, 3), np.array([(0, 1, 2)]))})
+    visuals.add("stand", box(0.2, 0.2, 0.2, at(x=1.0), (1.0, 0.0, 0.0, 1.0)))
+    visuals.add("hand", mesh("flake", (0.0, 1.0, 0.0, 1.0), at(z=0.1)), box(1, 1, 1, at(), (0.0, 0.0, 0.0, 0.0)))
+    bare, dressed = SceneCapture(model).scene, SceneCapture(model, visuals).scene
+    on_stand, on_hand = sorted(set(dressed.shapes) - set(bare.shapes), key=lambda shape: shape.body)
+    assert len(dressed.shapes) == len(bare.shapes) + 2  # without the transparent one
+    assert dressed.bodies == bare.bodies
+    assert (on_stand.body, dressed.bodies[on_hand.body]) == (0, "hand")
+    assert on_stand.pose.position == pytest.approx((1.0, 1.0, 0.0))  # the stand is turned
+    assert on_hand.pose.position == (0.0, 0.0, 0.1)
+    assert on_hand.mesh is not None
+    assert np.array_equal(dressed.meshes[on_hand.mesh].vertices, np.eye(4, 3))
 
 
 def test_parts_out_of_play_are_hidden() -> None:
     cell = Cell(load_trial("lesson"))
-    capture = SceneCapture(cell.simulation.model, hidden=cell.hidden_bodies)
+    capture = SceneCapture.of(cell)
     cell.simulation.refresh()
     frame = capture.frame(cell.simulation.data, 0)
     for part in cell.parts.all:

@@ -58,6 +58,24 @@ def test_collision_shapes_are_left_out_without_self_collision() -> None:
     assert sorted((model.geom(geom).contype[0], model.geom(geom).group[0]) for geom in geoms) == [(0, 2), (1, 3)]
 
 
+@pytest.mark.parametrize("self_collision", [False, True])
+def test_stepping_model_lacks_what_is_only_seen(tmp_path: Path, *, self_collision: bool) -> None:
+    path = write_stl(tmp_path / "a.stl", OUTWARD)
+    both = ModelShape("mesh", (1.0, 1.0, 1.0), mesh=path)
+    seen = ModelShape("mesh", (2.0, 1.0, 1.0), is_touched=False, mesh=path)
+    world = build_robot(one_link(both, seen), self_collision=self_collision)
+    whole, stepping = world.model, world.stepping
+    assert (whole.ngeom, whole.nmesh) == (3, 2)  # with the floor
+    assert (stepping.ngeom, stepping.nmesh) == ((1, 1) if self_collision else (0, 0))
+    for field in ("nbody", "nq", "nv", "nu", "nmocap"):
+        assert getattr(stepping, field) == getattr(whole, field), field
+    for field in ("body_mass", "body_inertia", "body_pos", "qpos0", "jnt_axis"):
+        assert (getattr(stepping, field) == getattr(whole, field)).all(), field
+    assert [stepping.body(body).name for body in range(stepping.nbody)] == [
+        whole.body(body).name for body in range(whole.nbody)
+    ]
+
+
 def world_corners(model: mujoco.MjModel, geom: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Return the vertices of a mesh in the engine."""
     data = mujoco.MjData(model)

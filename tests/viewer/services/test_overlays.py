@@ -17,7 +17,7 @@ from tests.robot.robots import two_arms
 
 
 def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneCapture]:
-    capture = SceneCapture(served.simulation.model)
+    capture = SceneCapture.of(served)
     return json.loads(json.dumps(served.scene_metadata(capture.index))), capture
 
 

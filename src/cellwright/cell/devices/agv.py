@@ -8,13 +8,14 @@ standstill to standstill, and the load on the tray can follow. The AGV reaches e
 Between them the two paths differ by less than 0.08 m on the way out and 0.2 m on the way back.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
 from typing import ClassVar, Final, Literal, TypeAlias
 
 from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment
 from cellwright.cell.devices.kit_tray import KitTray
+from cellwright.cell.devices.setpoints import Setpoints
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Device, Simulation
 
@@ -96,15 +97,14 @@ class Agv(Device):
     def attach(self, simulation: Simulation) -> None:
         """Look up the servos of its two slides."""
         super().attach(simulation)
-        model = simulation.model
-        self._ctrl = [int(model.actuator_ctrladr[model.actuator(f"{self.name}_{axis}").id]) for axis in "xy"]
+        self._setpoints = Setpoints(simulation, [f"{self.name}_{axis}" for axis in "xy"], self._station)
 
     def reset(self) -> None:
         """Stand at the station, ready."""
         self.state = "ready_to_deliver"
         self.kit_type = ""
         self._departed = 0
-        self._drive(self._station)
+        self._setpoints.hold(self._station)
         self.set_stepping(False)
 
     def send(self, kit_type: str) -> bool:
@@ -132,7 +132,7 @@ class Agv(Device):
         else:
             self.state = "ready_to_deliver"
             self.set_stepping(False)
-            self._drive(self._station)
+            self._setpoints.hold(self._station)
 
     def handle_turn(self) -> None:
         """Depart for the station."""
@@ -142,9 +142,7 @@ class Agv(Device):
         """Drive along the path."""
         path = self._paths.get(self.state)
         if path is not None:
-            clock = self.simulation.clock
-            velocity = path.velocities(clock.time_of(clock.tick + 1) - self._departed)
-            self._drive(path.positions(clock.now - self._departed), velocity)
+            self._setpoints.write(path, self._departed)
 
     def _set_off(self, state: Literal["delivering", "returning"]) -> None:
         self.state = state
@@ -152,9 +150,3 @@ class Agv(Device):
         self.simulation.schedule(self, "arrive", at=self._departed + self._paths[state].end)
         self.set_stepping(True)
         self.simulation.wake(self.simulation.model.body(self.name).id)
-
-    def _drive(self, position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0)) -> None:
-        """Set the setpoints of the two slides: x and y in the world frame [m], and velocities [m/s]."""
-        ctrl = self.simulation.data.ctrl
-        for slide, at, start, speed in zip(self._ctrl, position, self._station, velocity, strict=True):
-            ctrl[slide], ctrl[slide + 1] = at - start, speed

@@ -3,9 +3,8 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
-
 from cellwright.cell.devices.joint_trajectory import JointTrajectory
+from cellwright.cell.devices.setpoints import Setpoints
 from cellwright.cell.devices.trajectory_controller import Following, JointTrajectoryController
 from cellwright.cell.devices.trajectory_goal import GoalRequest, TrajectoryGoal
 from cellwright.config.layout import ARM_JOINTS
@@ -13,12 +12,6 @@ from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.simulation import Device, Simulation, State
 
 T = TypeVar("T")
-
-MAX_SETPOINT = 1e6
-"""Limit of setpoints [rad, m; per s], far beyond the saturation of every servo.
-
-The engine takes much larger setpoints as a sign of divergence and zeroes all of them.
-"""
 
 
 class JointReadings(NamedTuple):
@@ -30,11 +23,7 @@ class JointReadings(NamedTuple):
 
 
 class Arm(Device):
-    """Arm with its controller. It holds its initial posture from the first step on.
-
-    The servos get the desired position at the start of a step and the desired velocity at its end. Both at the end
-    would cost one step of lag.
-    """
+    """Arm with its controller. It holds its initial posture from the first step on."""
 
     def __init__(self, settings: ArmSettings) -> None:
         super().__init__("arm")
@@ -44,25 +33,18 @@ class Arm(Device):
     def attach(self, simulation: Simulation) -> None:
         """Look up the joints and their servos."""
         super().attach(simulation)
-        model = simulation.model
-        joints = [model.joint(name).id for name in ARM_JOINTS]
-        actuators = [model.actuator(name).id for name in ARM_JOINTS]
-        count = len(actuators)
-        self._qpos = np.array([model.jnt_qposadr[joint] for joint in joints])
-        self._dof = np.array([model.jnt_dofadr[joint] for joint in joints])
-        self._actuators = np.array(actuators)
-        # each servo has two inputs, and the arm's are adjacent: a slice is written ten times faster than a list
-        first = int(model.actuator_ctrladr[actuators[0]])
-        assert model.actuator_ctrladr[actuators].tolist() == list(range(first, first + 2 * count, 2))
-        self._position_ctrl = slice(first, first + 2 * count, 2)
-        self._velocity_ctrl = slice(first + 1, first + 2 * count, 2)
-        self._step = simulation.clock.timestep
+        model, data = simulation.model, simulation.data
+        # views: the joints and their servos are adjacent in the engine, and its arrays stay where they are
+        self._positions = data.qpos[_slice([model.joint(name).qposadr[0] for name in ARM_JOINTS])]
+        self._velocities = data.qvel[_slice([model.joint(name).dofadr[0] for name in ARM_JOINTS])]
+        self._efforts = data.actuator_force[_slice([model.actuator(name).id for name in ARM_JOINTS])]
+        self._setpoints = Setpoints(simulation, ARM_JOINTS)
 
     def reset(self) -> None:
         """Hold the initial posture of the model."""
-        self.controller.start(self.simulation.data.qpos[self._qpos].tolist(), self.simulation.now)
+        self.controller.start(self._positions.tolist(), self.simulation.now)
         self.set_stepping(True)  # a run that follows another begins in the same state as the first
-        self._drive()
+        self._setpoints.write(self.controller.trajectory)
 
     def command(self, trajectory: JointTrajectory) -> None:
         """Follow a trajectory from the command topic; see `JointTrajectoryController.command`."""
@@ -78,10 +60,7 @@ class Arm(Device):
 
     def read(self) -> JointReadings:
         """Return the present joint readings."""
-        data = self.simulation.data
-        return JointReadings(
-            data.qpos[self._qpos].tolist(), data.qvel[self._dof].tolist(), data.actuator_force[self._actuators].tolist()
-        )
+        return JointReadings(self._positions.tolist(), self._velocities.tolist(), self._efforts.tolist())
 
     def following(self) -> Following:
         """Return desired and actual state of the joints, and the difference."""
@@ -90,18 +69,17 @@ class Arm(Device):
 
     def before_step(self) -> None:
         """Drive the servos; stop stepping when nothing changes any more."""
-        now = self.simulation.now
-        self._drive()
-        goal = self.controller.goal
-        if (goal is None or not goal.active) and now >= self.controller.end:
+        controller = self.controller
+        trajectory, goal = controller.trajectory, controller.goal
+        self._setpoints.write(trajectory)
+        if self.simulation.clock.now >= trajectory.end and (goal is None or not goal.active):
             self.set_stepping(False)
 
     def after_step(self) -> None:
         """Check the active goal."""
         goal = self.controller.goal
-        if goal is not None and goal.active:
-            joints = self.read()
-            self.controller.update(self.simulation.now, joints.positions, joints.velocities)
+        if goal is not None and goal.active and goal.is_checked_at(now := self.simulation.clock.now):
+            self.controller.update(now, self._positions.tolist(), self._velocities.tolist())
             if goal.result is not None:
                 self._report_ended(goal)
 
@@ -112,14 +90,6 @@ class Arm(Device):
     def set_state(self, state: State) -> None:
         """Restore what `get_state` returned."""
         self.controller.set_state(state)
-
-    def _drive(self) -> None:
-        simulation = self.simulation
-        now = simulation.now
-        ctrl = simulation.data.ctrl
-        after = simulation.clock.time_of(simulation.clock.tick + 1)
-        ctrl[self._position_ctrl] = _clamped(self.controller.positions(now))
-        ctrl[self._velocity_ctrl] = _clamped(self.controller.velocities(after))
 
     def _with_goal(self, act: Callable[[], T]) -> T:
         """Apply an action to the controller, resume stepping, and report a goal that the action has ended."""
@@ -136,8 +106,8 @@ class Arm(Device):
             listener(goal)
 
 
-def _clamped(setpoints: list[float]) -> list[float]:
-    """Clamp setpoints to +-MAX_SETPOINT; NaN becomes a number."""
-    if sum(map(abs, setpoints)) <= MAX_SETPOINT:  # nearly always true, and cheap to check
-        return setpoints
-    return [min(MAX_SETPOINT, max(-MAX_SETPOINT, each)) for each in setpoints]
+def _slice(addresses: list[int]) -> slice:
+    """Return adjacent addresses as a slice."""
+    first, count = int(addresses[0]), len(addresses)
+    assert list(map(int, addresses)) == list(range(first, first + count))
+    return slice(first, first + count)

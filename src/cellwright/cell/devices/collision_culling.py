@@ -1,26 +1,27 @@
 """Collision culling: bodies that cannot touch anything soon are left out of collision detection.
 
 The engine's broad phase sorts the bounding box of every body in each step, asleep or not, and a part that rides the
-belt has contacts to solve in each step. This device closes bodies to the engine (`body_contype` 0) while nothing can
-come of it:
+belt or hangs on the cup has contacts to solve in each step. This device closes bodies to the engine (`body_contype` 0)
+while nothing can come of it:
 
 - A **group** is a fixed body or a resting mechanism, such as an AGV, with the sleeping parts in and on it. It is closed
   as a whole while nothing awake can reach it: what wakes together opens together.
-- A **glider** is a part that rides the belt steadily and touches nothing else. It moves at exactly the belt's velocity
-  and without weight until something comes near, the belt changes or ends, or a force acts on it.
+- A **passenger** is a part that something carries and that touches nothing else. Either it rides the belt steadily: it
+  then has exactly the belt's velocity and no weight. Or a weld holds it, to the cup or to a tray. It is closed until
+  something else comes near, the belt changes or ends, the weld changes, or a force acts on the part.
 - If nothing is open but mechanisms that touch nothing, such as the arm, the engine skips contacts altogether.
 
-A check computes the gap between the bounding box of every moving body and that of every group. From gaps and speeds
-follows the time of the next check. Speeds may change before: each step compares all joint velocities with those of the
-last check, and checks again when a moving point could be faster by `EXCESS`. So a drive may be as strong as it likes;
-only what it can add in a single step must fit into `MARGIN`.
+A check computes the gap between the bounding box of every moving body and that of every group and passenger. From gaps
+and speeds follows the time of the next check. Speeds may change before: each step compares all joint velocities with
+those of the last check, and checks again when a moving point could be faster by `EXCESS`. So a drive may be as strong
+as it likes.
 
-Wherever anything touches anything all bodies take part, and the engine computes what it would compute without culling.
+Wherever anything else touches anything all bodies take part, and the engine computes what it would compute without
+culling.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -32,34 +33,35 @@ from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.bounding_boxes import FAR, BodyBoxes, Boxes, Mask, Numbers, Vectors, facing, gaps, sides_at
 from cellwright.engine.clock import NEVER
 from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.sleeping_groups import Groups, SleepingGroups, rotations
 
 MARGIN = 0.02
-"""Gap [m] below which bodies may touch in the next step.
+"""Gap [m] below which bodies are taken for touching.
 
-Half of it covers `EXCESS` during `WINDOW`. The rest covers a single step: contacts begin at 1 mm, and 9 mm are a jump
-of the speed by 4.5 m/s within 2 ms.
+Half of it covers what has been woken by a contact since the last check: `EXCESS` during `WINDOW`. Contacts begin at
+1 mm. The rest is reserve.
 """
+
+KIN_MARGIN = 0.005
+"""The same [m] for a held part and links of the mechanism that holds it, all of which are known to move."""
 
 EXCESS = 0.2
 """Speed [m/s] that a moving point may gain unnoticed after a check."""
+
+KIN_EXCESS = 3 * EXCESS
+"""The same for a held part against a link behind it: on a wrist its lever may be three times the cup's."""
 
 WINDOW = 0.05
 """Maximum time [s] between two checks."""
 
 SHORTEST = 4
-"""A group that something could reach within this number of steps is open."""
+"""What something could reach within this number of steps is open."""
 
 CALM = 0.1
-"""A group closes, and a part begins to glide, if nothing can reach it within this time [s]."""
-
-LINKED = 0.01
-"""Maximum gap [m] between bounding boxes of sleeping bodies that may touch; the engine's contacts begin at 1 mm."""
-
-COMPACT = 1.0
-"""A larger fixed body [m] has a box for each of its shapes: that around a portal would mostly be empty."""
+"""A group closes, and a part becomes a passenger, if nothing can reach it within this time [s]."""
 
 _STEADY = np.array((5e-5, 5e-5, 1e-4, 5e-3, 5e-3, 5e-3))
-"""Maximum deviation of a part's velocity from the belt's [m/s, rad/s] when it begins to glide.
+"""Maximum deviation of a part's velocity from the belt's [m/s, rad/s] when it becomes a passenger.
 
 A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
 """
@@ -67,108 +69,103 @@ A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
 _NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
 
-class _Groups(NamedTuple):
-    """Groups of bodies that sleep in touch.
+class _Kin(NamedTuple):
+    """Links that move relative to a part on a weld, in the same mechanism: the rows, and levers of their motion."""
 
-    Attributes:
-        bodies: bodies of all groups, group by group.
-        first: index of each group's first body.
-        of_body: group of each body of the model, -1 for none.
-        boxes: boxes of all groups, group by group.
-        first_box: index of each group's first box.
-        of_box: group of each box.
-        is_belt: True for the box of the belt itself, shape (boxes,).
-    """
-
-    bodies: Numbers
-    first: Numbers
-    of_body: Numbers
-    boxes: Boxes
-    first_box: Numbers
-    of_box: Numbers
-    is_belt: Mask
+    rows: Numbers
+    levers: Vectors
 
 
 class _Movers(NamedTuple):
-    """Bodies that move, and the boxes that they may come to: rows and columns of the table of gaps.
+    """Moving bodies, and the boxes that they may come to: rows and columns of the table of gaps.
 
     Attributes:
         links: number of links of mechanisms, the first rows.
-        parts: number of parts, the next rows; gliders are the last.
+        free: number of links and of parts, the next rows; passengers are the last.
         bodies: bodies of the rows.
+        carriers: what carries each row; -1 for nothing.
         local: centres and half extents of their boxes in their own frames [m], both of shape (rows, 3, 1).
-        dofs: dofs that move links and parts.
-        levers: how far these move points of links and parts [m/rad, m/m], shape (links + parts, dofs).
-        opposite: sides of the columns [m], shape (6, columns): the groups, what is behind the belt's end, gliders.
+        dofs: dofs that move them.
+        levers: how far these move a point of each [m/rad, m/m], shape (rows, dofs).
+        base: speed of each [m/s] to add to that of its dofs.
+        opposite: sides of the columns [m], shape (6, columns): groups, what is behind the belt's end, passengers.
         never: infinite where row and column ignore each other, else 0.
-        watched: likewise, and infinite for open groups but in the rows of gliders.
+        watched: likewise, and infinite for open groups but in the rows of passengers.
+        kin: by column of a passenger, where its mechanism is articulated.
         can_touch: True if links may touch each other.
     """
 
     links: int
-    parts: int
+    free: int
     bodies: Numbers
+    carriers: Numbers
     local: tuple[Vectors, Vectors]
     dofs: Numbers
     levers: Vectors
+    base: Vectors
     opposite: Vectors
     never: Vectors
     watched: Vectors
+    kin: dict[int, _Kin]
     can_touch: bool
 
 
 class CollisionCulling(Device):
     """Device that closes bodies which cannot meet to the engine; the last one in `before_step`.
 
-    Closed bodies, gliders and the time of the next check are state, in snapshots and in the state hash.
+    Closed bodies, passengers and the time of the next check are state, in snapshots and in the state hash.
 
     Args:
         conveyor: the belt.
-        overlaps: the overlapping parts; they never glide, since their contact carries their penetration.
+        overlaps: the overlapping parts; they are never passengers, since their contact carries their penetration.
+
+    Attributes:
+        passengers: body of each passenger, and what carries it: the belt's body or the other body of a weld.
     """
 
     def __init__(self, conveyor: Conveyor, overlaps: Overlaps) -> None:
         super().__init__("collision_culling")
+        self.passengers: dict[int, int] = {}
         self._conveyor = conveyor
         self._overlaps = overlaps
-        self._gliders: list[int] = []
         self._woken: set[int] = set()
         self._due = self._review_due = 0
+        self._movers: _Movers | None = None
+        self._is_awake: Mask = np.zeros(0, dtype=np.bool_)
 
     @property
     def closed(self) -> frozenset[int]:
-        """Bodies that are closed to the engine, without gliders."""
+        """Bodies that are closed to the engine, without passengers."""
         return frozenset(np.flatnonzero(self._is_closed).tolist())
 
     @property
     def gliders(self) -> tuple[int, ...]:
-        """Bodies of the parts that glide on the belt."""
-        return tuple(self._gliders)
+        """Bodies of the passengers on the belt."""
+        return tuple(body for body, carrier in self.passengers.items() if carrier == self._belt)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up bodies, their boxes and classes."""
         super().attach(simulation)
         model, data = simulation.model, simulation.data
-        self._boxes = BodyBoxes(model)
-        fixed = self._boxes.fixed(COMPACT)
-        self._fixed = Boxes.joined(list(fixed.values()))
-        self._fixed_body = np.repeat(list(fixed), [len(each) for each in fixed.values()])
-        self._belt = int(model.geom_bodyid[model.geom(BELT_GEOM).id])
-        behind = np.full((6, 1), -FAR)
-        behind[4] = -fixed[self._belt].sides[1, 0]  # it moves towards -y
-        self._behind_belt = Boxes(behind, np.array([-1]), np.array([-1]))
-        self._contype, self._gravcomp = model.body_contype.copy(), model.body_gravcomp.copy()
-        self._conaffinity = model.body_conaffinity.copy()
+        self._contype, self._conaffinity = model.body_contype.copy(), model.body_conaffinity.copy()
+        self._gravcomp = model.body_gravcomp.copy()
         self._tree = model.body_treeid.astype(np.int64)
         self._is_closed = np.zeros(model.nbody, dtype=np.bool_)
+        self._boxes = BodyBoxes(model)
         self._parts, self._links = self._find_trees()
-        self._qpos = model.jnt_qposadr[model.body_jntadr[self._parts]].astype(np.int64)[:, None] + np.arange(7)
-        self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
-        self._dof_tree = model.dof_treeid.astype(np.int64)
+        self._sleeping = SleepingGroups(model, self._boxes, self._parts, self._links)
+        self._belt = int(model.geom_bodyid[model.geom(BELT_GEOM).id])
+        behind = np.full((6, 1), -FAR)
+        behind[4] = -self._sleeping.fixed[self._belt].sides[1, 0]  # it moves towards -y
+        self._behind_belt = Boxes(behind, np.array([-1]), np.array([-1]))
         self._moving = np.array([body for body in self._boxes.bodies if self._tree[body] >= 0], dtype=np.int64)
         self._levers = {body: self._boxes.levers(body) for body in self._moving.tolist()}
         self._weights = np.max([np.zeros(model.nv), *self._levers.values()], axis=0)
         """Maximum speed of any point for each unit of a joint velocity [m/rad, m/m]."""
+        self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
+        self._dof_tree = model.dof_treeid.astype(np.int64)
+        self._turns = model.jnt_type[model.dof_jntid] == mujoco.mjtJoint.mjJNT_HINGE
+        self._welds = self._find_welds()
         self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
         self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
         self._step = float(model.opt.timestep)
@@ -185,11 +182,12 @@ class CollisionCulling(Device):
         self._open_all()
 
     def get_state(self) -> State:
-        """Return closed bodies, gliders, trees woken after the last check, its velocities, and when the next is due."""
+        """Return what is closed and carried, and all that the next checks depend on."""
         moving = np.flatnonzero(self._reference).tolist()
         return {
             "closed": np.flatnonzero(self._is_closed).tolist(),
-            "gliders": list(self._gliders),
+            "passengers": [[body, carrier] for body, carrier in self.passengers.items()],
+            "awake": np.flatnonzero(self._is_awake).tolist(),
             "woken": sorted(self._woken),
             "due": self._due,
             "review_due": self._review_due,
@@ -201,36 +199,37 @@ class CollisionCulling(Device):
         """Restore what `get_state` returned."""
         self._open_all()
         self._close(np.array(state["closed"], dtype=np.int64))
-        for body in state["gliders"]:
-            self._begin_glide(body)
-        self._allow_contacts(state["contacts"])
+        for body, carrier in state["passengers"]:
+            self._take_along(body, carrier)
+        self._is_awake[:] = False
+        self._is_awake[state["awake"]] = True
+        self._awake_count = len(state["awake"])
         self._woken.clear()
         self._woken.update(state["woken"])
         self._due, self._review_due = state["due"], state["review_due"]
-        self._reference[:] = 0.0
+        self._allow_contacts(state["contacts"])
         for dof, velocity in state["reference"]:
             self._reference[dof] = velocity
 
     def before_step(self) -> None:
         """Check if it is time, or if something was woken or pushed, or has become faster."""
-        if self._woken or self.simulation.clock.tick >= self._due:
-            self._check()
-            return
-        difference = self._difference
-        np.subtract(self._velocities, self._reference, difference)
-        np.abs(difference, difference)
-        if difference.dot(self._weights) > EXCESS or self._forces.tobytes() != self._no_forces:
+        simulation = self.simulation
+        is_due = self._woken or simulation.clock.tick >= self._due or simulation.data.ntree_awake != self._awake_count
+        if not is_due:
+            difference = self._difference
+            np.subtract(self._velocities, self._reference, difference)
+            np.abs(difference, difference)
+            is_due = difference.dot(self._weights) > EXCESS or self._forces.tobytes() != self._no_forces
+        if is_due:
             self._check()
 
     def _check(self) -> None:
-        """Plan the next check, or review everything if something closed or gliding may be touched before."""
+        """Plan the next check, or review everything if something closed may be touched before."""
         simulation = self.simulation
         simulation.refresh()
-        tick = simulation.clock.tick
         is_awake = self._asleep < 0
-        known = is_awake.tobytes()
-        if not self._woken and known == self._awake_known and self._movers is not None and tick < self._review_due:
-            movers = self._movers
+        if not self._woken and simulation.clock.tick < self._review_due and (is_awake == self._is_awake).all():
+            movers = self._find_movers()
             times = self._times(movers, self._sides(movers), self._speeds(movers))
             times += movers.watched
             until = float(times.min(initial=WINDOW))
@@ -246,40 +245,51 @@ class CollisionCulling(Device):
         np.copyto(self._reference, self._velocities)
 
     def _review(self, is_awake: Mask) -> None:
-        """Open what may be touched soon, close what cannot, and look for parts that glide."""
+        """Open what may be touched soon, close what cannot, and look for new passengers."""
+        data = self.simulation.data
         woken = self._wake_up(is_awake)
-        groups = self._find_groups(is_awake)
-        movers = self._find_movers(is_awake, groups)
+        groups = self._sleeping.find(data, is_awake)
+        for body in [body for body in self.passengers if not is_awake[self._tree[body]]]:
+            self._put_down(body, groups)
+        if woken or (is_awake != self._is_awake).any():
+            self._is_awake, self._movers = is_awake, None
+            self._awake_count = int(is_awake.sum())
+        movers = self._find_movers()
         sides, speeds = self._sides(movers, woken), self._speeds(movers)
         times = self._times(movers, sides, speeds)
         times += movers.never
-        free, count = movers.links + movers.parts, len(groups.boxes)
-        left = np.minimum.reduceat(times[:free, :count].min(axis=0, initial=np.inf), groups.first_box)
+        count = len(groups.boxes)
+        left = np.minimum.reduceat(times[: movers.free, :count].min(axis=0, initial=np.inf), groups.first_box)
         closed = self._is_closed[groups.bodies]
         for group in np.flatnonzero(np.logical_or.reduceat(closed, groups.first) & (left < self._soon)).tolist():
-            self._open(groups, group)
+            self._open(groups.members(group))
         for group in np.flatnonzero(~np.logical_and.reduceat(closed, groups.first) & (left > CALM)).tolist():
-            self._close(_piece(groups.bodies, groups.first, group))
-        gliding = np.minimum(times[free:].min(axis=1), times[:free, count + 1 :].min(axis=0, initial=np.inf))
-        landing = [body for body, time in zip(self._gliders, gliding.tolist(), strict=True) if time < self._soon]
-        for body in landing:
-            self._end_glide(body)
-            self._open(groups, int(groups.of_body[self._belt]))
-        starting = self._find_gliders(movers, sides, speeds, groups) if movers.parts else []
-        for body in starting:
-            self._begin_glide(body)
+            self._close(groups.members(group))
+        riding = np.minimum(times[movers.free :].min(axis=1), times[:, count + 1 :].min(axis=0, initial=np.inf))
+        leaving = [body for body, time in zip(list(self.passengers), riding.tolist(), strict=True) if time < self._soon]
+        for body in leaving:
+            self._put_down(body, groups)
+        joining = self._find_passengers(movers, sides, speeds, groups)
+        for body, carrier in joining:
+            self._take_along(body, carrier)
         is_closed = np.logical_and.reduceat(self._is_closed[groups.bodies], groups.first)
-        is_calm = bool(is_closed.all()) and not movers.parts and not landing
+        is_calm = bool(is_closed.all()) and movers.links == movers.free and not leaving
         self._allow_contacts(not is_calm or movers.can_touch)
         tick = self.simulation.clock.tick
-        self._review_due = NEVER if is_calm else tick + max(1, int(WINDOW / self._step))
-        if woken or landing or starting:
+        if woken or leaving or joining:
             self._review_due = tick + 1
+            self._plan(0.0)
         else:
-            np.copyto(movers.watched, movers.never)
-            movers.watched[:free, :count][:, ~is_closed[groups.of_box]] = np.inf
+            self._review_due = NEVER if is_calm else tick + max(1, int(WINDOW / self._step))
+            self._watch(movers, groups)
             times += movers.watched
-        self._plan(0.0 if self._review_due == tick + 1 else float(times.min(initial=WINDOW)))
+            self._plan(float(times.min(initial=WINDOW)))
+
+    def _watch(self, movers: _Movers, groups: Groups) -> None:
+        """Leave open groups out of the next checks."""
+        is_open = ~np.logical_and.reduceat(self._is_closed[groups.bodies], groups.first)
+        np.copyto(movers.watched, movers.never)
+        movers.watched[: movers.free, : len(groups.boxes)][:, is_open[groups.of_box]] = np.inf
 
     def _wake_up(self, is_awake: Mask) -> list[int]:
         """Open what was woken or pushed, with its groups, and mark it as awake.
@@ -299,16 +309,14 @@ class CollisionCulling(Device):
         is_awake[woken] = ~self._is_closed[bodies]  # as before
         if (self._is_closed[self._moving] & is_awake[self._tree[self._moving]]).any():
             self._open_all()  # woken past the simulation, as by a force on a joint
-        if not woken:
-            return []
-        groups = self._find_groups(is_awake)
-        for body in bodies:
-            if body in self._gliders:
-                self._end_glide(body)
-                self._open(groups, int(groups.of_body[self._belt]))
-            elif groups.of_body[body] >= 0:
-                self._open(groups, int(groups.of_body[body]))
-        is_awake[woken] = True
+        if woken:
+            groups = self._sleeping.find(self.simulation.data, is_awake)
+            for body in bodies:
+                if body in self.passengers:
+                    self._put_down(body, groups)
+                elif groups.of_body[body] >= 0:
+                    self._open(groups.members(int(groups.of_body[body])))
+            is_awake[woken] = True
         return bodies
 
     def _find_trees(self) -> tuple[Numbers, dict[int, list[int]]]:
@@ -325,218 +333,206 @@ class CollisionCulling(Device):
                 links[tree] = bodies
         return np.array(parts, dtype=np.int64), links
 
+    def _find_welds(self) -> dict[int, list[tuple[int, int]]]:
+        """Return the welds of each part, and the body at their other end."""
+        model = self.simulation.model
+        parts = set(self._parts.tolist())
+        welds: dict[int, list[tuple[int, int]]] = {body: [] for body in parts}
+        for weld in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_WELD).tolist():
+            ends = int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])
+            for body, other in (ends, ends[::-1]):
+                if body in parts and other not in parts:
+                    welds[body].append((weld, other))
+        return welds
+
+    def _carrier(self, body: int) -> int:
+        """Return the body at the other end of a part's only active weld, -1 if there is no such weld."""
+        active = self.simulation.data.eq_active
+        ends = [other for weld, other in self._welds[body] if active[weld]]
+        return ends[0] if len(ends) == 1 else -1
+
     def _forget(self) -> None:
-        """Forget everything that follows from which bodies sleep, and where."""
-        self._awake_known = b""
-        self._groups: _Groups | None = None
-        self._movers: _Movers | None = None
-        count = len(self._parts)
-        bits = (each[self._parts].astype(np.int64) for each in (self._contype, self._conaffinity))
-        self._resting = Boxes(np.zeros((6, count)), *bits)
-        self._is_resting = np.zeros(count, dtype=np.bool_)
-        self._linked = np.zeros((0, 2), dtype=np.int64)
-        """Pairs of resting parts that may touch."""
+        """Forget everything that follows from what sleeps, and where."""
+        self._is_awake = np.ones(len(self._asleep), dtype=np.bool_)
+        self._awake_count = len(self._asleep)
+        self._movers = None
+        self._sleeping.forget()
 
-    def _find_groups(self, is_awake: Mask) -> _Groups:
-        """Return the groups of what sleeps; they change only with it."""
-        known = is_awake.tobytes()
-        if self._groups is not None and known == self._awake_known:
-            return self._groups
-        data = self.simulation.data
-        mechanisms = [bodies for tree, bodies in self._links.items() if bodies and not is_awake[tree]]
-        links = np.array([body for bodies in mechanisms for body in bodies], dtype=np.int64)
-        standing = Boxes.joined([self._fixed, self._boxes.at(links, data.xpos[links], data.xmat[links])])
-        owners = np.concatenate([self._fixed_body, links])
-        self._note_resting(~is_awake[self._tree[self._parts]])
-        resting = np.flatnonzero(self._is_resting)
-        boxes = self._resting.some(resting)
-        part, box = np.nonzero(boxes.gaps(standing) <= LINKED)
-        pairs = [
-            np.column_stack([self._parts[resting[part]], owners[box]]),
-            self._parts[self._linked],
-            *(np.column_stack([np.full(len(bodies), bodies[0]), bodies]) for bodies in mechanisms),
-        ]
-        group = _joined(self.simulation.model.nbody, np.concatenate(pairs))
-        bodies = np.concatenate([np.unique(owners), self._parts[resting]])
-        bodies = bodies[np.argsort(group[bodies], kind="stable")]
-        names, first = np.unique(group[bodies], return_index=True)
-        of_body = np.full(len(group), -1)
-        of_body[bodies] = np.searchsorted(names, group[bodies])
-        order = np.argsort(of_body[self._parts[resting]], kind="stable")
-        ours, starts = np.unique(of_body[self._parts[resting]][order], return_index=True)
-        every = Boxes.joined([standing, boxes.some(order).around(starts)])
-        owner = np.concatenate([of_body[owners], ours])
-        sequence = np.argsort(owner, kind="stable")
-        is_belt = np.concatenate([owners == self._belt, np.zeros(len(ours), dtype=np.bool_)])
-        first_box = np.searchsorted(owner[sequence], np.arange(len(names)))
-        self._groups = _Groups(
-            bodies, first, of_body, every.some(sequence), first_box, owner[sequence], is_belt[sequence]
-        )
-        self._awake_known, self._movers = known, None
-        return self._groups
-
-    def _note_resting(self, is_resting: Mask) -> None:
-        """Note which parts sleep, where, and which of them may touch."""
-        self._linked = self._linked[is_resting[self._linked].all(axis=1)]
-        new = np.flatnonzero(is_resting & ~self._is_resting)
-        self._is_resting = is_resting
-        poses = self.simulation.data.qpos[self._qpos[new]]
-        boxes = self._boxes.at(self._parts[new], poses[:, :3], _rotations(poses[:, 3:]))
-        self._resting.sides[:, new] = boxes.sides
-        asleep = np.flatnonzero(is_resting)
-        row, column = np.nonzero(boxes.gaps(self._resting.some(asleep)) <= LINKED)
-        pairs = np.column_stack([new[row], asleep[column]])
-        self._linked = np.concatenate([self._linked, pairs[pairs[:, 0] != pairs[:, 1]]])
-
-    def _find_movers(self, is_awake: Mask, groups: _Groups) -> _Movers:
-        """Return what moves; it changes only with what is awake and what glides."""
+    def _find_movers(self) -> _Movers:
+        """Return what moves; it changes with what is awake, what is carried, and by what."""
         if self._movers is None:
-            mechanisms = [tree for tree in self._links if is_awake[tree]]
-            links = [body for tree in mechanisms for body in self._links[tree]]
-            loose = self._parts[is_awake[self._tree[self._parts]]]
-            parts = loose[~np.isin(loose, self._gliders)]
-            bodies = np.concatenate([np.array(links, dtype=np.int64), parts, self._gliders]).astype(np.int64)
-            boxes = self._boxes.at(bodies, np.zeros((len(bodies), 3)), np.zeros((len(bodies), 9)))
-            free, count = len(links) + len(parts), len(groups.boxes)
-            columns = Boxes.joined([groups.boxes, self._behind_belt, boxes.some(slice(free, None))])
-            never = np.where(boxes.ignore(columns), np.inf, 0.0)
-            never[:free, count] = np.inf
-            never[free:, :count][:, groups.is_belt] = np.inf
-            never[free:, count + 1 :] = np.inf
-            can_touch = not boxes.some(slice(len(links))).ignore(boxes.some(slice(len(links)))).all()
-            dofs = np.flatnonzero(np.isin(self._dof_tree, self._tree[bodies[:free]]))
-            levers = np.array([self._levers[body][dofs] for body in bodies[:free].tolist()]).reshape(free, len(dofs))
-            local, opposite = self._boxes.local(bodies), facing(columns.sides)
-            self._movers = _Movers(
-                len(links), len(parts), bodies, local, dofs, levers, opposite, never, never.copy(), can_touch
-            )
+            self._movers = self._make_movers(self._sleeping.find(self.simulation.data, self._is_awake))
         return self._movers
 
-    def _sides(self, movers: _Movers, woken: Sequence[int] = ()) -> Vectors:
+    def _make_movers(self, groups: Groups) -> _Movers:
+        links = [body for tree, bodies in self._links.items() if self._is_awake[tree] for body in bodies]
+        loose = self._parts[self._is_awake[self._tree[self._parts]]].tolist()
+        parts = [body for body in loose if body not in self.passengers]
+        bodies = np.array([*links, *parts, *self.passengers], dtype=np.int64)
+        free, count = len(links) + len(parts), len(groups.boxes)
+        carriers = np.array(
+            [-1] * len(links) + [self._carrier(body) for body in parts] + list(self.passengers.values()), dtype=np.int64
+        )
+        is_gliding = carriers == self._belt
+        boxes = self._boxes.at(bodies, np.zeros((len(bodies), 3)), np.zeros((len(bodies), 9)))
+        columns = Boxes.joined([groups.boxes, self._behind_belt, boxes.some(slice(free, None))])
+        never = np.where(boxes.ignore(columns), np.inf, 0.0)
+        never[~is_gliding, count] = np.inf
+        never[:, :count][is_gliding[:, None] & (groups.fixed_body == self._belt)] = np.inf
+        never[:, count + 1 :][carriers[:, None] == carriers[free:]] = np.inf
+        kin = {}
+        for column, (body, carrier) in enumerate(self.passengers.items(), count + 1):
+            if carrier != self._belt:
+                relative = self._relative_levers(body, carrier, links)
+                related = self._tree[links] == self._tree[carrier]
+                moving = relative.any(axis=1)
+                never[: len(links), column][related & ~moving] = np.inf
+                rows = np.flatnonzero(related & moving)
+                if len(rows):
+                    kin[column] = _Kin(rows, relative[rows])
+        dofs = np.flatnonzero(np.isin(self._dof_tree, self._tree[bodies[~is_gliding]]))
+        levers = np.array([self._levers[body][dofs] for body in bodies.tolist()]).reshape(len(bodies), len(dofs))
+        base = np.where(is_gliding, self._conveyor.speed, EXCESS)
+        can_touch = not boxes.some(slice(len(links))).ignore(boxes.some(slice(len(links)))).all()
+        local, opposite = self._boxes.local(bodies), facing(columns.sides)
+        kin = {column: _Kin(each.rows, each.levers[:, dofs]) for column, each in kin.items()}
+        movers = _Movers(
+            len(links), free, bodies, carriers, local, dofs, levers, base, opposite, never, never.copy(), kin, can_touch
+        )
+        self._watch(movers, groups)
+        return movers
+
+    def _relative_levers(self, body: int, carrier: int, links: list[int]) -> Vectors:
+        """Return how far joints move a welded part relative to links [m/rad, m/m], shape (links, dofs of the model)."""
+        model, data = self.simulation.model, self.simulation.data
+        welds = [weld for weld, _ in self._welds[body] if data.eq_active[weld]]
+        apart = np.linalg.norm(model.eq_data[welds, 3:6], axis=1).max(initial=0.0)  # of the bodies' origins
+        reach = apart + self._boxes.radius[body]
+        levers = self._levers[carrier] + reach * (self._turns & (self._levers[carrier] > 0.0))
+        return np.array([np.where(self._levers[link] > 0.0, 0.0, levers) for link in links]).reshape(-1, len(levers))
+
+    def _sides(self, movers: _Movers, woken: list[int] | None = None) -> Vectors:
         """Return the sides of the moving boxes; the engine may not yet update the poses of what was woken."""
         data = self.simulation.data
-        positions, rotations = data.xpos[movers.bodies], data.xmat[movers.bodies]
-        for body in woken:
-            index = np.flatnonzero(self._parts == body)
-            if len(index):
-                pose = data.qpos[self._qpos[index[0]]]
+        positions, matrices = data.xpos[movers.bodies], data.xmat[movers.bodies]
+        for body in woken or ():
+            if body in self._welds:
                 row = int(np.flatnonzero(movers.bodies == body)[0])
-                positions[row], rotations[row] = pose[:3], _rotations(pose[None, 3:])[0]
-        return sides_at(*movers.local, positions, rotations)
+                address = int(self.simulation.model.jnt_qposadr[self.simulation.model.body_jntadr[body]])
+                pose = data.qpos[address : address + 7]
+                positions[row], matrices[row] = pose[:3], rotations(pose[None, 3:])[0]
+        return sides_at(*movers.local, positions, matrices)
 
     def _speeds(self, movers: _Movers) -> Vectors:
-        """Return the maximum speed of a point of each body until the next check [m/s], relative to gliders."""
-        belt, free = self._conveyor.speed, len(movers.levers)
-        speeds = np.full(len(movers.bodies), belt)
-        speeds[:free] += movers.levers @ np.abs(self._velocities[movers.dofs]) + EXCESS
-        return speeds
+        """Return the maximum speed of a point of each body until the next check [m/s]."""
+        return np.asarray(movers.levers @ np.abs(self._velocities[movers.dofs]) + movers.base)
 
     def _times(self, movers: _Movers, sides: Vectors, speeds: Vectors) -> Vectors:
         """Return the time [s] in which each row could come within the margin of each column."""
-        count = len(self._gliders)
-        if count:
-            movers.opposite[:, -count:] = facing(sides[:, -count:])
-        times = gaps(sides, movers.opposite)
-        times -= MARGIN
-        times /= speeds[:, None]
-        return times
+        free, first = movers.free, movers.opposite.shape[1] - len(self.passengers)
+        movers.opposite[:, first:] = facing(sides[:, free:])
+        found = gaps(sides, movers.opposite)
+        near = {column: found[each.rows, column] for column, each in movers.kin.items()}
+        found -= MARGIN
+        found[:, :first] /= speeds[:, None]
+        found[:, first:] /= speeds[:, None] + speeds[free:]
+        for column, each in movers.kin.items():
+            found[each.rows, column] = self._kin_times(movers, each, near[column])
+        return found
 
-    def _find_gliders(self, movers: _Movers, sides: Vectors, speeds: Vectors, groups: _Groups) -> list[int]:
-        """Return parts that ride steadily, touch nothing but the belt, and will not for a while."""
-        belt = self._conveyor.speed
-        first, free = movers.links, movers.links + movers.parts
-        velocities = self._velocities[self._dofs[movers.bodies[first:free]]]
-        velocities[:, 1] += belt
-        candidates = first + np.flatnonzero((np.abs(velocities) < _STEADY).all(axis=1))
-        if not belt or not len(candidates):
+    def _kin_times(self, movers: _Movers, kin: _Kin, gap: Vectors) -> Vectors:
+        speeds = kin.levers @ np.abs(self._velocities[movers.dofs]) + KIN_EXCESS
+        return np.asarray((gap - KIN_MARGIN) / speeds)
+
+    def _find_passengers(
+        self, movers: _Movers, sides: Vectors, speeds: Vectors, groups: Groups
+    ) -> list[tuple[int, int]]:
+        """Return parts that something carries and that touch nothing else, nor will for a while; and their carriers."""
+        rows = np.arange(movers.links, movers.free)
+        if not len(rows):
             return []
+        velocities = self._velocities[self._dofs[movers.bodies[rows]]]
+        velocities[:, 1] += self._conveyor.speed
+        is_steady = (np.abs(velocities) < _STEADY).all(axis=1) & (self._conveyor.speed > 0.0)
         data = self.simulation.data
         touching = self.simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
         overlapping = self._overlaps.bodies
         found = []
-        for row in candidates.tolist():
-            body = int(movers.bodies[row])
+        for row in rows[is_steady | (movers.carriers[rows] >= 0)].tolist():
+            body, weld = int(movers.bodies[row]), int(movers.carriers[row])
+            carrier = weld if weld >= 0 else self._belt
             others = touching[(touching == body).any(axis=1)]
-            if not len(others) or not ((others == body) | (others == self._belt)).all() or body in overlapping:
+            touches_more = ((others != body) & (others != carrier)).any() or body in overlapping
+            if touches_more or (weld < 0 and not len(others)):
                 continue
-            box = sides[:, row : row + 1]
-            ahead = gaps(box, movers.opposite[:, : len(groups.boxes) + 1])[0]
-            ahead[:-1][groups.is_belt] = np.inf
-            met = (gaps(box, facing(sides[:, :free]))[0] - MARGIN) / speeds[:free]
-            met[row] = np.inf
-            if min((ahead.min() - MARGIN) / belt, met.min()) > CALM:
-                found.append(body)
+            if self._is_calm(movers, row, carrier, sides, speeds, groups):
+                found.append((body, carrier))
         return found
 
-    def _begin_glide(self, body: int) -> None:
+    def _is_calm(
+        self, movers: _Movers, row: int, carrier: int, sides: Vectors, speeds: Vectors, groups: Groups
+    ) -> bool:
+        """Return whether a part in the row of a table would meet nothing for a while if it were a passenger."""
+        count = len(groups.boxes)
+        is_gliding = carrier == self._belt
+        speed = self._conveyor.speed if is_gliding else speeds[row]
+        ahead, met = (
+            gaps(sides[:, row : row + 1], each)[0] for each in (movers.opposite[:, : count + 1], facing(sides))
+        )
+        ahead[:-1][is_gliding & (groups.fixed_body == self._belt)] = np.inf
+        ahead[-1] = ahead[-1] if is_gliding else np.inf
+        met[movers.carriers == carrier] = met[row] = np.inf
+        if not is_gliding:
+            links = movers.bodies[: movers.links]
+            relative = self._relative_levers(int(movers.bodies[row]), carrier, links.tolist())
+            rows = np.flatnonzero(self._tree[links] == self._tree[carrier])
+            kin = _Kin(rows, relative[rows][:, movers.dofs])
+            is_moving = kin.levers.any(axis=1)
+            if (self._kin_times(movers, kin, met[rows])[is_moving] < 2 * self._soon).any():
+                return False
+            met[rows] = np.inf
+        return bool(((ahead - MARGIN) / speed > CALM).all() and ((met - MARGIN) / (speed + speeds) > CALM).all())
+
+    def _take_along(self, body: int, carrier: int) -> None:
+        """Close a part that something carries; on the belt it takes its velocity and has no weight."""
         model = self.simulation.model
-        self._gliders.append(body)
+        self.passengers[body] = carrier
         self._movers = None
         model.body_contype[body] = model.body_conaffinity[body] = 0
-        model.body_gravcomp[body] = 1.0
-        self._velocities[self._dofs[body]] = 0.0, -self._conveyor.speed, 0.0, 0.0, 0.0, 0.0
+        if carrier == self._belt:
+            model.body_gravcomp[body] = 1.0
+            self._velocities[self._dofs[body]] = 0.0, -self._conveyor.speed, 0.0, 0.0, 0.0, 0.0
 
-    def _end_glide(self, body: int) -> None:
-        self._gliders.remove(body)
+    def _put_down(self, body: int, groups: Groups) -> None:
+        """Open a part again, and what carries it."""
+        group = int(groups.of_body[self.passengers.pop(body)])
         self._movers = None
         self.simulation.model.body_gravcomp[body] = self._gravcomp[body]
-        self._restore_classes(np.array([body]))
+        self._open(np.array([body]))
+        if group >= 0:
+            self._open(groups.members(group))
 
-    def _open(self, groups: _Groups, group: int) -> None:
-        bodies = _piece(groups.bodies, groups.first, group)
+    def _open(self, bodies: Numbers) -> None:
+        model = self.simulation.model
         self._is_closed[bodies] = False
-        self._restore_classes(bodies)
+        model.body_contype[bodies], model.body_conaffinity[bodies] = self._contype[bodies], self._conaffinity[bodies]
 
     def _close(self, bodies: Numbers) -> None:
+        model = self.simulation.model
         self._is_closed[bodies] = True
-        self.simulation.model.body_contype[bodies] = 0
-        self.simulation.model.body_conaffinity[bodies] = 0
+        model.body_contype[bodies] = model.body_conaffinity[bodies] = 0
 
     def _open_all(self) -> None:
         """Open everything, as at the start of a run."""
-        for body in list(self._gliders):
-            self._end_glide(body)
-        self._is_closed[:] = False
-        self._restore_classes(np.arange(len(self._is_closed)))
+        self.passengers.clear()
+        self._open(np.arange(len(self._is_closed)))
+        self.simulation.model.body_gravcomp[:] = self._gravcomp
         self._allow_contacts(True)
         self._due = self._review_due = 0
         self._reference[:] = 0.0
         self._forget()
 
-    def _restore_classes(self, bodies: Numbers) -> None:
-        self.simulation.model.body_contype[bodies] = self._contype[bodies]
-        self.simulation.model.body_conaffinity[bodies] = self._conaffinity[bodies]
-
     def _allow_contacts(self, allowed: bool) -> None:  # noqa: FBT001
         option = self.simulation.model.opt
         if allowed == bool(option.disableflags & _NO_CONTACTS):
             option.disableflags ^= _NO_CONTACTS
-
-
-def _piece(values: Numbers, first: Numbers, index: int) -> Numbers:
-    """Return the values of one group."""
-    end = int(first[index + 1]) if index + 1 < len(first) else None
-    return values[int(first[index]) : end]
-
-
-def _joined(count: int, pairs: Numbers) -> Numbers:
-    """Return for each of `count` numbers the least number that it is linked to by pairs, shape (count,)."""
-    least = np.arange(count)
-    while True:
-        lower = least[pairs].min(axis=1)
-        if (least[pairs] == lower[:, None]).all():
-            return least
-        np.minimum.at(least, pairs[:, 0], lower)
-        np.minimum.at(least, pairs[:, 1], lower)
-        least = least[least]
-
-
-def _rotations(quaternions: Vectors) -> Vectors:
-    """Return quaternions (w, x, y, z), shape (n, 4), as matrices, shape (n, 9)."""
-    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.array([each for row in rows for each in row]).T

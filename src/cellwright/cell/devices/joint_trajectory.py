@@ -4,15 +4,18 @@ A segment between two knots is a straight line, a cubic or a quintic. A cubic ne
 accelerations as well. Time is in whole nanoseconds; inside a segment it is seconds since the segment's start.
 Positions are in rad for revolute and in m for prismatic joints.
 
-Everything is computed on plain floats with a fixed order of operations, so a trajectory is the same on every host.
+Everything is computed in double precision with a fixed order of operations, so a trajectory is the same on every host.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.engine.clock import NANOSECONDS, NEVER
 
@@ -20,6 +23,9 @@ Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
 
 ALWAYS = -NEVER
 """Time [ns] before every run."""
+
+_FEW = 8
+"""Number of times below which evaluating them one by one is faster than all at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +184,45 @@ class Trajectory:
         """Return positions, velocities and accelerations at `time` [ns]."""
         return JointsState(self.positions(time), self.velocities(time), self.accelerations(time))
 
+    def sample(self, times: Sequence[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return positions and velocities at ascending `times` [ns], each of shape (times, joints).
+
+        They are equal to those of `positions` and `velocities` at each time, to the last bit.
+        """
+        positions, velocities = np.empty((2, len(times), len(self.joints)))
+        begin = 0
+        while begin < len(times):
+            if not self._since <= times[begin] < self._until:
+                self._enter(times[begin])
+            end = bisect_left(times, self._until, begin)
+            if end - begin < _FEW:
+                positions[begin:end] = [self.positions(time) for time in times[begin:end]]
+                velocities[begin:end] = [self.velocities(time) for time in times[begin:end]]
+            else:
+                self._evaluate(times[begin:end], positions[begin:end], velocities[begin:end])
+            begin = end
+        return positions, velocities
+
+    def _evaluate(self, times: Sequence[int], positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> None:
+        """Write the values of the polynomials in force, with the operations of `positions` and `velocities`."""
+        starts = np.array([row[0] for row in self._rows], dtype=np.int64)
+        a, b, c, d, e, f = np.array([row[1:] for row in self._rows]).T
+        if self._degree <= 1:
+            velocities[:] = b
+        if self._degree == 0:
+            positions[:] = a
+            return
+        t = (np.array(times, dtype=np.int64)[:, None] - starts) / 1e9
+        with np.errstate(all="ignore"):  # plain floats overflow silently, too
+            if self._degree == 1:
+                positions[:] = t * b + a
+            elif self._degree == 3:
+                positions[:] = ((t * d + c) * t + b) * t + a
+                velocities[:] = (t * 3.0 * d + 2.0 * c) * t + b
+            else:
+                positions[:] = ((((t * f + e) * t + d) * t + c) * t + b) * t + a
+                velocities[:] = (((t * 5.0 * f + 4.0 * e) * t + 3.0 * d) * t + 2.0 * c) * t + b
+
     def between(self, joint: int, now: int, until: int) -> tuple[Segment, ...]:
         """Return the segments of one joint that are in force at some time from `now` until `until` [ns]."""
         starts = self._starts[joint]
@@ -209,5 +254,5 @@ class Trajectory:
             else:  # at rest: before the first segment, or after the end of one
                 since, until = max(since, segment.end if index >= 0 else ALWAYS), min(until, following)
                 position = segment.final if index >= 0 else segment.coefficients[0]
-                rows.append((segment.start, position, 0.0, 0.0, 0.0, 0.0, 0.0))
+                rows.append((time, position, 0.0, 0.0, 0.0, 0.0, 0.0))
         self._rows, self._since, self._until, self._degree = rows, since, until, degree

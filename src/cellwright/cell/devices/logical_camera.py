@@ -5,8 +5,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
+from itertools import pairwise
 from types import MappingProxyType
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar, NamedTuple, Unpack
 
 import mujoco
 import numpy as np
@@ -16,7 +17,10 @@ from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.model import parts
 from cellwright.cell.model.frames import AGV_T_TRAY
 from cellwright.engine.sensor import Reading, Sensor, SensorOptions
+from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_product
+
+_PLANES = 6  # of a frustum
 
 
 class Frustum:
@@ -37,10 +41,14 @@ class Frustum:
             _unit((slope_z, 0.0, 1.0)),
             _unit((slope_z, 0.0, -1.0)),
         ]
-        # a point p is on the inner side of a plane when normal . p >= offset
-        self._normals = np.array([world_T_camera.rotate(normal) for normal in camera_normals]).T  # (3, 6)
-        self._offsets = np.array([near, -far, 0.0, 0.0, 0.0, 0.0]) + np.array(world_T_camera.position) @ self._normals
-        self._spans = np.abs(self._normals)
+        normals = np.array([world_T_camera.rotate(normal) for normal in camera_normals]).T
+        self.offsets = np.array([near, -far, 0.0, 0.0, 0.0, 0.0]) + np.array(world_T_camera.position) @ normals
+        """Offsets of its planes [m], shape (6,): a point p is on the inner side of one when normal . p >= offset."""
+        self.bound_weights = np.concatenate([np.minimum(normals, 0.0), np.maximum(normals, 0.0)])
+        """Weights of a box's bounds, shape (6, 6).
+
+        (lower x, y, z, upper x, y, z) @ weights is normal . p for the point of the box that is furthest inside.
+        """
 
     def meets(self, centres: NDArray[np.float64], halves: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return the mask of boxes in view: those that do not lie wholly behind any of its six planes. Shape (n,).
@@ -52,9 +60,8 @@ class Frustum:
             centres: middles of boxes along the world's axes [m], shape (n, 3).
             halves: half their sizes [m], shape (n, 3).
         """
-        inside = centres @ self._normals - self._offsets
-        reach = halves @ self._spans
-        return np.asarray((inside >= -reach).all(axis=1))
+        bounds = np.concatenate([centres - halves, centres + halves], axis=1)
+        return np.asarray((bounds @ self.bound_weights >= self.offsets).all(axis=1))
 
 
 def _unit(vector: Vector3) -> Vector3:
@@ -95,6 +102,18 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     return tuple(int(geom) for geom in np.flatnonzero(touching) if int(model.geom_bodyid[geom]) in bodies)
 
 
+class SeenModels(NamedTuple):
+    """Models that a camera reports, in the order of the scene.
+
+    Attributes:
+        indices: their indices in the scene.
+        poses: x, y, z [m] and quaternion (w, x, y, z) of each in the world.
+    """
+
+    indices: list[int]
+    poses: list[list[float]]
+
+
 class ModelSnapshot:
     """All models and their boxes in a stored state: cameras that measure in one tick share the work.
 
@@ -102,13 +121,12 @@ class ModelSnapshot:
     colliding geom; `own_types` are this cell's part types besides those that every camera knows.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, models: Sequence[SceneModel], own_types: Collection[str] = ()
-    ) -> None:
+    def __init__(self, simulation: Simulation, models: Sequence[SceneModel], own_types: Collection[str] = ()) -> None:
+        model = simulation.model
         self.models = tuple(models)
         self.own_types = frozenset(own_types)
-        self._data = data
-        self._loaded = b""
+        self._simulation = simulation
+        self._loaded: bytes | None = None
         self._stored = mujoco.MjData(model)
         places = {each.name: index for index, each in enumerate(self.models)}
         self.nested_in = np.array(
@@ -117,23 +135,31 @@ class ModelSnapshot:
         """Index of the model that each is nested in, or its own index. Shape (n,)."""
         self._bodies = np.array([each.body for each in self.models], dtype=np.intp)
         self._geoms = np.array([geom for each in self.models for geom in each.geoms], dtype=np.intp)
-        self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
-        self._local_centres = model.geom_aabb[self._geoms, :3]
-        self._local_halves = model.geom_aabb[self._geoms, 3:]
+        self._counts = np.array([len(each.geoms) for each in self.models], dtype=np.intp)
+        self._owners = np.repeat(np.arange(len(self.models)), self._counts)
+        self._local_centres = model.geom_aabb[self._geoms, None, :3]
+        self._local_halves = model.geom_aabb[self._geoms, None, 3:]
         types = model.geom_type[self._geoms]
-        self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
-        self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
-        self._model = model
-        self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
+        self._is_round = (types == mujoco.mjtGeom.mjGEOM_CYLINDER)[:, None]
+        self._is_ball = np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID))[:, None]
+        welded = model.body_weldid[model.geom_bodyid[self._geoms]] == model.body_weldid[self._bodies[self._owners]]
+        count = len(self.models)
+        self._is_jointed = np.bincount(self._owners, ~welded, count) > 0
+        self._poses = np.empty((count, 7))  # x, y, z and quaternion of each model
+        self._bounds = np.empty((count, 6))  # lower and upper bound of each box
+        self._boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._views, self._offsets = np.empty((6, 0)), np.empty(0)
+        self._reported = self._in_view = np.empty((count, 0), dtype=np.bool_)
+        self._seen: list[SeenModels] | None = None
 
     def save(self) -> bytes:
         """Return the present positions of all joints as bytes; `poses` and `boxes` accept them then or later."""
-        return bytes(self._data.qpos)
+        return bytes(self._simulation.data.qpos)
 
     def poses(self, indices: NDArray[np.intp], state: bytes | None = None) -> list[Pose]:
         """Return `world_T_model` of some models in a stored state; None is now."""
         self._load(state)
-        return body_poses(self._stored, self._bodies[indices])
+        return [Pose((x, y, z), (qw, qx, qy, qz)) for x, y, z, qw, qx, qy, qz in self._poses[indices].tolist()]
 
     def boxes(self, state: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
@@ -142,31 +168,78 @@ class ModelSnapshot:
         meshes.
         """
         self._load(state)
+        if self._boxes is None:
+            lower, upper = self._bounds[:, :3], self._bounds[:, 3:]
+            self._boxes = (lower + upper) / 2, (upper - lower) / 2
         return self._boxes
 
-    def _load(self, state: bytes | None) -> None:
-        state = self.save() if state is None else state
-        if self._loaded != state:
-            self._loaded = state
-            self._stored.qpos[:] = np.frombuffer(state)
-            mujoco.mj_kinematics(self._model, self._stored)
-            if self.models:
-                self._boxes = self._compute()
+    def add_view(self, frustum: Frustum, reported: NDArray[np.bool_]) -> int:
+        """Add a camera, and return its number for `seen`.
 
-    def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        rotations = self._stored.geom_xmat[self._geoms].reshape(-1, 3, 3)
-        centres = self._stored.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
-        spans = np.abs(rotations) * self._local_halves[:, None, :]
-        x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
+        Args:
+            frustum: its view.
+            reported: mask of the models that it reports, shape (n,).
+        """
+        self._views = np.column_stack([self._views, frustum.bound_weights])
+        self._offsets = np.concatenate([self._offsets, frustum.offsets])
+        self._reported = np.column_stack([self._reported, reported])
+        self._in_view = np.zeros_like(self._reported)
+        self._loaded = None
+        return self._reported.shape[1] - 1
+
+    def seen(self, view: int, state: bytes | None = None) -> SeenModels:
+        """Return the models that a camera reports in a stored state; None is now."""
+        self._load(state)
+        if self._seen is None:
+            self._seen = self._find_seen()
+        return self._seen[view]
+
+    def _load(self, state: bytes | None) -> None:
+        present = self.save()
+        if self._loaded == (state or present):
+            return
+        if state in (None, present):
+            self._simulation.refresh()
+            source = self._simulation.data
+        else:
+            source = self._stored
+            source.qpos[:] = np.frombuffer(state)
+            mujoco.mj_kinematics(self._simulation.model, source)
+        poses = np.concatenate([source.xpos.take(self._bodies, 0), source.xquat.take(self._bodies, 0)], axis=1)
+        # most parts rest: only what moved since the state before is computed again
+        moved = (poses != self._poses).any(axis=1) | self._is_jointed
+        if self._loaded is None:
+            moved[:] = True
+        self._loaded, self._poses = state or present, poses
+        self._boxes = self._seen = None
+        if moved.any():
+            self._update(source, moved)
+
+    def _update(self, source: mujoco.MjData, moved: NDArray[np.bool_]) -> None:
+        """Compute the bounds of some models, and the views that they are in."""
+        rows = moved[self._owners].nonzero()[0]
+        geoms = self._geoms.take(rows)
+        rotations = source.geom_xmat.take(geoms, 0).reshape(-1, 3, 3)
+        centres = source.geom_xpos.take(geoms, 0) + (rotations * self._local_centres.take(rows, 0)).sum(axis=2)
+        x, y, z = (np.abs(rotations) * self._local_halves.take(rows, 0)).T
         # along a world axis a box extends |x|+|y|+|z|; a disc, where it is round, only the root of the squares
-        halves = x + y + z
-        if (some := self._cylinders).size:
-            halves[some] = np.hypot(x[some], y[some]) + z[some]
-        if (some := self._balls).size:
-            halves[some] = np.hypot(np.hypot(x[some], y[some]), z[some])
-        lower = np.minimum.reduceat(centres - halves, self._firsts)
-        upper = np.maximum.reduceat(centres + halves, self._firsts)
-        return (lower + upper) / 2, (upper - lower) / 2
+        halves = np.where(self._is_round.take(rows), np.hypot(x, y), x + y) + z
+        if (some := self._is_ball.take(rows)).any():
+            halves = np.where(some, np.hypot(np.hypot(x, y), z), halves)
+        firsts = np.cumsum(self._counts[moved]) - self._counts[moved]
+        self._bounds[moved] = bounds = np.concatenate(
+            [np.minimum.reduceat(centres - halves.T, firsts), np.maximum.reduceat(centres + halves.T, firsts)], axis=1
+        )
+        inside = (bounds @ self._views >= self._offsets).reshape(len(bounds), -1, _PLANES)
+        self._in_view[moved] = inside.all(axis=2)
+
+    def _find_seen(self) -> list[SeenModels]:
+        """Find what each camera reports."""
+        views, models = (self._in_view[self.nested_in] & self._reported).T.nonzero()
+        poses = self._poses[models].tolist()
+        ends = np.searchsorted(views, np.arange(self._reported.shape[1] + 1)).tolist()
+        indices = models.tolist()
+        return [SeenModels(indices[begin:end], poses[begin:end]) for begin, end in pairwise(ends)]
 
 
 AGV_TYPES = frozenset({"agv1", "agv2"})
@@ -252,8 +325,10 @@ class LogicalCamera(Sensor[CameraReading]):
         self.frustum = Frustum(
             world_T_sensor, near=self.near, far=self.far, horizontal_fov=self.horizontal_fov, aspect=self.aspect
         )
-        self._reports = np.array([self.reports(model) for model in scene.models], dtype=np.bool_)
+        reported = np.array([self.reports(model) for model in scene.models], dtype=np.bool_)
+        self._view = scene.add_view(self.frustum, reported)
         self._camera_T_world = world_T_sensor.inverse()
+        self._children = [f"{name}_{trimmed_name(model.name)}_frame" for model in scene.models]
         self._frame = TfFrame("world", self.frame, world_T_sensor)
 
     def reports(self, model: SceneModel) -> bool:
@@ -280,18 +355,17 @@ class LogicalCamera(Sensor[CameraReading]):
         return {"sees": bool(self.read().detections), "ranges": []}
 
     def _detect_all(self, state: bytes, index: int) -> tuple[Detection, ...]:
-        in_view = self.frustum.meets(*self.scene.boxes(state))
-        reported = np.flatnonzero(in_view[self.scene.nested_in] & self._reports)
-        if not reported.size:
+        seen = self.scene.seen(self._view, state)
+        if not seen.indices:
             return ()
         # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
-        noise = self.normal(index, _NOISE_A_MODEL * (int(reported[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
-        return tuple(map(self._detect, reported.tolist(), self.scene.poses(reported, state), noise[reported]))
+        noise = self.normal(index, _NOISE_A_MODEL * (seen.indices[-1] + 1)).reshape(-1, _NOISE_A_MODEL)
+        return tuple(map(self._detect, seen.indices, seen.poses, noise[seen.indices].tolist()))
 
-    def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
-        model = self.scene.models[index]
-        camera_T_model = self._camera_T_world @ world_T_model
-        child = f"{self.name}_{trimmed_name(model.name)}_frame"
+    def _detect(self, index: int, world_T_model: Sequence[float], noise: Sequence[float]) -> Detection:
+        model, child = self.scene.models[index], self._children[index]
+        x, y, z, qw, qx, qy, qz = world_T_model
+        camera_T_model = self._camera_T_world @ Pose((x, y, z), (qw, qx, qy, qz))
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
             # the AGV is measured exactly; the noise goes into the pose of its tray, which is known, not measured
@@ -303,14 +377,14 @@ class LogicalCamera(Sensor[CameraReading]):
         return Detection(model.name, model.type, camera_T_model, (TfFrame(self.frame, child, camera_T_model),))
 
 
-def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
+def blurred(pose: Pose, noise: Sequence[float]) -> Pose:
     """Return a pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own.
 
     Args:
         pose: the exact pose.
         noise: six standard normal numbers.
     """
-    dx, dy, dz, roll, pitch, yaw = noise.tolist()
+    dx, dy, dz, roll, pitch, yaw = noise
     x, y, z = pose.position
     turn = quaternion_from_rpy(ANGLE_SD * roll, ANGLE_SD * pitch, ANGLE_SD * yaw)
     return Pose(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
@@ -41,6 +41,32 @@ def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> l
     ]
 
 
+_MAX_BALL = 0.5
+"""Maximum radius of a ball around several geoms [m]."""
+
+
+class _Ball(NamedTuple):
+    """Ball around geoms of one body; its middle is that of the first geom.
+
+    Attributes:
+        geoms: ids of the geoms.
+        radius: [m]
+    """
+
+    geoms: NDArray[np.intp]
+    radius: float
+
+
+def _balls(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[_Ball]:
+    """Return a ball around all geoms of a body; of a large body, a ball around each of them."""
+    places, radii = model.geom_pos[geoms], model.geom_rbound[geoms]
+    extents = (np.linalg.norm(places[:, None] - places, axis=2) + radii).max(axis=1)
+    middle = int(extents.argmin())
+    if extents[middle] > _MAX_BALL:
+        return [_Ball(geoms[index : index + 1], float(radii[index])) for index in range(len(geoms))]
+    return [_Ball(np.roll(geoms, -middle), float(extents[middle]))]
+
+
 class Rays:
     """Bundle of rays that start `nearest` away from one point and end `farthest` away from it [m].
 
@@ -61,9 +87,14 @@ class Rays:
         ends = farthest * np.array([[0.0, 0.0, 0.0], *directions]).T
         low, high = ends.min(axis=1, keepdims=True), ends.max(axis=1, keepdims=True)
         self._middle, self._half = self._axes @ self._source[:, None] + (low + high) / 2, (high - low) / 2
+        # the box along the world's axes around all rays
+        self._world_middle = self._axes.T @ self._middle
+        self._world_half = np.abs(self._axes.T) @ self._half
         self._model: mujoco.MjModel | None = None
-        self._movable: NDArray[np.intp] = np.empty(0, dtype=np.intp)
-        self._radii, self._reaches = np.empty(0), np.empty((3, 0))
+        self._balls: list[_Ball] = []
+        self._coordinates: NDArray[np.intp] = np.empty((3, 0), dtype=np.intp)  # of the balls' middles, in `geom_xpos`
+        self._ball_middles, self._ball_reaches = np.empty((3, 0)), np.empty((3, 0))
+        self._radii, self._reaches = np.empty(0), np.empty((3, 0))  # by geom
         self._fixed = np.empty(0)
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
@@ -86,13 +117,21 @@ class Rays:
 
     def _near(self, simulation: Simulation) -> NDArray[np.intp]:
         """Return the indices of the rays that pass through a ball around a movable object, in ascending order."""
-        places = simulation.data.geom_xpos.take(self._movable, axis=0)
-        # first, and mostly sufficient: objects near the box around all rays, along the axes of the source
-        is_within = np.abs(self._axes @ places.T - self._middle) <= self._reaches
+        # first, and mostly sufficient: objects near the box around all rays; arrays of one shape are fastest
+        offsets = simulation.data.geom_xpos.take(self._coordinates)
+        offsets -= self._ball_middles
+        x, y, z = np.abs(offsets, out=offsets) <= self._ball_reaches
+        close: NDArray[np.intp] = (x & y & z).nonzero()[0]
+        if not close.size:
+            return close
+        # then their geoms near the box around all rays, along the axes of the source
+        geoms = np.concatenate([self._balls[ball].geoms for ball in close.tolist()])
+        places = simulation.data.geom_xpos.take(geoms, axis=0)
+        is_within = np.abs(self._axes @ places.T - self._middle) <= self._reaches[:, geoms]
         within: NDArray[np.intp] = is_within.all(axis=0).nonzero()[0]
         if not within.size:
             return within
-        offsets, radii = places[within] - self._source, self._radii[within]
+        offsets, radii = places[within] - self._source, self._radii[geoms[within]]
         # an object behind the source is as far from a ray as from the source
         along = np.maximum(self._directions @ offsets.T, 0.0)
         meets = np.einsum("gi,gi->g", offsets, offsets) - along**2 <= radii**2
@@ -102,13 +141,20 @@ class Rays:
         """Find the movable objects, and the length of each ray among the fixed ones."""
         model = simulation.model
         moves = model.body_weldid[model.geom_bodyid] != 0
-        self._movable = np.flatnonzero(moves & np.isin(model.geom_group, SOLID_GROUPS))
-        self._radii = model.geom_rbound[self._movable] + _MARGIN
+        movable = np.flatnonzero(moves & np.isin(model.geom_group, SOLID_GROUPS))
+        self._radii = model.geom_rbound + _MARGIN
         self._reaches = self._half + self._radii
+        bodies = model.geom_bodyid[movable]
+        self._balls = [ball for body in np.unique(bodies) for ball in _balls(model, movable[bodies == body])]
+        middles = np.array([ball.geoms[0] for ball in self._balls], dtype=np.intp)
+        self._coordinates = 3 * middles + np.arange(3)[:, None]
+        radii = np.array([ball.radius for ball in self._balls])
+        self._ball_reaches = self._world_half + radii + _MARGIN
+        self._ball_middles = np.repeat(self._world_middle, len(middles), axis=1)
         self._model = model
         alone = mujoco.MjData(model)
         mujoco.mj_kinematics(model, alone)
-        alone.geom_xpos[self._movable] = _FAR_AWAY
+        alone.geom_xpos[movable] = _FAR_AWAY
         self._fixed = self._cast_rays(model, alone, self._directions)
 
     def _cast_rays(

@@ -233,7 +233,7 @@ class JointTrajectoryController:
         """
         if trajectory.points:
             checked = check_trajectory(trajectory, self.joint_names, now, allow_partial=self.allow_partial)
-            self._follow(splice(self._trajectory, checked, now))
+            self._follow(splice(self.trajectory, checked, now))
         else:
             self._stop(now)
         self._preempt("a command on the topic took its place")
@@ -253,7 +253,7 @@ class JointTrajectoryController:
             raise _invalid_goal("tolerances must be finite")
         if request.trajectory.points:
             checked = check_trajectory(request.trajectory, names, now, allow_partial=self.allow_partial)
-            self._follow(splice(self._trajectory, checked, now))
+            self._follow(splice(self.trajectory, checked, now))
             tolerances = self.tolerances.overridden(names, request)
             goal = TrajectoryGoal(request.goal_id, names, joints, checked.start, checked.end, tolerances)
         else:
@@ -283,11 +283,11 @@ class JointTrajectoryController:
     @property
     def end(self) -> int:
         """Time [ns] from which on the joints rest, unless another command comes."""
-        return self._trajectory.end
+        return self.trajectory.end
 
     def state(self, time: int) -> JointsState:
         """Return desired positions, velocities and accelerations at `time` [ns]."""
-        return self._trajectory.state(time)
+        return self.trajectory.state(time)
 
     def query_state(self, time: int) -> JointsState:
         """Return the desired state at `time` [ns], which may lie ahead, for an external query.
@@ -295,12 +295,12 @@ class JointTrajectoryController:
         Raises:
             UsageError: the time lies before the stored motion.
         """
-        start = self._trajectory.start
+        start = self.trajectory.start
         if time < start:
             raise UsageError(
                 f"time must not be before the stored motion, {seconds(start):.3f} s (got {seconds(time):.3f} s)"
             )
-        return self._trajectory.state(time)
+        return self.trajectory.state(time)
 
     def following(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> Following:
         """Return the tracking state at `now` [ns], given actual positions and velocities of the joints."""
@@ -312,7 +312,7 @@ class JointTrajectoryController:
     def get_state(self) -> dict[str, Any]:
         """Return the trajectory and the last goal as JSON values."""
         goal = None if self.goal is None else self.goal.get_state()
-        return {"trajectory": self._trajectory.get_state(), "goal": goal}
+        return {"trajectory": self.trajectory.get_state(), "goal": goal}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore what `get_state` returned."""
@@ -321,8 +321,9 @@ class JointTrajectoryController:
         self.goal = None if goal is None else TrajectoryGoal.from_state(goal, self.joint_names)
 
     def _follow(self, trajectory: Trajectory) -> None:
-        self._trajectory = trajectory
-        # Bound here once, because they are called in every step.
+        self.trajectory = trajectory
+        """Desired motion; a command replaces it by another one."""
+        # Bound here once, because a goal that is checked calls them in every step.
         self.positions = trajectory.positions
         self.velocities = trajectory.velocities
 

@@ -145,11 +145,16 @@ class TrajectoryGoal:
         self.reason = ""
         """Reason for its end, in a sentence; empty while it is active."""
         self._arrived = [False] * len(self.joint_names)
+        self._path = tuple(joint for joint in self.joints if any(limit > 0.0 for limit in tolerances.path[joint]))
 
     @property
     def active(self) -> bool:
         """True while it is being followed."""
         return self.status is GoalStatus.ACTIVE
+
+    def is_checked_at(self, time: int) -> bool:
+        """Return whether `update` at `time` [ns] can change anything: some joint has a tolerance then."""
+        return time >= self.end or (bool(self._path) and time >= self.start)
 
     def update(self, time: int, position_errors: Sequence[float], velocity_errors: Sequence[float]) -> GoalStatus:
         """Check the joints at `time` [ns].
@@ -159,7 +164,7 @@ class TrajectoryGoal:
         if self.status is not GoalStatus.ACTIVE or time < self.start:
             return self.status
         if time < self.end:
-            for joint in self.joints:
+            for joint in self._path:
                 if fault := self.tolerances.path[joint].fault(position_errors[joint], velocity_errors[joint]):
                     text = f"{self.joint_names[joint]} left its path {seconds(time - self.start):.3f} s after the start"
                     self._finish(GoalStatus.ABORTED, GoalResult.PATH_TOLERANCE_VIOLATED, f"{text}: {fault}")

@@ -8,7 +8,7 @@ import mujoco
 from cellwright.cell.model.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
 from cellwright.config.layout import TRAY_PLATE
 from cellwright.engine import colours
-from cellwright.engine.shapes import Colour, Role, Touch, add_shape, add_visuals, at, box, capsule, cylinder
+from cellwright.engine.shapes import Colour, Role, Touch, Visuals, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose, Vector3
 
 AGV_MASS = 50.0
@@ -37,7 +37,7 @@ def plate_name(agv: str) -> str:
     return f"kit_tray_{agv[-1]}_plate"
 
 
-def add_agv(spec: Any, agv: str) -> None:
+def add_agv(spec: Any, visuals: Visuals, agv: str) -> None:
     """Add an AGV at home, on two slides along world x and y whose positions [m] count from there.
 
     The drives are `pid` actuators `<agv>_x` and `<agv>_y` with position and velocity inputs. By default a tree with
@@ -53,31 +53,36 @@ def add_agv(spec: Any, agv: str) -> None:
         slide.armature = DRIVE_MASS
         drive = spec.add_actuator(name=f"{agv}_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=f"{agv}_{name}")
         drive.set_to_pid(kp=STIFFNESS, kv=DAMPING)
-    _fill_agv(body, _COLOURS[agv])
+    _fill_agv(body, visuals, _COLOURS[agv])
     tray = body.add_body(name=TRAY_IDS[agv], pos=AGV_T_TRAY.position)
-    _fill_tray(tray, plate_name(agv))
+    _fill_tray(tray, visuals, plate_name(agv))
 
 
-def _fill_agv(body: Any, colour: Colour) -> None:
+def _fill_agv(body: Any, visuals: Visuals, colour: Colour) -> None:
     """Add chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
-    looks = add_visuals(body)
     add_shape(body, box(0.555, 1.023, 0.409, at(z=0.3045), colour, 1.0), Role.BOTH, mass=AGV_MASS)
     add_shape(body, box(0.673, 1.171, 0.124, at(z=0.162), colours.BLACK), Role.BOTH)
     add_shape(body, cylinder(0.087, 0.875, at(0.0, -0.275, 0.4375), colours.STEEL_LIGHT), Role.BOTH)
     add_shape(body, cylinder(0.043, 1.408, at(0.0, -0.275, 0.704), colours.STEEL_DARK), Role.BOTH)
-    add_shape(looks, cylinder(0.05, 0.04, at(0.0, -0.275, 1.42), colour), Role.SEEN)
-    add_shape(looks, box(0.22, 0.34, 0.24, at(0.0, 0.15, 0.62), colours.STEEL_DARK), Role.SEEN)
-    add_shape(looks, box(0.56, 0.62, 0.006, at(0.0, 0.15, 0.511), colours.RUBBER), Role.SEEN)
+    visuals.add(
+        body.name,
+        cylinder(0.05, 0.04, at(0.0, -0.275, 1.42), colour),
+        box(0.22, 0.34, 0.24, at(0.0, 0.15, 0.62), colours.STEEL_DARK),
+        box(0.56, 0.62, 0.006, at(0.0, 0.15, 0.511), colours.RUBBER),
+    )
     for side in (1.0, -1.0):
-        add_shape(looks, box(0.557, 0.03, 0.06, at(0.0, 0.4975 * side, 0.42), colours.WHITE), Role.SEEN)
+        visuals.add(body.name, box(0.557, 0.03, 0.06, at(0.0, 0.4975 * side, 0.42), colours.WHITE))
         for y in (-0.36, 0.0, 0.36):
             radius = 0.1 if y == 0.0 else 0.07
             wheel = Pose.from_rpy((0.29 * side, y, radius), (0.0, 1.5708, 0.0))
-            add_shape(looks, cylinder(radius, 0.05, wheel, colours.RUBBER), Role.SEEN)
-            add_shape(looks, cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT), Role.SEEN)
+            visuals.add(
+                body.name,
+                cylinder(radius, 0.05, wheel, colours.RUBBER),
+                cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT),
+            )
 
 
-def _fill_tray(tray: Any, plate_geom: str) -> None:
+def _fill_tray(tray: Any, visuals: Visuals, plate_geom: str) -> None:
     """Add the plate and its four rims; the plate is thicker below than it looks, so that nothing falls through.
 
     A rim is a stack of thin capsules. A flat part that lands on the narrow top of a box gets a contact that points
@@ -87,14 +92,13 @@ def _fill_tray(tray: Any, plate_geom: str) -> None:
     thick = 0.08
     plate = box(*TRAY_PLATE, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
     add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
-    add_shape(tray, box(*TRAY_PLATE, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
+    visuals.add(tray.name, box(*TRAY_PLATE, 0.01, at(z=top - 0.005), colours.TRAY))
     rim, layers = 0.0254, 3
     radius = (rim - top) / layers / 2
     for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):
         for side in (1.0, -1.0):
             wall = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) @ at(x=(reach + radius) * side)
-            look = box(0.002, length + 0.004, rim, wall @ at(z=rim / 2), colours.STEEL)
-            add_shape(tray, look, Role.SEEN)
+            visuals.add(tray.name, box(0.002, length + 0.004, rim, wall @ at(z=rim / 2), colours.STEEL))
             for layer in range(layers):
                 height = top + radius * (2 * layer + 1)
                 lying = wall @ Pose.from_rpy((0.0, 0.0, height), (math.pi / 2, 0.0, 0.0))

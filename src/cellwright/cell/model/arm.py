@@ -16,6 +16,7 @@ from cellwright.cell.model import arm_looks
 from cellwright.cell.model.frames import RAIL
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointGains, ServoProfile
+from cellwright.engine.shapes import Visuals
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
@@ -155,30 +156,31 @@ def check_joints(*names: str) -> None:
             raise UnknownNameError("arm joint", name, ARM_JOINTS)
 
 
-def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
+def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float) -> None:
     """Add rail, arm and cup to a model specification, before everything else: the solver prefers the long tree first.
 
     Args:
         spec: model specification.
+        visuals: receives what is only seen of it.
         settings: servo profile and gains.
         contact_time: time constant [s] of the cup's contacts.
     """
     rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
-    arm_looks.dress_rail(rail, spec.worldbody)
+    arm_looks.dress_rail(rail, visuals)
     gains = gains_of(settings)
     link = rail
     for joint in JOINTS:
         link = link.add_body(name=joint.link, pos=joint.pose.position, quat=joint.pose.quaternion)
         _give_mass(link, BODIES[joint.link], settings.servo)
         _add_joint(spec, link, joint, settings, gains[joint.name])
-        arm_looks.dress_link(spec, link, joint.link)
+        arm_looks.dress_link(spec, visuals, link, joint.link)
         if joint.link == "base_link":
             link.add_site(name="base", quat=(0.0, 0.0, 0.0, 1.0))
     for name, pose in WRIST_3_T_TOOL.items():
         link.add_site(name=name, pos=pose.position, quat=pose.quaternion)
     gripper = link.add_body(name=GRIPPER, pos=WRIST_3_T_GRIPPER.position, quat=WRIST_3_T_GRIPPER.quaternion)
     _give_mass(gripper, BODIES[GRIPPER], settings.servo)
-    arm_looks.dress_cup(spec, gripper, CUP_GEOM, CUP_FACE_GEOM, contact_time)
+    arm_looks.dress_cup(spec, visuals, gripper, CUP_GEOM, CUP_FACE_GEOM, contact_time)
 
 
 def _give_mass(link: Any, form: Cylinder, servo: ServoProfile) -> None:

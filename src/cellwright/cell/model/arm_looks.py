@@ -10,9 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from cellwright.cell.model.frames import RAIL
 from cellwright.engine import colours, shapes
-from cellwright.engine.shapes import HERE, Colour, Role, Shape, Touch, add_shape, at, box, cylinder, mesh
+from cellwright.engine.shapes import HERE, Colour, Role, Shape, Touch, Visuals, add_shape, at, box, cylinder, mesh
 from cellwright.util.pose import Pose
 
 _CORNERS = 32
@@ -197,18 +196,24 @@ CUP_FACE_RADIUS = 0.038
 _CUP_SECTIONS = (shapes.Circle(CUP_FACE_RADIUS, -0.005), shapes.Circle(0.05, 0.003), shapes.Circle(0.05, 0.005))
 
 
-def dress_rail(rail: Any, world: Any) -> None:
+def dress_rail(rail: Any, visuals: Visuals) -> None:
     """Add the beam. It belongs to the robot, so the arm passes through it as it did in the original."""
     add_shape(rail, BEAM, Role.BOTH, Touch.ROBOT)
     for side in (1.0, -1.0):
-        add_shape(world, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM).moved(RAIL), Role.SEEN)
-        add_shape(world, box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW).moved(RAIL), Role.SEEN)
+        visuals.add(
+            rail.name,
+            box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM),
+            box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW),
+        )
     for y in (-2.1, 0.0, 2.1):
-        add_shape(world, box(0.12, 0.12, 0.84, at(0.0, y, -0.47), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
-        add_shape(world, box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
+        visuals.add(
+            rail.name,
+            box(0.12, 0.12, 0.84, at(0.0, y, -0.47), colours.STEEL_DARK),
+            box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK),
+        )
 
 
-def dress_link(spec: Any, body: Any, link: str) -> None:
+def dress_link(spec: Any, visuals: Visuals, body: Any, link: str) -> None:
     """Add the shapes of a link of the arm."""
     for number, solid in enumerate(SOLID[link], 1):
         shape = solid
@@ -217,11 +222,10 @@ def dress_link(spec: Any, body: Any, link: str) -> None:
             shapes.add_mesh(spec, name, shape.mesh)
             shape = mesh(name, colours.ARM_GREY, shape.pose)
         add_shape(body, shape, Role.BOTH, Touch.ROBOT)
-    for shape in SEEN[link]:
-        add_shape(body, shape, Role.SEEN)
+    visuals.add(body.name, *SEEN[link])
 
 
-def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float) -> None:
+def dress_cup(spec: Any, visuals: Visuals, gripper: Any, name: str, face: str, contact_time: float) -> None:
     """Add the suction cup, which grips with its lower face.
 
     A plain disc that sticks by its rim turns the wrist over instead of lying flat on a part. This cup has a flat face
@@ -238,8 +242,8 @@ def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float
     cup.gap = 0.001
     cup.solref = (contact_time, 1.0)
     add_shape(gripper, CUP, Role.UNSEEN, name=face)
-    for shape in (
+    visuals.add(
+        gripper.name,
         cylinder(0.026, 0.004, at(z=0.0065), colours.ALUMINIUM),
         cylinder(0.0375, 0.0006, at(z=-0.0049), colours.LINE_YELLOW),
-    ):
-        add_shape(gripper, shape, Role.SEEN)
+    )

@@ -17,6 +17,7 @@ from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_par
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.trial.trial import Part, Trial
+from cellwright.engine.shapes import Visuals
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
 
@@ -103,6 +104,8 @@ class World:
     `set_initial_posture` after it.
 
     Attributes:
+        model: what is touched or measured.
+        visuals: what is only seen.
         parts: every part, in the order of the model: those in play first, then those that wait.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
@@ -110,6 +113,7 @@ class World:
     """
 
     model: Any
+    visuals: Visuals
     parts: tuple[WorldPart, ...]
     initial_qpos: NDArray[np.float64]
     initial_ctrl: NDArray[np.float64]
@@ -140,17 +144,17 @@ def build_world(trial: Trial) -> World:
         UnknownNameError: a part type, a frame or an arm joint that does not exist.
         ModelFileError: a user-defined model that the engine cannot use.
     """
-    spec = mujoco.MjSpec()
+    spec, visuals = mujoco.MjSpec(), Visuals()
     spec.modelname = trial.name
     spec.compiler.degree = False
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
     if trial.has_arm:
         check_joints(*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
-        add_arm(spec, trial.settings.arm, contact_time(timestep))
+        add_arm(spec, visuals, trial.settings.arm, contact_time(timestep))
     agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
     for agv in agvs:
-        add_agv(spec, agv)
+        add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = list(_plan(trial, kinds))
@@ -158,21 +162,21 @@ def build_world(trial: Trial) -> World:
         raise DescriptionError(
             [f"{trial.name}: the parts may have at most {MAX_SHAPES} shapes in total (got {shapes})"]
         )
-    furniture.add_floor(spec)
-    furniture.add_bins(spec)
-    furniture.add_conveyor(spec)
+    furniture.add_floor(spec, visuals)
+    furniture.add_bins(spec, visuals)
+    furniture.add_conveyor(spec, visuals)
     furniture.add_deletion_wall(spec)
-    furniture.add_frames(spec)
+    furniture.add_frames(spec, visuals)
     furniture.add_shelf(spec, len(planned))
     for sensor in trial.sensors:
-        add_housing(spec, sensor)
-    add_furniture(spec, trial.furniture)
-    add_part_meshes(spec)
+        add_housing(visuals, sensor)
+    add_furniture(spec, visuals, trial.furniture)
+    add_part_meshes(visuals)
     for each in own.values():
-        each.form.add_meshes(spec)
+        each.form.add_meshes(spec, visuals)
     slots = [shelf_slot(k, len(planned), part.kind.bottom) for k, part in enumerate(planned)]
     for part, slot in zip(planned, slots, strict=True):
-        add_part(spec, part.name, part.kind, part.start or slot)
+        add_part(spec, visuals, part.name, part.kind, part.start or slot)
         _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
     if len(planned) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
@@ -186,7 +190,7 @@ def build_world(trial: Trial) -> World:
     )
     parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     qpos, ctrl = _first_pose(model, trial)
-    return World(model, parts, qpos, ctrl, own)
+    return World(model, visuals, parts, qpos, ctrl, own)
 
 
 def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:

@@ -12,7 +12,7 @@ from cellwright.cell.model import frames
 from cellwright.config.layout import REFERENCE_FRAMES
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine import colours
-from cellwright.engine.shapes import HERE, Colour, Role, Shape, add_shape, at, box, capsule, cylinder
+from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose
 
 _LENS_FORWARD = (0.0, 1.5708, 0.0)  # turns a cylinder's axis from z to x, the viewing direction of a sensor
@@ -38,22 +38,19 @@ _HOUSINGS: dict[str, tuple[Shape, ...]] = {
 }
 
 
-_CAMERA_HOUSING = (
+_CAMERA_HOUSING: tuple[Shape, ...] = (
     box(0.024, 0.09, 0.026, at(x=-0.014), colours.SENSOR),
     _lens(0.009, -0.007, colours.SENSOR_LENS),
 )  # all of it behind the optical centre, which is at the pose
 
 
-def add_housing(spec: Any, sensor: SensorConfig) -> None:
+def add_housing(visuals: Visuals, sensor: SensorConfig) -> None:
     """Add the housing of a sensor at its pose; that of a camera moves with the body it is fixed to."""
-    frame = sensor.frame if isinstance(sensor, PictureCameraConfig) else "world"
-    body = spec.body(frame).add_body(
-        name=f"{sensor.name} housing", pos=sensor.pose.position, quat=sensor.pose.quaternion
-    )
-    for shape in (
-        _CAMERA_HOUSING if isinstance(sensor, PictureCameraConfig) else _HOUSINGS.get(sensor.type, _OTHER_HOUSING)
-    ):
-        add_shape(body, shape, Role.SEEN)
+    if isinstance(sensor, PictureCameraConfig):
+        body, housing = sensor.frame, _CAMERA_HOUSING
+    else:
+        body, housing = "world", _HOUSINGS.get(sensor.type, _OTHER_HOUSING)
+    visuals.add(body, *(shape.moved(sensor.pose) for shape in housing))
 
 
 BELT_GEOM = "conveyor_belt"
@@ -63,10 +60,9 @@ DELETION_WALL_GEOM = "deletion_wall"
 """Geom that removes the parts that touch it."""
 
 
-def add_floor(spec: Any) -> None:
+def add_floor(spec: Any, visuals: Visuals) -> None:
     """Add the infinite floor at height 0, with lines where people and AGVs go."""
-    world = spec.worldbody
-    world.add_geom(
+    spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=(0.0, 0.0, 1.0),  # a plane of size 0 is infinite
@@ -77,22 +73,28 @@ def add_floor(spec: Any) -> None:
     )
     line, height = 0.08, 0.002
     for side in (1.0, -1.0):
-        add_shape(world, box(2.3, line, height, at(0.3, 2.45 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
-        add_shape(world, box(2.3, line, height, at(0.3, 4.15 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
-        add_shape(world, box(line, 1.78, height, at(1.41, 3.3 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
-    add_shape(world, box(line, 8.6, height, at(-1.75, 0.0, height / 2), colours.LINE_YELLOW), Role.SEEN)
-    add_shape(world, box(line, 16.0, height, at(2.35, 3.0, height / 2), colours.LINE_YELLOW), Role.SEEN)
+        visuals.add(
+            "world",
+            box(2.3, line, height, at(0.3, 2.45 * side, height / 2), colours.LINE_YELLOW),
+            box(2.3, line, height, at(0.3, 4.15 * side, height / 2), colours.LINE_YELLOW),
+            box(line, 1.78, height, at(1.41, 3.3 * side, height / 2), colours.LINE_YELLOW),
+        )
+    visuals.add(
+        "world",
+        box(line, 8.6, height, at(-1.75, 0.0, height / 2), colours.LINE_YELLOW),
+        box(line, 16.0, height, at(2.35, 3.0, height / 2), colours.LINE_YELLOW),
+    )
 
 
-def add_bins(spec: Any) -> None:
+def add_bins(spec: Any, visuals: Visuals) -> None:
     """Add the eight bins; the open sides of each face world +x and -x."""
     for name in frames.BIN_CENTRES:
         frame = REFERENCE_FRAMES[f"{name}::link"]
         body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
-        _fill_bin(body, spec.worldbody, frame)
+        _fill_bin(body, visuals)
 
 
-def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
+def _fill_bin(body: Any, visuals: Visuals) -> None:
     """Add one bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
 
     Base and sills are visual only: nothing gets there, and every collision shape costs time in each step.
@@ -104,7 +106,7 @@ def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
         body, box(2 * inner, 2 * inner, floor, at(z=frames.BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH
     )
     foot = box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK)
-    add_shape(world, foot.moved(frame), Role.SEEN)
+    visuals.add(body.name, foot)
     outer = inner + thick / 2
     for side in (1.0, -1.0):
         _add_wall(body, Pose.from_rpy((outer * side, 0.0, 0.0), (0.0, 0.0, math.pi / 2)), 2 * inner, thick, base, rim)
@@ -112,9 +114,8 @@ def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
             x = (inner + thick - corner / 2) * end
             _add_wall(body, at(x, outer * side), corner, thick, base, rim)
             wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (math.pi / 2, 0.0, 0.0))
-            add_shape(world, cylinder(0.05, 0.03, wheel, colours.RUBBER).moved(frame), Role.SEEN)
-        sill_box = box(middle, thick, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN)
-        add_shape(world, sill_box.moved(frame), Role.SEEN)
+            visuals.add(body.name, cylinder(0.05, 0.03, wheel, colours.RUBBER))
+        visuals.add(body.name, box(middle, thick, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN))
 
 
 def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float, top: float) -> None:
@@ -130,7 +131,7 @@ def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float,
     add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
 
 
-def add_conveyor(spec: Any) -> None:
+def add_conveyor(spec: Any, visuals: Visuals) -> None:
     """Add the conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
     length, width, thickness = frames.CONVEYOR_SIZE
     body = spec.worldbody.add_body(
@@ -138,22 +139,20 @@ def add_conveyor(spec: Any) -> None:
     )
     body.gravcomp = 1.0  # no effect on a fixed body, but without any the engine would ignore that of gliding parts
     add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
-    world, frame = spec.worldbody, frames.CONVEYOR_CENTRE
     surface = frames.BELT_SURFACE - frames.CONVEYOR_CENTRE.position[2]
     for side in (1.0, -1.0):
-        rail = box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE)
-        add_shape(world, rail.moved(frame), Role.SEEN)
-        stripe = box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT)
-        add_shape(world, stripe.moved(frame), Role.SEEN)
-        for k in range(-3, 4):
-            leg = box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK)
-            add_shape(world, leg.moved(frame), Role.SEEN)
+        visuals.add(
+            BELT_GEOM,
+            box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE),
+            box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT),
+            *(box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK) for k in range(-3, 4)),
+        )
     for end in (1.0, -1.0):
         drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
-        add_shape(world, cylinder(thickness / 2, width, drum, colours.RUBBER).moved(frame), Role.SEEN)
+        visuals.add(BELT_GEOM, cylinder(thickness / 2, width, drum, colours.RUBBER))
 
 
-def add_frames(spec: Any) -> None:
+def add_frames(spec: Any, visuals: Visuals) -> None:
     """Add two portals over the bins and a fence along the conveyor: posts and bars for sensors, which an arm can hit.
 
     They have the yaw of the original's workcell, which is rounded to 1.57. Each is a flat body of its own: the arm is
@@ -177,9 +176,7 @@ def add_frames(spec: Any) -> None:
     beam = add_body("conveyor_beam", 1.21, 3.0)
     add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
-        add_shape(
-            spec.worldbody, box(0.54, thick, thick, frames.WORKCELL @ at(1.455, y, 3.0), colours.FRAME), Role.SEEN
-        )
+        visuals.add("world", box(0.54, thick, thick, frames.WORKCELL @ at(1.455, y, 3.0), colours.FRAME))
 
 
 def add_shelf(spec: Any, slots: int) -> None:

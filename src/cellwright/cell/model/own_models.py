@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.cell.model.parts import PartType
 from cellwright.config.models.files import ModelFileError
@@ -17,7 +18,7 @@ from cellwright.config.models.model import Furniture, ModelShape, ModelShapeKind
 from cellwright.config.models.reader import MAX_PART_EXTENT
 from cellwright.config.trial.trial import Trial
 from cellwright.engine import colours
-from cellwright.engine.shapes import HERE, Mesh, Role, Shape, Touch, add_mesh, add_shape, bounds
+from cellwright.engine.shapes import HERE, Mesh, Role, Shape, Touch, Visuals, add_mesh, add_shape, bounds
 from cellwright.util.pose import Pose, Vector3
 
 _MJCF_KINDS: dict[int, ModelShapeKind] = {
@@ -28,6 +29,7 @@ _MJCF_KINDS: dict[int, ModelShapeKind] = {
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
 _SHOWN_GROUPS = 3  # the engine's viewers draw the groups 0 to 2 by default
+_MIN_AREA = 1e-14  # [m^2]; renderers take no mesh with less
 _UNSET = (0.5, 0.5, 0.5, 1.0)  # the engine's default colour of a geom
 
 
@@ -117,11 +119,14 @@ class PartGeometry:
     meshes: dict[str, Mesh]
     mass: float
 
-    def add_meshes(self, spec: Any) -> None:
-        """Add the meshes to a model specification."""
-        weighing = {shape.mesh for shape in self.touched}
+    def add_meshes(self, spec: Any, visuals: Visuals) -> None:
+        """Add the meshes of touched shapes to a model specification, and those of visuals, if any, to these."""
+        touched, seen = ({shape.mesh for shape in shapes} for shapes in (self.touched, self.seen))
         for name, mesh in self.meshes.items():
-            add_mesh(spec, name, mesh, weighs=name in weighing)
+            if name in touched:
+                add_mesh(spec, name, mesh, weighs=True)
+            if name in seen and self.seen != self.touched:
+                visuals.meshes[name] = mesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +171,8 @@ def model_problems(trial: Trial) -> list[str]:
     return problems
 
 
-def add_furniture(spec: Any, pieces: Iterable[Furniture]) -> None:
-    """Add the furniture of the cell to a model specification; all of it is fixed.
+def add_furniture(spec: Any, visuals: Visuals, pieces: Iterable[Furniture]) -> None:
+    """Add the furniture of the cell to a model specification and to its visuals; all of it is fixed.
 
     Raises:
         ModelFileError: a file that the engine cannot use.
@@ -175,13 +180,11 @@ def add_furniture(spec: Any, pieces: Iterable[Furniture]) -> None:
     for piece in pieces:
         name = f"furniture|{piece.name}"
         form = form_of(name, piece.model)
-        form.add_meshes(spec)
+        form.add_meshes(spec, visuals)
         body = spec.worldbody.add_body(name=name, pos=piece.pose.position, quat=piece.pose.quaternion)
         for shape in form.touched:
             add_shape(body, shape, Role.BOTH if shape in form.seen else Role.SOLID, Touch.FIXED)
-        for shape in form.seen:
-            if shape not in form.touched:
-                add_shape(spec.worldbody, shape.moved(piece.pose), Role.SEEN)
+        visuals.add(name, *(shape for shape in form.seen if shape not in form.touched))
 
 
 def form_of(name: str, model: UserModel) -> PartGeometry:
@@ -216,7 +219,15 @@ def _mesh_of(shape: ModelShape) -> Mesh | None:
     if shape.mesh is None:
         return None
     vertices, triangles = read_mesh(shape.mesh)
-    return vertices * shape.size, triangles
+    vertices = vertices * shape.size
+    if len(vertices) < 4 or _area(vertices, triangles) < _MIN_AREA:
+        raise ModelFileError(f"{shape.mesh}: a mesh needs at least 4 vertices, and triangles with an area")
+    return vertices, triangles
+
+
+def _area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 def _shape(shape: ModelShape, colour: tuple[float, float, float, float]) -> Shape:

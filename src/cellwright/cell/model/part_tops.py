@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model.arm_looks import CUP, CUP_FACE_RADIUS
 from cellwright.cell.model.own_models import PartGeometry
-from cellwright.engine.shapes import Role, Shape, Touch, add_shape, bounds
+from cellwright.engine.shapes import Role, Shape, Touch, Visuals, add_shape, bounds
 from cellwright.util.pose import Pose, Quaternion, Vector3
 
 MAX_TILT = math.radians(5.0)
@@ -205,7 +205,7 @@ class PartTop:
 def part_tops(form: PartGeometry) -> tuple[PartTop, ...]:
     """Return the top of a part of this form for each of `TURNS`."""
     spec = mujoco.MjSpec()
-    form.add_meshes(spec)
+    form.add_meshes(spec, Visuals())
     body = spec.worldbody.add_body(name="part")
     for shape in form.touched:
         add_shape(body, shape, Role.SOLID, Touch.PART, mass=form.mass)

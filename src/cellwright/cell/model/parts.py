@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.engine import colours, shapes
-from cellwright.engine.shapes import Role, Shape, Touch, add_shape, add_visuals, at, bounds, box, cylinder, mesh
+from cellwright.engine.shapes import Role, Shape, Touch, Visuals, add_shape, at, bounds, box, cylinder, mesh
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
@@ -200,19 +200,20 @@ def part_type(name: str) -> PartType:
         raise UnknownNameError("part type", name, _CATALOGUE) from None
 
 
-def add_part_meshes(spec: Any) -> None:
-    """Add the meshes that parts are drawn with to a model specification."""
-    shapes.add_mesh(spec, shapes.GEAR, shapes.ring(shapes.gear_outline, 0.006, 0.0, 0.0119, 144))
-    shapes.add_mesh(spec, shapes.GASKET, shapes.ring(shapes.gasket_outline, 0.03, 0.0, 0.02, 72))
+def add_part_meshes(visuals: Visuals) -> None:
+    """Add the meshes that parts are drawn with."""
+    visuals.meshes[shapes.GEAR] = shapes.ring(shapes.gear_outline, 0.006, 0.0, 0.0119, 144)
+    visuals.meshes[shapes.GASKET] = shapes.ring(shapes.gasket_outline, 0.03, 0.0, 0.02, 72)
     groove = [(0.1125, 0.0), (0.1125, 0.004), (0.1, 0.009), (0.1, 0.0634), (0.1125, 0.0684), (0.1125, 0.0724)]
-    shapes.add_mesh(spec, shapes.PULLEY, shapes.lofted([shapes.Circle(*each) for each in groove], 48))
+    visuals.meshes[shapes.PULLEY] = shapes.lofted([shapes.Circle(*each) for each in groove], 48)
 
 
-def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
+def add_part(spec: Any, visuals: Visuals, name: str, kind: PartType, pose: Pose) -> Any:
     """Add a free part to a model specification.
 
     Args:
-        spec: model specification with the meshes of `add_part_meshes`.
+        spec: model specification.
+        visuals: receives what is only seen of it; its mesh is one of `add_part_meshes` or the type's own.
         name: name of the body and of its free joint.
         kind: type of the part.
         pose: world_T_part.
@@ -225,7 +226,5 @@ def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
     for shape in kind.solid:
         role = Role.SOLID if kind.seen else Role.BOTH
         add_shape(body, shape, role, Touch.PART, mass=kind.mass)
-    looks = add_visuals(body) if kind.seen else None
-    for shape in kind.seen:
-        add_shape(looks, shape, Role.SEEN)
+    visuals.add(name, *kind.seen)
     return body

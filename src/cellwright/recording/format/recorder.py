@@ -70,7 +70,7 @@ class Recorder:
         self._path, self._header = path, header
         self._attachments = dict(attachments or {})
         self._panel, self._report = panel, report
-        self._taker = SceneCapture(self._simulation.model, name=served.name, hidden=served.hidden_bodies)
+        self._taker = SceneCapture.of(served)
         self._runs = 0
         self._is_over = False
         self.paths: list[Path] = []

@@ -11,6 +11,7 @@ import mujoco
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.loop import SimulationLoop
 from cellwright.engine.rate_control import RateControl
+from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.messages import Message, from_cdr, message_type
@@ -143,6 +144,11 @@ class Recorded(Device):
         self._messages = self.source.messages([*self._publishers, FRAME, PANEL], start=now + 1)
         self._next = next(self._messages, _NOTHING)
         return now
+
+    @property
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn: an empty one, as a recording has its own scene."""
+        return self.simulation.model, Visuals()
 
     def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none, as a recording has no bodies of the engine."""

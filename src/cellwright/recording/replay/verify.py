@@ -154,7 +154,7 @@ def verify(
         on_progress: called with the simulation time [ns], often.
     """
     simulation = rebuilt.served.simulation
-    taker = SceneCapture(simulation.model, hidden=rebuilt.served.hidden_bodies)
+    taker = SceneCapture.of(rebuilt.served)
 
     def now() -> TickTime:
         return TickTime(simulation.clock.tick, simulation.now)

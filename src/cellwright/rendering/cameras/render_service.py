@@ -7,7 +7,7 @@ only on the frame of the tick of its request.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import VIEWS, Pinhole
 from cellwright.rendering.picture import PictureRequest
-from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import Scene, SceneFrame
 from cellwright.util.errors import RenderingError
 from cellwright.util.pose import Pose, Vector3
 
 if TYPE_CHECKING:
+    from cellwright.rendering.scene.engine import SceneCapture
     from cellwright.rendering.worker import RenderWorker
 
 _ABANDON_TIMEOUT = 0.5  # [s]
@@ -59,26 +59,26 @@ class RenderService:
     """Render service for the frames of a simulation.
 
     Args:
+        capture: makes the capture of the simulation's scene; called for the first picture.
         start: starts the render process; called for the first picture.
         about: point [m] from which the lamp is placed.
-        hidden: returns the engine's ids of bodies that are hidden now.
         report: receives a line when drawing has failed for good.
     """
 
     def __init__(
         self,
         simulation: Simulation,
+        capture: Callable[[], SceneCapture],
         start: Callable[[Scene], RenderWorker] = start_worker,
         *,
         about: Vector3 = VIEWS["overview"].target,
-        hidden: Callable[[], Collection[int]] = tuple,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self._simulation = simulation
         self._start = start
         self._about = about
-        self._hidden = hidden
         self._report = report
+        self._make_capture = capture
         self._capture: SceneCapture | None = None
         self._worker: RenderWorker | None = None
         self._frame: SceneFrame | None = None
@@ -92,7 +92,7 @@ class RenderService:
         if self._is_broken:
             return None
         if self._capture is None:
-            self._capture = SceneCapture(self._simulation.model, hidden=self._hidden)
+            self._capture = self._make_capture()
         if self._worker is None:
             self._worker = worker = self._start(self._capture.scene)
             # for a cell that is not closed, too; pictures that are not fetched delay nothing

@@ -1,14 +1,22 @@
-"""Scenes from MuJoCo models and MuJoCo models from scenes."""
+"""Scenes from MuJoCo models and visuals, and MuJoCo models from scenes."""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from typing import Any
+from dataclasses import replace
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.engine.shapes import Visuals
 from cellwright.rendering.scene.scene import SEEN, Mesh, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.util.pose import Pose
+
+if TYPE_CHECKING:
+    from cellwright.middleware.bus import Node
 
 _TYPES = {
     ShapeType.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
@@ -23,12 +31,23 @@ _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
 class SceneCapture:
-    """Capture of a model: its scene, with this name, and frames of its state.
+    """Capture of a model: its scene, and frames of its state.
 
-    `hidden` returns the engine's ids of bodies that are hidden now.
+    Args:
+        model: the engine's model.
+        visuals: shapes that are only seen, on the model's bodies; None if there are none.
+        name: name of the scene.
+        hidden: returns the engine's ids of bodies that are hidden now.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = tuple) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        visuals: Visuals | None = None,
+        *,
+        name: str = "",
+        hidden: Callable[[], Collection[int]] = tuple,
+    ) -> None:
         # bodies on a joint, and mocap bodies with what is fixed to them
         moving = (model.body_weldid != 0) | (model.body_mocapid[model.body_rootid] >= 0)
         self._bodies = np.concatenate([[0], np.flatnonzero(moving)])
@@ -38,9 +57,14 @@ class SceneCapture:
         self.scene = Scene(
             name=name,
             bodies=("world", *(model.body(body).name or f"body {body}" for body in self._bodies[1:])),
-            shapes=tuple(_shapes(model, moving, self._index)),
-            meshes=tuple(_mesh(model, number) for number in range(model.nmesh)),
+            shapes=_shapes(model, visuals or Visuals(), moving, self._index),
+            meshes=_meshes(model, visuals or Visuals()),
         )
+
+    @classmethod
+    def of(cls, node: Node) -> SceneCapture:
+        """Return the capture of a cell or a robot."""
+        return cls(*node.drawn, name=node.name, hidden=node.hidden_bodies)
 
     def index(self, body: int) -> int:
         """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one."""
@@ -64,44 +88,55 @@ class SceneCapture:
         return shown
 
 
-def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[SceneShape]:
-    still = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, still)
-    shapes = []
+def _shapes(
+    model: mujoco.MjModel, visuals: Visuals, moving: NDArray[np.bool_], index: dict[int, int]
+) -> tuple[SceneShape, ...]:
+    """Return the shapes of the model and its visuals, body by body."""
+    found: list[tuple[int, SceneShape]] = []
     for geom in range(model.ngeom):
-        form = _FORMS.get(int(model.geom_type[geom]))
-        if form is None or model.geom_rgba[geom, 3] <= 0.0:
-            continue
-        body = int(model.geom_bodyid[geom])
-        if moving[body]:
-            pose = Pose(tuple(model.geom_pos[geom].tolist()), tuple(model.geom_quat[geom].tolist()))
-        else:  # static geoms have a pose in the world
-            quaternion = np.empty(4)
-            mujoco.mju_mat2Quat(quaternion, still.geom_xmat[geom])
-            w, x, y, z = quaternion.tolist()
-            pose = Pose(tuple(still.geom_xpos[geom].tolist()), (w, x, y, z))
-        shapes.append(
-            SceneShape(
-                body=index[body] if moving[body] else 0,
+        body, form = int(model.geom_bodyid[geom]), _FORMS.get(int(model.geom_type[geom]))
+        if form is not None:
+            shape = SceneShape(
+                body=index.get(body, 0),
                 form=form,
                 size=tuple(model.geom_size[geom].tolist()),
-                pose=pose,
+                pose=_pose(model.geom_pos[geom], model.geom_quat[geom]),
                 colour=tuple(model.geom_rgba[geom].tolist()),
                 # the layer is the geom's group; the engine's default group 0 counts as seen and touched
                 layer=ShapeLayer(min(max(int(model.geom_group[geom]), ShapeLayer.BOTH), ShapeLayer.MARK)),
                 mesh=int(model.geom_dataid[geom]) if form is ShapeType.MESH else None,
             )
-        )
-    return shapes
-
-
-def _mesh(model: mujoco.MjModel, number: int) -> Mesh:
-    first, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
-    face, faces = int(model.mesh_faceadr[number]), int(model.mesh_facenum[number])
-    return Mesh(
-        np.array(model.mesh_vert[first : first + count], np.float32),
-        np.array(model.mesh_face[face : face + faces], np.int32),
+            found.append((body, shape))
+    meshes = {name: model.nmesh + number for number, name in enumerate(visuals.meshes)}
+    bodies = {name: int(model.body(name).id) for name, _ in visuals.shapes}
+    for name, seen in visuals.shapes:
+        body, mesh = bodies[name], meshes[seen.mesh] if seen.kind == "mesh" else None
+        form, layer = ShapeType(seen.kind), ShapeLayer.LOOKS
+        found.append((body, SceneShape(index.get(body, 0), form, seen.size, seen.pose, seen.colour, layer, mesh)))
+    found.sort(key=itemgetter(0))
+    still = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, still)
+    frames = [None if moving[body] else _pose(still.xpos[body], still.xquat[body]) for body in range(model.nbody)]
+    return tuple(
+        shape if (frame := frames[body]) is None else replace(shape, pose=frame @ shape.pose)  # static: in the world
+        for body, shape in found
+        if shape.colour[3] > 0.0
     )
+
+
+def _pose(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
+    return Pose(tuple(position.tolist()), tuple(quaternion.tolist()))
+
+
+def _meshes(model: mujoco.MjModel, visuals: Visuals) -> tuple[Mesh, ...]:
+    """Return the meshes of the model, and behind them those of the visuals."""
+    found = []
+    for number in range(model.nmesh):
+        first, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
+        face, faces = int(model.mesh_faceadr[number]), int(model.mesh_facenum[number])
+        found.append((model.mesh_vert[first : first + count], model.mesh_face[face : face + faces]))
+    found += visuals.meshes.values()
+    return tuple(Mesh(np.array(vertices, np.float32), np.array(faces, np.int32)) for vertices, faces in found)
 
 
 _OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]

@@ -12,10 +12,14 @@ from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cellwright.cell.cell import Cell
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
-from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.scene import Scene, SceneFrame
+from cellwright.rendering.scene.engine import EngineScene, SceneCapture
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
 from cellwright.running.run.options import RecordOptions
 from cellwright.running.run.targets import CellTarget, SessionState, at, cell_result, outcome_word
@@ -159,31 +163,30 @@ class Pictures:
 
     def take(self, file: Path, cell: Cell, progress: Progress | None = None) -> None:
         """Take a picture now."""
+        capture = SceneCapture.of(cell)
+        cell.simulation.refresh()
+        frame = capture.frame(cell.simulation.data, cell.simulation.now)
         try:
-            if self._quality is Quality.FAST:
-                _save_opengl_picture(file, cell, self._camera)
-            else:
-                save_png(file, render(*cell.engine_state, self._camera, progress=progress))
+            save_png(file, self._draw(capture.scene, frame, progress))
         # the disk is full or the folder is gone: the run is worth more than its picture
         except (UsageError, RenderingError) as error:
             self._miss(file, str(error))
         else:
             self.written.append(str(file))
 
+    def _draw(self, scene: Scene, frame: SceneFrame, progress: Progress | None) -> NDArray[np.uint8]:
+        if self._quality is Quality.FAST:
+            from cellwright.rendering.worker import RenderWorker  # slow to load
+
+            with RenderWorker(scene) as worker:
+                return worker.colour(frame, PictureRequest(self._camera, WIDTH, HEIGHT, samples=4)).result()
+        shown = EngineScene(scene)
+        shown.show(frame)
+        return render(shown.model, shown.data, self._camera, progress=progress)
+
     def _miss(self, file: Path, reason: str) -> None:
         self.missed.append(str(file))
         self._on_miss(reason)
-
-
-def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
-    from cellwright.rendering.worker import RenderWorker  # slow to load
-
-    cell.simulation.refresh()
-    taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
-    frame = taker.frame(cell.simulation.data, cell.simulation.now)
-    with RenderWorker(taker.scene) as worker:
-        picture = worker.colour(frame, PictureRequest(camera, WIDTH, HEIGHT, samples=4)).result()
-    save_png(file, picture)
 
 
 def has_desktop() -> bool:

@@ -121,7 +121,7 @@ class ServedScene:
     @cached_property
     def _capture(self) -> SceneCapture:
         """Made for the first request: most simulations have no viewer."""
-        return SceneCapture(self._served.simulation.model, name=self._served.name, hidden=self._served.hidden_bodies)
+        return SceneCapture.of(self._served)
 
 
 class SceneServices:

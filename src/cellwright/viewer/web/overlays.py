@@ -15,7 +15,7 @@ from cellwright.viewer.web.views import TAB, tool_point
 _ABOVE = 0.04  # [m] of a name above its body
 _AXES, _RADIUS = 0.12, 0.003  # [m]
 Segments = NDArray[np.float32]
-_LOOKS = " looks"  # suffix of a body that only dresses another
+_LOOKS = " looks"  # suffix of a body that only dresses another, in recordings of versions up to 0.2
 
 
 class Overlay(Feature):

@@ -20,7 +20,7 @@ def images(*parts: Sighting, count: int = 8, drift: float = 0.0) -> list[Image]:
         Image(
             0.1 * index,
             tuple(
-                Sighting(part.type, blurred(moved(part.world_T_part, -drift * index), six))
+                Sighting(part.type, blurred(moved(part.world_T_part, -drift * index), six.tolist()))
                 for part, six in zip(parts, noise[index], strict=True)
             ),
         )
