@@ -109,10 +109,11 @@ class CullingCheck:
         return awake
 
     def _count(self) -> None:
-        out, awake = self._is_culled(), self._awake()
+        out, awake = self._is_culled()[self._bodies], self._awake()[self._bodies]
+        held = np.array([self.culled.is_held(number) for number in range(len(self._parts))])
         self.found.ticks += 1
-        self.found.closed += bool((out & ~awake)[self._bodies].any())
-        self.found.gliding += bool((out & awake)[self._bodies].any())
+        self.found.closed += bool((out & ~awake).any())
+        self.found.gliding += bool((out & awake & ~held).any())
 
     def _all_contacts(self, qpos: NDArray[np.float64]) -> Iterator[tuple[int, int, float, NDArray[np.float64]]]:
         """Yield bodies, depth [m] and normal of each contact with everything colliding."""
@@ -130,13 +131,22 @@ class CullingCheck:
         out, awake = self._is_culled(), self._awake() & was_awake
         if not (out & awake).any() and not out.any():
             return
-        gliders = out & awake
+        carriers = self._carriers(out & awake)
         for one, other, depth, _ in self._all_contacts(qpos):
             if depth < MIN_DEPTH or not (out[one] or out[other]) or not (awake[one] or awake[other]):
                 continue
-            if self._belt in (one, other) and (gliders[one] or gliders[other]):
+            if other in carriers.get(one, ()) or one in carriers.get(other, ()):
                 continue
             self._report(f"{self._name(one)} and {self._name(other)} meet unseen, {depth * 1e3:.4f} mm deep")
+
+    def _carriers(self, riding: NDArray[np.bool_]) -> dict[int, set[int]]:
+        """Return by part that rides or is held what it may meet unseen: the belt, or what a weld holds it to."""
+        model, carriers = self._model, {body: {self._belt} for body in self._bodies[riding[self._bodies]].tolist()}
+        for weld in np.flatnonzero(self.culled.simulation.data.eq_active).tolist():
+            pair = {int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])}
+            for body in pair & set(carriers):
+                carriers[body] = pair - {body}
+        return carriers
 
     def _check_support(self) -> None:
         """Report parts that sleep or glide without anything below them."""
