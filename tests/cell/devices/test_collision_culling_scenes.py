@@ -1,6 +1,6 @@
 """Collision culling changes nothing: random scenes with it and without it, in detail (`culling_checks`) and as a whole.
 
-`CELLWRIGHT_CULLING_SCENES=1000` plays that many scenes in each test; the pull request's run has a few.
+`CELLWRIGHT_CULLING_SCENES=1000` plays that many scenes in each test; the usual run has a few.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.engine.simulation import Device
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from tests.cell.devices.culling_checks import CullingCheck, Findings, drift
-from tests.cell.devices.culling_scenes import Scene, SceneRun, Spot, scenes
+from tests.cell.devices.culling_scenes import Command, Push, Scene, SceneRun, Spot, scenes
 from tests.watching import WATCHERS, Watcher
 
 SCENES = int(os.environ.get("CELLWRIGHT_CULLING_SCENES", "6"))
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 
 many = settings(
     max_examples=SCENES,
-    phases=[Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink],
+    phases=[Phase.reuse, Phase.generate, *([Phase.shrink] if SCENES > 50 else [])],  # it takes minutes
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
 )
 few = settings(many, max_examples=max(2, SCENES // 10))
@@ -38,7 +38,10 @@ ON_BIN_7 = Scene(0, 1.0, (("gear_part", Spot("bin7", 0.0, 0.0, 0.0003, 0.0, 0.0)
 def out_of_collision(run: SceneRun) -> Counter[str]:
     """Count a tick in which something is left out of collision detection, asleep (`closed`) or riding (`gliding`)."""
     model, data = run.simulation.model, run.simulation.data
-    is_out = [(model.body_contype[part.body] | model.body_conaffinity[part.body]) == 0 for part in run.parts]
+    is_out = [
+        (model.body_contype[part.body] | model.body_conaffinity[part.body]) == 0 and not run.is_held(number)
+        for number, part in enumerate(run.parts)
+    ]
     asleep = [data.tree_asleep[model.body_treeid[part.body]] >= 0 for part in run.parts]
     states = {"closed" if sleeps else "gliding" for out, sleeps in zip(is_out, asleep, strict=True) if out}
     return Counter(states)
@@ -156,6 +159,14 @@ def test_collision_culling_watched_run_has_equal_hashes(watch: Watcher) -> None:
                     assert alone.simulation.state_hash() == watched.simulation.state_hash(), alone.tick
 
     check()
+
+
+@pytest.mark.xfail(reason="a part may begin to ride in the very step in which a force acts on it", strict=True)
+def test_collision_culling_force_on_part_about_to_ride_lets_it_fall_back_on_belt() -> None:
+    disk = ("disk_part", Spot("belt", 0.0, 0.0, 0.0003, 0.0, 0.0))
+    for begin in range(20, 40):
+        pushes = (Push(begin, begin + 1, 0, (0.0, 0.0, 15.0)),)
+        assert drift(Scene(0, 1.0, (disk,), (Command(0, "power", (100.0,)),), pushes, 100), every=5) == []
 
 
 class ForgottenBin(Device):
