@@ -149,15 +149,21 @@ class CullingCheck:
         return carriers
 
     def _check_support(self) -> None:
-        """Report parts that sleep or glide without anything below them."""
+        """Report parts that sleep or glide with nothing below them, nor on both sides."""
         out, awake = self._is_culled(), self._awake()
         standing = {body for body in self._bodies.tolist() if out[body] or not awake[body]}
         held = {part.body for number, part in enumerate(self._parts) if self.culled.is_held(number)}
         in_play = {part.body for part in self._parts if part.name in self.culled.cell.parts.in_play}
         floating = (standing - held) & in_play
+        supports: dict[int, list[NDArray[np.float64]]] = {}
         for one, other, _, normal in self._all_contacts(np.array(self.culled.simulation.data.qpos)):
-            if abs(normal[2]) > 0.2:
-                floating -= {one, other}
+            for body, towards in ((one, -normal), (other, normal)):
+                if body in floating:
+                    supports.setdefault(body, []).append(towards)
+        for body, normals in supports.items():
+            is_pinched = min(float(each @ other) for each in normals for other in normals) < -0.5
+            if is_pinched or max(each[2] for each in normals) > 0.2:
+                floating.discard(body)
         for body in floating:
             self._report(
                 f"{self._name(body)} has nothing below it; {'glides' if out[body] and awake[body] else 'sleeps'}"
