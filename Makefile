@@ -76,9 +76,9 @@ docs: .venv/.installed-dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 	@echo "site/index.html; with its search: $(BIN)/python -m http.server -d site"
 
-# What things cost: to be read on a machine that has nothing else to do.
+# What things cost: to be read on a machine that has nothing else to do. AGAINST is the folder of another checkout.
 bench: .venv/.installed-dev
-	$(BIN)/python -m benchmarks --write docs/benchmarks.md
+	$(BIN)/python -m benchmarks --write docs/benchmarks.md $(if $(AGAINST),--against "$(AGAINST)")
 
 # Ten simulated hours of a cell and of a robot: is memory flat, and the state that of the same run cut into restores?
 HOURS ?= 10

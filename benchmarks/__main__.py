@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -12,12 +13,15 @@ import typer
 from rich.console import Console
 
 from benchmarks import benchmarks
-from benchmarks.benchmarks import BenchmarkResult, run_benchmark
+from benchmarks.benchmarks import Benchmark, BenchmarkResult, run_benchmark
+from benchmarks.checkout import Checkout
 from benchmarks.machine import machine
-from benchmarks.report import page, progress_line, show
+from benchmarks.report import page, picture, picture_name, progress_line, show
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, main
+from cellwright.recording.plots.figure import write_figure
+from cellwright.util.errors import UsageError
 from cellwright.util.files import write_atomic
 
 app = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
@@ -38,10 +42,20 @@ def bench(
             help="Use few repeats, to check that everything works; figures are rough, and bounds are not judged.",
         ),
     ] = False,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Compare with another checkout of Cellwright, which needs no installation: the whole trial, in turn.",
+            show_default=False,
+        ),
+    ] = None,
     write: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.md", help="Write a page with these figures and the machine's.", rich_help_panel=OUTPUT
+            metavar="FILE.md",
+            help="Write a page with these figures and the machine's, and curves into the folder images beside it.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     as_json: Annotated[
@@ -59,6 +73,9 @@ def bench(
         # a whole trial: alone, with the agent, with listeners on all topics
         python -m benchmarks trial
 
+        # the same, and beside another checkout
+        python -m benchmarks trial --against ../before
+
         # everything, and the page of the documentation
         python -m benchmarks --write docs/benchmarks.md
 
@@ -66,6 +83,8 @@ def bench(
     started.
     """
     chosen = [benchmarks.find_benchmark(name) for name in dict.fromkeys(names or ())] or list(benchmarks.BENCHMARKS)
+    if against is not None:
+        _check_against(against, chosen)
     write = options.output_file("--write", write, ".md")
     console = Console(stderr=as_json, highlight=False)
     about, today = machine(), datetime.datetime.now(tz=datetime.UTC).date()
@@ -79,10 +98,10 @@ def bench(
     taken: list[BenchmarkResult] = []
     for each in chosen:
         with progress_line(console, each.title) as on_progress:
-            taken.append(run_benchmark(each, on_progress, quick=quick))
+            taken.append(run_benchmark(each, on_progress, quick=quick, against=against))
         show(console, taken[-1], with_verdicts=not quick)
     status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
-    if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
+    if write is not None and not _write(write, page(taken, about, today, quick=quick), taken, console):
         status = NOT_DONE
     if as_json:
         document = {
@@ -96,9 +115,25 @@ def bench(
     raise typer.Exit(status)
 
 
-def _write(file: Path, text: str, console: Console) -> bool:
-    """Write the page; on a failure, print it and return False: the figures have been printed by then."""
+def _check_against(folder: Path, chosen: Sequence[Benchmark]) -> None:
+    """Check `--against` before anything starts; a UsageError if it cannot be used."""
+    if not any(each.compare() for each in chosen):
+        able = ", ".join(each.name for each in benchmarks.BENCHMARKS if each.compare())
+        raise UsageError(f"--against: none of these benchmarks compares two checkouts; name one that does: {able}")
     try:
+        Checkout(folder)
+    except UsageError as error:
+        raise UsageError(f"--against {error}") from None
+
+
+def _write(file: Path, text: str, taken: Sequence[BenchmarkResult], console: Console) -> bool:
+    """Write the page and its pictures; on a failure, print it and return False: the figures are printed by then."""
+    try:
+        for each in taken:
+            if each.curves:
+                drawn = file.parent / picture_name(each)
+                drawn.parent.mkdir(exist_ok=True)
+                write_figure(picture(each.curves), drawn)
         write_atomic(file, text)
     except OSError as error:
         typer.echo(f"error: --write {file}: cannot be written: {error.strerror or error}", err=True)

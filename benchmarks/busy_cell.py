@@ -20,10 +20,12 @@ BELT_PARTS = 8
 """Number of parts on the whole belt."""
 ON_BELT = "belt|"
 """Prefix of the names of parts that ride on the belt."""
+BETWEEN = 1.0
+"""Distance of parts on the belt [m]."""
 
 _SWING = (0.8, 0.6, 0.25, 0.25, 0.5, 0.4, 0.8)  # amplitude of each joint's swing [m, then rad]
 _DROP = 0.0005  # initial height of parts above their surface [m]
-_FIRST, _BETWEEN = 7.9, 1.0  # world y [m] of the first part on the belt, and between parts; its end is at -4.1
+_FIRST = 7.9  # world y [m] of the first part on the belt; its end is at -4.1
 _BELT_X = 1.21
 
 
@@ -36,8 +38,12 @@ def busy_cell(count: int, rate: int, seconds: int, riding: int = BELT_PARTS) -> 
         seconds: duration of the arm's swings; after 24 s the first parts are at the end of the belt.
         riding: number of parts on the belt, at most 8.
     """
-    parts = (*_in_bins(count), *_on_belt(riding))
-    trial = Trial("busy", has_arm=True, bin_parts=parts, settings=CellSettings(timestep=(1, rate)))
+    parts = (*_in_bins(count), *on_belt(riding))
+    return at_work(Trial("busy", has_arm=True, bin_parts=parts, settings=CellSettings(timestep=(1, rate))), seconds)
+
+
+def at_work(trial: Trial, seconds: int) -> Cell:
+    """Return the cell of a trial at its first step, its belt running and its arm swinging for some seconds."""
     cell = Cell(trial, servo="precise")
     cell.conveyor.set_power(100.0)
     assert cell.arm is not None
@@ -69,10 +75,11 @@ def _in_bins(count: int) -> list[Part]:
     return parts
 
 
-def _on_belt(count: int) -> list[Part]:
+def on_belt(count: int, between: float = BETWEEN) -> list[Part]:
+    """Return parts on the belt, some distance [m] apart; the first one is farthest from its end."""
     parts = []
     for number in range(count):
         kind = TYPES[number % len(TYPES)]
-        place = (_BELT_X, _FIRST - _BETWEEN * number, BELT_SURFACE + _DROP)
+        place = (_BELT_X, _FIRST - between * number, BELT_SURFACE + _DROP)
         parts.append(Part(f"{ON_BELT}{kind}_{number + 1}", kind, Pose(place)))
     return parts

@@ -1,4 +1,4 @@
-"""Gain from a second process: the 15 finals evaluated by one worker and by two, in turn.
+"""Gain from a second process: the 15 finals evaluated by one worker and by two, in turn. The best of each counts.
 
 Every final runs with two seeds, so the work can be halved. The agent moves the arm for a minute and ends the game, so
 the figure is that of simulator and evaluation alone.
@@ -6,6 +6,7 @@ the figure is that of simulator and evaluation alone.
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 import time
@@ -24,8 +25,10 @@ from cellwright.util.errors import UsageError
 FINALS = [f"final{number:02d}" for number in range(1, 16)]
 SENSORS = "kitter_sensors"
 SEEDS = (1, 2)
-BATCH = 10
-"""Number of runs that one worker does, then two do."""
+REPEATS = 2
+"""Evaluations by one worker and by two; the best of each counts."""
+MIN_GAIN = 1.9
+"""Required speed of two workers compared with one."""
 
 AHEAD, ASIDE = [2.5, 0.25, -1.0, 3.2, 3.0, -1.51, 0.0], [2.5, 2.0, -1.0, 1.5, 3.0, -1.51, 0.0]
 
@@ -62,12 +65,11 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
         raise BenchmarkSkippedError("requires two processors")
     mover = ShortMover if quick else Mover
     jobs = finals(mover, FINALS[:1] if quick else FINALS)
-    spent = {1: [0.0, 0.0], 2: [0.0, 0.0]}
-    for first in range(0, len(jobs), BATCH):
-        on_progress(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, one and two at a time")
-        for workers, sums in spent.items():  # in turn, so that other load falls on both
-            for index, seconds in enumerate(times(jobs[first : first + BATCH], workers)):
-                sums[index] += seconds
+    spent = {1: (math.inf, 0.0), 2: (math.inf, 0.0)}
+    for turn in range(1 if quick else REPEATS):
+        for workers in spent:
+            on_progress(f"{len(jobs)} runs, {workers} at a time, repeat {turn + 1}")
+            spent[workers] = min(spent[workers], times(jobs, workers))
     for workers, (wall, busy) in spent.items():
         yield Figure(
             f"{len(jobs)} runs of {mover.work:g} s, {workers} at a time",
@@ -75,7 +77,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
             "x real time",
             note=f"{wall:.1f} s, {busy / wall:.2f} processors busy",
         )
-    yield Figure("two at a time / one", spent[1][0] / spent[2][0], note="2 is the maximum")
+    yield Figure("two at a time / one", spent[1][0] / spent[2][0], minimum=MIN_GAIN, note="2 is the maximum")
 
 
 def finals(mover: type[Mover], names: Sequence[str]) -> list[Job]:

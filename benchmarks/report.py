@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import datetime
 import math
+import statistics
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from benchmarks.benchmarks import BenchmarkResult, Figure, OnProgress
+from benchmarks.benchmarks import BenchmarkResult, Curve, Figure, OnProgress
 from cellwright.cli.output import progress_bar
+from cellwright.recording.plots.charts import COLOURS, FAINT, SETTINGS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as MatplotlibFigure
 
 
 def value_text(figure: Figure) -> str:
@@ -101,6 +107,8 @@ it on your machine and writes this page. It exits with status 1 if a figure is o
 - A **bound** is a target of the project. Figures without a bound are for information.
 - The best of several repeats counts, unless a note says otherwise: other work can only slow a machine down. Compared
   things run in turn.
+- `make bench AGAINST=FOLDER` also runs the trial in another checkout of Cellwright, which needs no installation: for
+  one of the last commit, `git worktree add ../before HEAD`. Alone: `python -m benchmarks trial --against FOLDER`.
 - A skipped benchmark names what this machine lacks.
 - To find where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
 """
@@ -145,9 +153,42 @@ def _section(taken: BenchmarkResult, *, with_verdicts: bool) -> Iterator[str]:
             for figure in taken.figures
         ]
         yield from table(("figure", "value", "bound", "", "note"), rows)
+    if taken.curves:
+        titles = ", ".join(curve.title for curve in taken.curves)
+        yield from ("", f"![{taken.benchmark.title}: {titles}]({picture_name(taken)})")
     for word, reason in (("Skipped", taken.skipped), ("Failed", taken.failed)):
         if reason:
             yield from ("", f"{word}: {cell(reason)}.")
+
+
+def picture_name(taken: BenchmarkResult) -> str:
+    """Return the file of a benchmark's curves, relative to the page."""
+    return f"images/benchmark-{taken.benchmark.name}.svg"
+
+
+def picture(curves: Sequence[Curve]) -> MatplotlibFigure:
+    """Draw curves side by side: the measured costs, and the straight line that fits them best."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(SETTINGS):
+        drawn = Figure(figsize=(_PANEL_WIDTH * len(curves), _PANEL_HEIGHT), layout="constrained")
+        for curve, axes in zip(curves, drawn.subplots(1, len(curves), squeeze=False)[0], strict=True):
+            first, last = curve.sizes[0], curve.sizes[-1]
+            middle, mean = statistics.fmean(curve.sizes), statistics.fmean(curve.costs)
+            line = [mean + curve.slope * (size - middle) for size in (first, last)]
+            label = f"{number_text(curve.slope)} {curve.unit} a {curve.size}"
+            axes.plot([first, last], line, color=FAINT, linestyle=(0, (4, 3)), linewidth=0.9, label=label)
+            axes.plot(curve.sizes, curve.costs, color=COLOURS[0], marker="o", markersize=3.5)
+            axes.set_ylim(0.0, 1.15 * max(*curve.costs, *line))
+            axes.set_title(curve.title)
+            axes.set_xlabel(f"{curve.size}s")
+            axes.set_ylabel(curve.unit)
+            axes.legend(loc="lower right")
+    return drawn
+
+
+_PANEL_WIDTH, _PANEL_HEIGHT = 2.75, 2.4  # of a curve [in]; three fit the page
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:

@@ -5,8 +5,11 @@ served: commands on the bus, commander, servos, and joint_states at 100 Hz for o
 the original: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates` 100 times a second,
 and no messages.
 
-At rest there are no commands; in motion, all joints follow sines at 100 Hz. The repeats run in turn and the best of
-each counts, in processor time.
+At rest there are no commands; in motion, all joints follow sines at 100 Hz, which go on from one repeat to the next.
+The repeats run in turn and the best of each counts, in processor time.
+
+Nodes of robots with 10 to 60 joints in limbs of five show the cost of a joint. The bound on growth compares the largest
+robot with a straight line through the smallest and the one of half its joints.
 """
 
 from __future__ import annotations
@@ -16,23 +19,31 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import partial
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
-from benchmarks.benchmarks import Figure, OnProgress
+from benchmarks.benchmarks import Curve, Figure, OnProgress
 from benchmarks.silence import without_output
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
 
 ROBOT = "qinglong"
-SECONDS, REPEATS = 2.0, 3
+SECONDS, REPEATS, GROWTH_REPEATS = 2.0, 3, 5
 PERIOD = Fraction(1, 100)
 """Period of commands and joint states [s]."""
 RATES = (240, 1000)
+MIN_RATIO, MIN_SPEED = 15.0, 60.0
+"""Required speed of the moving node at 240 Hz, compared with PyBullet and with real time."""
+JOINTS, LIMB = (10, 20, 30, 45, 60), 5
+"""Numbers of joints of the robots of growing size, and joints of a limb."""
+MAX_BEND = 1.2
+"""Required straightness of the cost with the number of joints."""
 
 Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -55,7 +66,13 @@ class Sines:
 
 
 class NodeSide:
-    """The node."""
+    """The node.
+
+    Attributes:
+        steps: steps in motion so far.
+    """
+
+    steps = 0
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
         self.node = RobotNode(config, timestep=Fraction(1, rate))
@@ -82,7 +99,13 @@ class NodeSide:
 
 
 class PyBulletSide:
-    """PyBullet, driven as the original drives it."""
+    """PyBullet, driven as the original drives it.
+
+    Attributes:
+        steps: steps in motion so far.
+    """
+
+    steps = 0
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
         with without_output():
@@ -137,15 +160,33 @@ def time_of(side: NodeSide | PyBulletSide, rate: int, steps: int, *, moving: boo
         for step in range(steps):
             if step in due:
                 if moving:
-                    side.command(step / rate)
+                    side.command((side.steps + step) / rate)
                 side.read_joints()
             side.step()
+        side.steps += steps if moving else 0
 
     return processor_time(run)
 
 
-def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
-    """Step both, at rest and moving; without PyBullet the node alone."""
+def many_limbs(count: int) -> RobotConfig:
+    """Return a robot with a number of joints, in limbs side by side on its root."""
+    joints, links = [], {"root": Link("root")}
+    for number in range(count):
+        limb, place = divmod(number, LIMB)
+        parent, origin = (
+            (f"link_{number - 1}", Pose((0.0, 0.0, 0.2))) if place else ("root", Pose((0.3 * limb, 0.0, 0.0)))
+        )
+        axis = (1.0, 0.0, 0.0) if place % 2 else (0.0, 1.0, 0.0)
+        limits = Limits(-1.5, 1.5, effort=100.0, velocity=3.0)
+        joints.append(Joint(f"joint_{number}", JointType.REVOLUTE, parent, f"link_{number}", origin, axis, limits))
+        inertial = Inertial(1.0, Pose((0.0, 0.0, 0.1)), (0.01, 0.01, 0.001, 0.0, 0.0, 0.0))
+        links[f"link_{number}"] = Link(f"link_{number}", inertial)
+    robot, path = RobotModel("limbs", "root", links, tuple(joints)), Path("limbs.urdf")
+    return RobotConfig(robot, "limbs", path, path)
+
+
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure | Curve]:
+    """Step both, at rest and moving, without PyBullet the node alone; then nodes of growing size."""
     config = load_robot(ROBOT, lambda _line: None)
     sines = Sines(config)
     kinds: list[Callable[[RobotConfig, int, Sines], NodeSide | PyBulletSide]] = [NodeSide]
@@ -158,18 +199,33 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
         for moving in (False, True):
             works = [partial(time_of, side, rate, steps, moving=moving) for side in sides]
             times = best_in_turn(1 if quick else REPEATS, *works)
-            yield from figures(
-                f"{rate} Hz, {'moving' if moving else 'at rest'}", rate, [steps / each for each in times]
-            )
+            speeds = [steps / each for each in times]
+            case = f"{rate} Hz, {'moving' if moving else 'at rest'}"
+            yield from figures(case, rate, speeds, is_bound=moving and rate == RATES[0])
         for side in sides:
             side.close()
+    sizes = (*JOINTS[:2], JOINTS[-1]) if quick else JOINTS
+    on_progress(f"{', '.join(map(str, sizes))} joints")
+    nodes = []
+    for size in sizes:
+        robot = many_limbs(size)
+        nodes.append(NodeSide(robot, RATES[0], Sines(robot)))
+    steps = 10 if quick else round(SECONDS * RATES[0])
+    times = best_in_turn(
+        1 if quick else GROWTH_REPEATS, *(partial(time_of, node, RATES[0], steps, moving=True) for node in nodes)
+    )
+    curve = Curve("step, moving", "joint", "us/step", sizes, tuple(each / steps * 1e6 for each in times))
+    yield curve
+    yield from curve.figures(MAX_BEND)
 
 
-def figures(case: str, rate: int, found: list[float]) -> Iterator[Figure]:
-    """Yield the figures of one case, from the steps per second of each side."""
+def figures(case: str, rate: int, found: list[float], *, is_bound: bool) -> Iterator[Figure]:
+    """Yield the figures of one case, from the steps per second of each side; with bounds or for information."""
+    least = MIN_SPEED if is_bound else None
     for name, speed in zip(("the node", "PyBullet"), found, strict=False):
-        yield Figure(f"{case}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
+        yield Figure(f"{case}: {name}", speed / rate, "x real time", minimum=least, note=f"{speed:.0f} steps/s")
+        least = None
     if len(found) > 1:
-        yield Figure(f"{case}: the node / PyBullet", found[0] / found[1])
+        yield Figure(f"{case}: the node / PyBullet", found[0] / found[1], minimum=MIN_RATIO if is_bound else None)
     else:
         yield Figure(f"{case}: the node / PyBullet", math.nan, note="PyBullet is not installed")

@@ -3,6 +3,9 @@
 The bundled agent works it once, and its commands are recorded. A second cell without subscribers replays them. The
 agent works a third one, in which every topic has a subscriber. Their final states are equal, so the engine did the same
 work in each. Its time (`engine_time.py`) is the reference.
+
+`--against FOLDER` compares the run of the agent with that of another checkout, by processor time. Each run is a new
+process; both checkouts run in turn, and the best run of each counts.
 """
 
 from __future__ import annotations
@@ -11,8 +14,10 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
+from pathlib import Path
 
 from benchmarks.benchmarks import Figure, OnProgress
+from benchmarks.checkout import OURS, Checkout
 from benchmarks.engine_time import EngineTime, engine_timed
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
@@ -22,13 +27,15 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.recording.format.commands import Command, note_commands
-from cellwright.util.errors import RunEndedError
+from cellwright.util.errors import RunEndedError, UsageError
 
 SECONDS, QUICK_SECONDS = 500, 2
 """Simulation time of a run [s]."""
 NODE = "/agent"
 IN_TURN = 2
-"""Repeats of a replayed run, which is short beside the others; the best counts."""
+"""Repeats of a replayed run, which is short beside the others, and of each compared checkout; the best counts."""
+MIN_SPEED_UP = 2.6
+"""Required speed of a whole trial compared with commit 0cde9954, before the work on speed."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +129,50 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     )
     hashes = {run.state_hash for run in (agent, alone, observed)}
     yield Figure("different end states of the three", len(hashes), "", maximum=1, note=f"{agent.state_hash[:12]}…")
+
+
+PROGRAM = """
+import json, sys, time
+from benchmarks.trial import run_with_agent
+begin = time.process_time()
+run, _commands = run_with_agent(int(sys.argv[1]))
+print(json.dumps([time.process_time() - begin, run.engine / run.wall, run.steps]))
+"""
+"""Runs the trial with the agent; prints its processor time [s], its engine's share and its steps."""
+
+
+def compare(folder: Path, on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Run the trial with the agent here and in another checkout, in turn.
+
+    Raises:
+        UsageError: the other checkout has another trial, or a run failed.
+    """
+    ours, theirs = Checkout(OURS), Checkout(folder)
+    own, other = ((each.folder / "benchmarks" / "trial.yaml").read_bytes() for each in (ours, theirs))
+    if own != other:
+        raise UsageError(f"{folder}: benchmarks/trial.yaml is not the trial of this checkout; compare equal trials")
+    seconds = str(QUICK_SECONDS if quick else SECONDS)
+    found: dict[Checkout, list[tuple[float, float, int]]] = {ours: [], theirs: []}
+    for turn in range(1 if quick else IN_TURN):
+        for name, checkout in (("this checkout", ours), ("the other checkout", theirs)):
+            on_progress(f"{name}, run {turn + 1}")
+            found[checkout].append(checkout.run(PROGRAM, seconds))
+    best = [min(runs) for runs in found.values()]
+    commit = theirs.commit
+    for name, (spent, share, steps) in zip(("this checkout", "the other checkout"), best, strict=True):
+        note = f"{share * spent / steps * 1e6:.1f} us/step engine, {(1 - share) * spent / steps * 1e6:.1f} all else"
+        yield Figure(f"{name}: processor time of a trial with the agent", spent, "s", note=note)
+    (own_time, own_share, _), (time_before, share_before, _) = best
+    yield Figure(
+        "this checkout: speed / the other checkout",
+        time_before / own_time,
+        minimum=MIN_SPEED_UP,
+        note=f"the other one is {commit}" if commit else "",
+    )
+    yield Figure("the engine: speed / the other checkout", share_before * time_before / (own_share * own_time))
+    yield Figure(
+        "all else: speed / the other checkout", (1 - share_before) * time_before / ((1 - own_share) * own_time)
+    )
 
 
 def figures(label: str, run: FinishedRun, seconds: int, maximum: float | None = None) -> Iterator[Figure]:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from cellwright.engine.simulation import Device as Device
     from cellwright.recording.replay.opened import Recording as Recording
     from cellwright.recording.replay.opened import open_recording as open_recording
+    from cellwright.rendering.cameras.picture_camera import read_pictures as read_pictures
     from cellwright.robot.drivers import Driver as Driver
     from cellwright.robot.node import RobotNode as RobotNode
     from cellwright.running.run import DescriptionWarning as DescriptionWarning
@@ -83,6 +84,7 @@ _HOMES = {
     "load_robot": "running.run",
     "load_trial": "running.run",
     "open_recording": "recording.replay.opened",
+    "read_pictures": "rendering.cameras.picture_camera",
     "run_cell": "running.run",
     "run_trial": "running.run",
 }

@@ -8,8 +8,9 @@ import pytest
 from benchmarks import __main__ as command
 from benchmarks import benchmarks
 from benchmarks.benchmarks import BenchmarkSkippedError
+from benchmarks.checkout import OURS
 from cellwright.util.errors import UsageError
-from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
+from tests.benchmarks.fakes import BROKEN, CURVE, FREE, HELD, FakeBenchmark
 from tests.cli.conftest import CommandLine
 
 
@@ -20,6 +21,8 @@ def fakes(monkeypatch: pytest.MonkeyPatch) -> None:
         FakeBenchmark("broken", "What is broken", 1.0, (BROKEN,)),
         FakeBenchmark("skipped", "What is skipped", 1.0, error=BenchmarkSkippedError("there is no [engine]")),
         FakeBenchmark("failed", "What failed", 1.0, (FREE,), UsageError("it broke")),
+        FakeBenchmark("curved", "What is curved", 1.0, (CURVE,)),
+        FakeBenchmark("two", "What compares two", 1.0, (HELD,), compared=(FREE,)),
     )
     monkeypatch.setattr(benchmarks, "BENCHMARKS", found)
 
@@ -64,7 +67,7 @@ def test_json_lists_all_benchmarks_and_machine(bench: CommandLine) -> None:
     ran = bench("--json")
     document = json.loads(ran.out)
     assert ran.status == document["exit_status"] == 1
-    assert [each["name"] for each in document["benchmarks"]] == ["held", "broken", "skipped", "failed"]
+    assert [each["name"] for each in document["benchmarks"]] == ["held", "broken", "skipped", "failed", "curved", "two"]
     assert document["benchmarks"][2]["skipped"] == "there is no [engine]"
     assert "mujoco" in document["machine"]["versions"]
     assert "measuring well" in ran.err
@@ -81,6 +84,21 @@ def test_write_option_writes_page(bench: CommandLine, tmp_path: Path) -> None:
     assert "page  page.md" in ran.out
     page = (tmp_path / "page.md").read_text(encoding="utf-8")
     assert "| one thing / another | 1.05 x | ≤ 1.15 | held |" in page
+
+
+def test_against_option_adds_figures_of_comparison(bench: CommandLine) -> None:
+    ran = bench("two", "held", "--against", str(OURS), "--json")
+    assert ran.status == 0
+    assert [len(each["figures"]) for each in json.loads(ran.out)["benchmarks"]] == [2, 2]
+    assert f"comparing with {OURS.name}" in ran.err
+
+
+def test_curves_are_drawn_beside_page(bench: CommandLine, tmp_path: Path) -> None:
+    assert bench("curved", "--write", "page.md").status == 0
+    page = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "![What is curved: step](images/benchmark-curved.svg)" in page
+    picture = (tmp_path / "images" / "benchmark-curved.svg").read_text(encoding="utf-8")
+    assert all(text in picture for text in ("step", "parts", "us/step", "0.200 us/step a part"))
 
 
 def test_unwritable_page_is_reported_after_figures(
@@ -100,6 +118,11 @@ def test_unwritable_page_is_reported_after_figures(
     ("arguments", "reason"),
     [
         (("heald",), "unknown benchmark 'heald'; did you mean held"),
+        (
+            ("held", "--against", "."),
+            "--against: none of these benchmarks compares two checkouts; name one that does: two",
+        ),
+        (("two", "--against", "nowhere"), "--against nowhere: src/cellwright/__init__.py is missing; give the folder"),
         (("held", "--write", "page.txt"), "--write page.txt: give a file whose name ends in .md"),
         (("held", "--write", "nowhere/page.md"), "--write nowhere/page.md: there is no folder nowhere"),
     ],

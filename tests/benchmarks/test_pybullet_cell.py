@@ -49,7 +49,7 @@ def test_min_times_are_per_step(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_pybullet_cell_quick_run_yields_bounded_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet")
-    for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "MIN_RATIOS": {60: 1.0}}.items():
+    for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "RATES": (60,)}.items():
         monkeypatch.setattr(pybullet_cell, name, value)
     progress: list[str] = []
     figures = list(measure(progress.append, quick=True))

@@ -2,12 +2,13 @@
 
 import json
 import subprocess
+from pathlib import Path
 
 import pytest
 
 from benchmarks.benchmarks import BenchmarkSkippedError, Figure, run_benchmark
 from cellwright.util.errors import RunEndedError, UsageError
-from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
+from tests.benchmarks.fakes import BROKEN, CURVE, FREE, HELD, FakeBenchmark
 
 
 def test_taken_benchmark_has_figures_and_progress() -> None:
@@ -16,6 +17,20 @@ def test_taken_benchmark_has_figures_and_progress() -> None:
     assert (taken.figures, taken.skipped, taken.failed, taken.is_held) == ((HELD, FREE), "", "", True)
     run_benchmark(FakeBenchmark("a", "A thing", 1.0), progress.append, quick=True)
     assert progress == ["measuring well", "measuring quickly"]
+
+
+def test_comparison_with_checkout_adds_figures() -> None:
+    progress: list[str] = []
+    fake = FakeBenchmark("a", "A thing", 1.0, (HELD,), compared=(FREE,))
+    assert run_benchmark(fake, print).figures == (HELD,)
+    assert run_benchmark(fake, progress.append, against=Path("before")).figures == (HELD, FREE)
+    assert progress == ["measuring well", "comparing with before"]
+
+
+def test_curve_is_kept_apart_from_figures() -> None:
+    taken = run_benchmark(FakeBenchmark("a", "A thing", 1.0, (HELD, CURVE, FREE)), print)
+    assert (taken.figures, taken.curves) == ((HELD, FREE), (CURVE,))
+    assert json.loads(json.dumps(taken.as_dict()))["curves"][0]["costs"] == [20.0, 30.0, 40.0]
 
 
 def test_broken_bound_is_not_held() -> None:

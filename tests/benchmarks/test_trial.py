@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks import trial
-from benchmarks.trial import bench_trial, measure
+from benchmarks.checkout import OURS
+from benchmarks.trial import bench_trial, compare, measure
 from cellwright.cell.cell import Cell
 from cellwright.config.check import check
+from cellwright.util.errors import UsageError
 
 
 def test_bench_trial_passes_check_without_warnings() -> None:
@@ -49,3 +51,22 @@ def test_three_measured_runs_end_in_same_state() -> None:
     bounds = Counter(figure.maximum for figure in figures.values())
     assert (bounds[1.15], bounds[1.3]) == (1, 1)
     assert all(figure.value > 0.0 for figure in figures.values())
+
+
+@pytest.mark.slow
+def test_comparison_of_checkout_with_itself_yields_ratio() -> None:
+    progress: list[str] = []
+    own, other, ratio, *shares = compare(OURS, progress.append, quick=True)
+    assert progress == ["this checkout, run 1", "the other checkout, run 1"]
+    assert ratio.value == pytest.approx(other.value / own.value)
+    assert ratio.minimum == 2.6
+    assert len(shares) == 2
+    assert all(figure.value > 0.0 for figure in shares)
+
+
+def test_comparison_of_different_trials_is_refused(tmp_path: Path) -> None:
+    for name in ("src/cellwright/__init__.py", "benchmarks/trial.py", "benchmarks/trial.yaml"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    with pytest.raises(UsageError, match="is not the trial of this checkout"):
+        next(iter(compare(tmp_path, print)))

@@ -63,10 +63,11 @@ class Wall:
     def perf_counter(self) -> float:
         return self.time
 
-    def wait(self, seconds: float, *, until_request: bool = True) -> None:
+    def wait(self, seconds: float, *, until_request: bool = True) -> bool:
         """Replacement of the server's `wait`."""
-        self._wait(0.0, until_request=until_request)
+        is_busy = self._wait(0.0, until_request=until_request)
         self.time += seconds
+        return is_busy
 
 
 def test_loop_follows_wall_clock_and_serves_clients(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -257,3 +258,49 @@ def test_changed_rate_keeps_state_hash(changes: list[str]) -> None:
         acts[left.pop()]() if left else tempo.resume()
 
     assert hash_of(tempo, change) == hash_of(RateControl(), lambda: None)
+
+
+class Service:
+    """Service without sockets, whose clients are busy or not."""
+
+    lockstep, advance_request, is_client_behind = False, None, False
+
+    def __init__(self) -> None:
+        self.is_busy = False
+        self.waits = 0
+
+    def wait(self, seconds: float, *, until_request: bool = True) -> bool:
+        self.waits += 1
+        return self.is_busy
+
+    def hold_time(self) -> bool:
+        return False
+
+    def answer(self, request: object, refused: BaseException | None = None) -> None:
+        raise AssertionError(request, refused)
+
+
+class TickingClock:
+    """Clock on which each reading takes 0.4 ms."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def perf_counter(self) -> float:
+        self.time += 0.0004
+        return self.time
+
+
+def test_free_loop_serves_idle_clients_less_often_until_they_are_busy(monkeypatch: pytest.MonkeyPatch) -> None:
+    service = Service()
+    monkeypatch.setattr(loops, "time", TickingClock())
+    loop = SimulationLoop(Talk().node.simulation, service, rate=None)
+    counts = []
+    for is_busy in (True, False, True):
+        service.is_busy, service.waits = is_busy, 0
+        for _ in range(400):
+            loop.tick()
+        counts.append(service.waits)
+    first, idle, again = counts
+    assert 0 < 4 * idle < first
+    assert again > 0.9 * first

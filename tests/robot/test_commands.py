@@ -13,7 +13,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Mimic
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.standard import String
-from cellwright.robot.commands import MAX_ENTRIES, joint_targets
+from cellwright.robot.commands import MAX_ENTRIES, NamedJoints
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import MessageError, RejectedCommandError
 from tests.robot.robots import bare, fixed, two_arms
@@ -103,8 +103,38 @@ def test_duplicate_search_is_linear_in_message_length() -> None:
 
     names = [Name(f"joint{number}") for number in range(MAX_ENTRIES)]
     with pytest.raises(RejectedCommandError, match="appears twice"):
-        joint_targets(joint_state([*names[:-1], Name(names[-2])], [0.0] * MAX_ENTRIES, time=0))
+        NamedJoints({}).read(joint_state([*names[:-1], Name(names[-2])], [0.0] * MAX_ENTRIES, time=0))
     assert MAX_ENTRIES <= Name.looks < 20 * MAX_ENTRIES  # a pass for each name would be MAX_ENTRIES**2
+
+
+def test_list_of_names_is_read_again_after_a_change() -> None:
+    named = NamedJoints({"waist": 4, "lift": 7})
+    message = joint_state(["waist", "elsewhere", "lift"], [0.1, 0.2, 0.3], time=0)
+    for _ in range(2):
+        positions = named.read(message)
+        assert positions[named.places].tolist() == [0.1, 0.3]
+        assert named.joints.tolist() == [4, 7]
+    message.name[:] = ["lift", "waist", "elsewhere"]  # in place, by its sender
+    named.read(message)
+    assert (named.joints.tolist(), named.places.tolist()) == ([7, 4], [0, 1])
+
+
+def test_refused_list_of_names_stays_refused() -> None:
+    named = NamedJoints({"waist": 4})
+    message = joint_state(["waist", "waist"], [0.1, 0.2], time=0)
+    for _ in range(2):
+        with pytest.raises(RejectedCommandError, match="appears twice"):
+            named.read(message)
+
+
+def test_large_finite_positions_are_taken() -> None:
+    assert len(NamedJoints({}).read(joint_state(["a", "b"], [1.7e308, 1.7e308], time=0))) == 2
+
+
+@pytest.mark.parametrize("values", [(math.inf, -math.inf), (math.nan, 0.0), (0.0, -math.inf)])
+def test_infinite_positions_are_refused(values: tuple[float, float]) -> None:
+    with pytest.raises(RejectedCommandError, match="must be finite"):
+        NamedJoints({}).read(joint_state(["a", "b"], values, time=0))
 
 
 def test_message_of_another_type_is_refused(talk: Talk) -> None:

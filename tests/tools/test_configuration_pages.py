@@ -210,7 +210,7 @@ def test_declared_entries_have_fields() -> None:
     assert {*parts.OPTIONS.names} - {parts.ALIASES} == {field.name for field in fields(Options)}
     kept = {*settings.OWN_ARM.names, *settings.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
     assert kept | {"tolerances"} == {field.name for field in fields(ArmSettings)}
-    assert {"seed", "timestep", "arm"} == {field.name for field in fields(CellSettings)}
+    assert {"seed", "timestep", "collision_culling", "arm"} == {field.name for field in fields(CellSettings)}
 
 
 def test_empty_trial_has_defaults_of_reference() -> None:

@@ -197,7 +197,7 @@ class Cell(CellDevices):
 
     def hidden_bodies(self) -> list[int]:
         """Return the body ids of parts that are not in play, which stand on a distant shelf."""
-        return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
+        return self.parts.out_of_play()
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """Return what viewers draw beside the scene.

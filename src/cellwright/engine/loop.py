@@ -13,6 +13,7 @@ from cellwright.util.errors import RunEndedError
 _POLL = 0.1  # [s] of wall time
 _NAP = 0.01  # [s] of wall time: while time stands, a change of the rate takes effect this soon
 _SERVE_AFTER = 0.001  # [s] of wall time: clients are served this often even when there is no time to wait
+_SERVE_IDLE_AFTER = 0.008  # [s] of wall time: and at least this often while none of them does anything
 _FOREVER = float("inf")
 
 
@@ -79,8 +80,8 @@ class ClientService(Protocol):
     def is_client_behind(self) -> bool:
         """True if a client has to read first so that no message is lost."""
 
-    def wait(self, seconds: float, *, until_request: bool = True) -> None:
-        """Serve clients for a duration [s] of wall time."""
+    def wait(self, seconds: float, *, until_request: bool = True) -> bool:
+        """Serve clients for a duration [s] of wall time; return True if there was anything to do."""
 
     def hold_time(self) -> bool:
         """Return True if time stands for a client that is behind."""
@@ -136,6 +137,7 @@ class SimulationLoop:
         self.timeout = timeout
         self._can_wait = can_wait
         self._polled = self._served = 0.0
+        self._serve_after = _SERVE_AFTER
         self.stop = stop or StopCondition()
         """Stop condition of the run."""
         self.rate = rate if isinstance(rate, RateControl) else RateControl(rate)
@@ -169,7 +171,10 @@ class SimulationLoop:
         Raises:
             SimulationError: the state has become unstable.
         """
-        if not self._wait_for_rate() or not self._wait_for_clients():
+        rate = self.rate
+        if (rate.is_paused or self.stop.is_requested) and not self._wait_for_rate():
+            return False
+        if rate.speed is not None and not self._wait_for_clients():
             return False
         self.pacer.step()
         self._serve_and_poll()
@@ -178,7 +183,7 @@ class SimulationLoop:
     def _wait_for_clients(self) -> bool:
         """Serve clients while time stands for one that is behind; return False if the run must stop."""
         service = self._service
-        if service is None or not self._can_wait or self.rate.speed is None or not service.hold_time():
+        if service is None or not self._can_wait or not service.hold_time():
             return True
         started = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():
@@ -227,7 +232,7 @@ class SimulationLoop:
     def _serve_and_poll(self) -> None:
         """Serve and poll if their last turn is long enough ago."""
         now = time.perf_counter()
-        if now - self._served > _SERVE_AFTER:
+        if now - self._served > self._serve_after:
             self._serve(0.0)
         if now - self._polled > _POLL:
             self._polled = now
@@ -235,7 +240,8 @@ class SimulationLoop:
 
     def _serve(self, seconds: float, *, until_request: bool = True) -> None:
         if self._service is not None:
-            self._service.wait(seconds, until_request=until_request)
+            is_busy = self._service.wait(seconds, until_request=until_request)
+            self._serve_after = _SERVE_AFTER if is_busy else min(2.0 * self._serve_after, _SERVE_IDLE_AFTER)
         elif seconds > 0.0:
             time.sleep(seconds)
         self._served = time.perf_counter()

@@ -139,7 +139,7 @@ class RealTimePacer:
         rate: float | RateControl,
         *,
         clock: Callable[[], float] = time.perf_counter,
-        sleep: Callable[[float], None] = time.sleep,
+        sleep: Callable[[float], object] = time.sleep,
     ) -> None:
         self._simulation = simulation
         self.rate = rate if isinstance(rate, RateControl) else RateControl(rate)
@@ -167,7 +167,7 @@ class RealTimePacer:
             self.begin()
         simulation, speed = self._simulation, self.rate.speed
         simulation.step()
-        now, self._newest = self._clock(), simulation.now
+        now, self._newest = self._clock(), simulation.clock.now
         if speed is None:
             self._stepped = now
             return False

@@ -160,17 +160,22 @@ class Sensor(Device, ABC, Generic[R]):
         Raises:
             UsageError: the sensor is switched off.
         """
+        return self.measure(self._latest_index())
+
+    def _latest_index(self) -> int:
+        """Return the number of the sample of now, and bring positions in the engine's data up to date."""
         if not self._enabled:
             raise UsageError(f"sensor {self.name!r} is switched off")
         simulation = self.simulation
         simulation.refresh()
-        return self.measure(self._cadence.first_at(simulation.now + 1) - 1)
+        return self._cadence.first_at(simulation.now + 1) - 1
 
     def normal(self, index: int, size: int) -> NDArray[np.float64]:
         """Return the noise of sample `index` in units of standard deviations, shape (size,); zeros without noise."""
         if self._noise_stream is None or self.noise == 0.0:
             return np.zeros(size)
-        return self.noise * self._noise_stream.normal(index, size)
+        normal = self._noise_stream.normal(index, size)
+        return normal if self.noise == 1.0 else self.noise * normal
 
     def describe(self) -> dict[str, Any]:
         """Return the data that viewers draw, as JSON values.

@@ -192,6 +192,8 @@ class Simulation:
         """Callbacks before a reset, while the old state is still there."""
         self.on_wake: list[Callable[[int], None]] = []
         """Callbacks for the tree that a call of `wake` or `keep_awake` wakes; the engine does so in the next step."""
+        self.on_touch: list[Callable[[], None]] = []
+        """Callbacks for positions that were written directly."""
         self.on_renewal: list[Callable[[], None]] = []
         """Callbacks before a checkpoint is taken and the engine's data are built again from it, all bodies awake."""
         self.runs = 0
@@ -382,6 +384,8 @@ class Simulation:
     def touch(self) -> None:
         """Mark positions as written directly in this tick, so that `refresh` computes them again."""
         self._refreshed_at = -1
+        for callback in self.on_touch:
+            callback()
 
     def wake(self, body: int) -> None:
         """Wake the tree of a body, without changing its state, after a change of its support or load.
@@ -427,7 +431,7 @@ class Simulation:
             device.stepping = remembered["stepping"]
             device.set_state({key: value for key, value in remembered.items() if key != "stepping"})
         self.collect_hooks()
-        self.touch()
+        self._refreshed_at = -1
         self.watches.reschedule(self.now)
 
     def get_record(self) -> dict[str, Any]:

@@ -115,10 +115,13 @@ class Pinhole:
         down = (np.arange(self.height) - row) / self.focal_length
         return across.astype(np.float32), down.astype(np.float32)
 
-    def points(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the points (height, width, 3) [m] in the optical frame for depths (height, width) [m]."""
+    def points(self, depth: NDArray[np.float32], out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
+        """Return the points (height, width, 3) [m] in the optical frame for depths (height, width) [m].
+
+        With `out`, of the same shape, the points are stored there.
+        """
         across, down = self.slopes
-        points = np.empty((*depth.shape, 3), np.float32)
+        points = np.empty((*depth.shape, 3), np.float32) if out is None else out
         np.multiply(depth, across, out=points[..., 0])
         np.multiply(depth, down[:, None], out=points[..., 1])
         points[..., 2] = depth

@@ -11,6 +11,7 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
+from cellwright.rendering.scene.joining import join_shapes
 from cellwright.rendering.shading import HORIZON, LINE, LINE_SHADE, TILE, background, to_screen
 from cellwright.util.pose import Vector3
 
@@ -23,7 +24,8 @@ _SHADOW_SIZE = 2048  # [texels], side of the shadow map
 _SHADOW_REACH = (2.5, 6.5)  # [m], smallest and largest, around the point from which the lamp is placed
 _CUTOFF = 80.0  # [degrees], half the lamp's opening angle; the engine's maximum
 _SKY_SIDE, _FLOOR_SIDE = 64, 512  # [texels]
-_TRANSLUCENT = 5  # a geom group of the engine that is no layer
+_UNSEEN, _TRANSLUCENT = 0, 5  # geom groups of the engine that are no layers
+_FLOOR_REACH, _FLOOR_STEP = 1.05 * _FAR, 2.1  # [m] of an endless floor around the camera, and between its vertices
 
 # Fitted to pictures of the ray renderer. The engine adds light in sRGB, not linearly: these are no physical amounts.
 _AMBIENT = (0.643, 0.656, 0.664)
@@ -41,13 +43,13 @@ class EngineRenderer:
 
     def __init__(self, scene: Scene, description: str) -> None:
         self.description = description
-        self._scene = EngineScene(scene, prepare=_set_surroundings)
+        self._scene = EngineScene(join_shapes(scene), prepare=_set_surroundings)
         self._model = model = self._scene.model
-        model.geom_group[model.geom_rgba[:, 3] < 1] = _TRANSLUCENT
+        self._groups = np.where(model.geom_rgba[:, 3] < 1, _TRANSLUCENT, model.geom_group)
+        self._endless = (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (model.geom_size[:, :2] <= 0).all(axis=1)
         self._drawn: Any = mujoco.MjvScene(model, model.ngeom + 100)
         self._drawn.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
-        self._target: Any = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)  # two disturb each other
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._target)
+        self._target: Any = _make_target(model, self._endless)
         self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
     def colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
@@ -98,15 +100,33 @@ class EngineRenderer:
         self._scene.show(frame)
         option = mujoco.MjvOption()
         option.geomgroup[:] = 1
+        option.geomgroup[_UNSEEN] = 0
         option.geomgroup[_TRANSLUCENT] = not depth
         everything = mujoco.mjtCatBit.mjCAT_ALL
         free = mujoco.MjvCamera()
         far = _FAR if depth else _HAZE[1]
+        seen = frame.shown[self._model.geom_bodyid]
+        if depth or not request.shadows:  # what is out of view may cast a shadow into it
+            seen &= self._is_near_view(camera, aspect, far)
+        self._model.geom_group[:] = np.where(seen, self._groups, _UNSEEN)
         self._aim(camera, aspect, far)  # puts endless floors under the camera, which the update then moves
         mujoco.mjv_updateScene(self._model, self._scene.data, option, None, free, everything, self._drawn)
+        place = np.cumsum(option.geomgroup[self._model.geom_group]) - 1  # of each geom among those to draw
+        for index in place[self._endless].tolist():
+            # the texture of a finite plane counts in halves of its size
+            self._drawn.geoms[index].texrepeat = (2 * _FLOOR_REACH / TILE,) * 2
         self._aim(camera, aspect, far)
         for flag in (mujoco.mjtRndFlag.mjRND_HAZE, mujoco.mjtRndFlag.mjRND_SKYBOX):
             self._drawn.flags[flag] = not depth
+
+    def _is_near_view(self, camera: Camera, aspect: float, far: float) -> NDArray[np.bool_]:
+        """Return for each geom whether the sphere around it touches the pyramid that a camera sees."""
+        radius = self._model.geom_rbound
+        right, down, ahead = ((self._scene.data.geom_xpos - camera.eye) @ camera.world_R_optical).T
+        near: NDArray[np.bool_] = self._endless | ((ahead > -radius) & (ahead < far + radius))
+        for aside, slope in ((right, math.tan(camera.fov / 2) * aspect), (down, math.tan(camera.fov / 2))):
+            near &= self._endless | (np.abs(aside) - slope * ahead < radius * math.hypot(1.0, slope))
+        return near
 
     def _aim(self, camera: Camera, aspect: float, far: float) -> None:
         turn, top = camera.world_R_optical, _NEAR * math.tan(camera.fov / 2)
@@ -121,11 +141,25 @@ class EngineRenderer:
         (array,) = (each for each in (colour, depth) if each is not None)
         height, width = array.shape[:2]
         target = self._target
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, target)  # another renderer may have set its own
         if (target.offWidth, target.offHeight) != (width, height):
             mujoco.mjr_resizeOffscreen(width, height, target)
         area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._drawn, target)
         mujoco.mjr_readPixels(colour, depth, area, target)
+
+
+def _make_target(model: Any, endless: NDArray[np.bool_]) -> Any:
+    """Return the OpenGL objects of a model.
+
+    The engine splits an endless plane into 40 000 quads; that takes longer to draw than the rest of a small picture.
+    While the objects are made, endless planes are finite.
+    """
+    sizes = model.geom_size.copy()
+    model.geom_size[endless] = (_FLOOR_REACH, _FLOOR_REACH, _FLOOR_STEP)
+    target: Any = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+    model.geom_size[:] = sizes
+    return target
 
 
 def _set_light(

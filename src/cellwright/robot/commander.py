@@ -122,7 +122,7 @@ class Commander(Device):
         self.why_held = ""
         self.watchdog.note_command(topic, node)
 
-    def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
+    def follow(self, topic: str, joints: Numbers, positions: Array, *, guarded: bool = False) -> None:
         """Let joints, by number, follow a topic to positions [rad; m], clipped to their limits.
 
         Start guard and clutch apply to `guarded` positions only.
@@ -130,11 +130,10 @@ class Commander(Device):
         Raises:
             RejectedCommandError: the start guard refuses it; nothing was changed.
         """
-        chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
-        beyond = self.limiter.follow(JOINT_SOURCES.index(topic), chosen, targets, self.measured, guarded=guarded)
+        beyond = self.limiter.follow(JOINT_SOURCES.index(topic), joints, positions, self.measured, guarded=guarded)
         if len(beyond):
             names, lower, upper = self.driver.joints, self.limiter.lower, self.limiter.upper
-            requested = dict(zip(chosen.tolist(), targets, strict=True))
+            requested = dict(zip(joints.tolist(), positions, strict=True))
             self.notices.log_limits(
                 topic, [(names[each], requested[each], lower[each], upper[each]) for each in beyond.tolist()]
             )

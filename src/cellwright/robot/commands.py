@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partialmethod
 from typing import Any
 
@@ -15,33 +15,63 @@ from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolRespo
 from cellwright.robot.base import Base
 from cellwright.robot.commander import CLEAR_STOP, Commander
 from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
+from cellwright.robot.servos import Array
 from cellwright.util.errors import RejectedCommandError
 
 MAX_ENTRIES = 4096
 """Maximum entries of a message: more than any robot has joints."""
 
 
-def joint_targets(message: Any) -> dict[str, float]:
-    """Return positions [rad; m] by joint name.
+class NamedJoints:
+    """Joints that a list of names means on a topic.
 
-    Raises:
-        RejectedCommandError: the message is invalid; the text says why.
+    A stream names the same joints in each message, so the newest list is kept with its meaning.
+
+    Args:
+        numbers: number of each joint that this topic moves, by name.
+
+    Attributes:
+        names: the list.
+        joints: numbers of the known joints, in its order.
+        places: their places in the list.
     """
-    names: list[str] = message.name
-    count = len(message.position)
-    if len(names) > MAX_ENTRIES or count > MAX_ENTRIES:
-        raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {max(len(names), count)})")
-    if len(names) != count:
-        raise RejectedCommandError(f"name and position must have the same length (got {len(names)} and {count})")
-    found = dict(zip(names, message.position.tolist(), strict=True))
-    if len(found) != count:
-        counts = Counter(names)  # in one pass: the message is untrusted, and physics waits
-        duplicate = next(name for name in names if counts[name] > 1)
-        raise RejectedCommandError(f"{duplicate!r:.80} appears twice; give each name once")
-    for name, position in found.items():
-        if not math.isfinite(position):
-            raise RejectedCommandError(f"the position of {name!r:.80} must be finite (got {position})")
-    return found
+
+    def __init__(self, numbers: Mapping[str, int]) -> None:
+        self._numbers = numbers
+        self.names: list[str] = []
+        self.joints = self.places = np.zeros(0, dtype=np.intp)
+
+    def read(self, message: Any) -> Array:
+        """Take the list of a message; return its positions [rad; m].
+
+        Raises:
+            RejectedCommandError: the message is invalid; the text says why.
+        """
+        names: list[str] = message.name
+        positions: Array = message.position
+        count = len(positions)
+        if len(names) > MAX_ENTRIES or count > MAX_ENTRIES:
+            raise RejectedCommandError(f"at most {MAX_ENTRIES} entries are allowed (got {max(len(names), count)})")
+        if len(names) != count:
+            raise RejectedCommandError(f"name and position must have the same length (got {len(names)} and {count})")
+        if names != self.names:
+            self._learn(names)
+        if not math.isfinite(sum(positions.tolist())):  # a sum of finite numbers may be infinite
+            for name, position in zip(names, positions.tolist(), strict=True):
+                if not math.isfinite(position):
+                    raise RejectedCommandError(f"the position of {name!r:.80} must be finite (got {position})")
+        return positions
+
+    def _learn(self, names: list[str]) -> None:
+        """Keep a list; a RejectedCommandError if it names a joint twice."""
+        if len(set(names)) != len(names):
+            counts = Counter(names)  # in one pass: the message is untrusted, and physics waits
+            duplicate = next(name for name in names if counts[name] > 1)
+            raise RejectedCommandError(f"{duplicate!r:.80} appears twice; give each name once")
+        known = [(self._numbers[name], place) for place, name in enumerate(names) if name in self._numbers]
+        self.joints = np.array([number for number, _ in known], dtype=np.intp)
+        self.places = np.array([place for _, place in known], dtype=np.intp)
+        self.names = list(names)  # the sender may change its own
 
 
 def gripper_statuses(message: Any, count: int) -> list[float]:
@@ -68,23 +98,25 @@ class RobotCommands:
         self._config, self._commander = config, commander
         self._grippers, self._base = tuple(grippers), base
         self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
+        moved = {name: number for name, number in commander.numbers.items() if name not in commander.mimics.leaders}
+        self._named: dict[int | None, NamedJoints] = {None: NamedJoints(moved)}
+        for side, hand in self._hands.items():
+            of_hand = {name: number for name, number in moved.items() if hand is None or name in hand}
+            self._named[side] = NamedJoints(of_hand)
 
     def _follow(self, row: Endpoint, message: Any, node: str, *, hand: int | None = None) -> None:
         """Follow targets of joints, either of one hand or of any."""
-        topic, allowed, targets = row.name, None if hand is None else self._hands[hand], joint_targets(message)
-        numbers, commander = self._commander.numbers, self._commander
+        topic, named, commander = row.name, self._named[hand], self._commander
+        positions = named.read(message)
 
         def execute() -> bool:
-            known = {
-                numbers[name]: position
-                for name, position in targets.items()
-                if name in numbers and name not in commander.mimics.leaders and (allowed is None or name in allowed)
-            }
-            if len(known) < len(targets):
-                self._log_ignored_names(topic, allowed, targets)
-            if known:
-                commander.follow(topic, known.keys(), known.values(), guarded=True)
-            return bool(known)
+            is_whole = len(named.joints) == len(positions)
+            if not is_whole:
+                self._log_ignored_names(topic, None if hand is None else self._hands[hand], named.names)
+            if len(named.joints):
+                targets = positions if is_whole else positions[named.places]
+                commander.follow(topic, named.joints, targets, guarded=True)
+            return len(named.joints) > 0
 
         commander.take(topic, node, nanoseconds(message.header.stamp), execute)
 
@@ -92,11 +124,11 @@ class RobotCommands:
     target_right_hand = partialmethod(_follow, hand=RIGHT)
     target_left_hand = partialmethod(_follow, hand=LEFT)
 
-    def _log_ignored_names(self, topic: str, allowed: frozenset[str] | None, targets: dict[str, float]) -> None:
+    def _log_ignored_names(self, topic: str, allowed: frozenset[str] | None, names: Sequence[str]) -> None:
         """Log ignored names, each once."""
         commander = self._commander
         reasons: dict[str, str] = {}
-        for name in targets:
+        for name in names:
             if name in commander.mimics.leaders:
                 leader = commander.mimics.leaders[name]
                 line = f"{topic}: {name} mimics {leader}; its own target is ignored (logged once)"

@@ -17,6 +17,7 @@ from cellwright.middleware.messages.standard import PoseArray
 from cellwright.robot.commander import Commander
 from cellwright.robot.interface import TARGET_EE_POSES
 from cellwright.robot.inverse_kinematics import ArmSolver
+from cellwright.robot.safety import Numbers
 from cellwright.robot.servos import Array, fastest
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
@@ -33,7 +34,7 @@ MIN_QUATERNION_LENGTH = 1e-6
 class _ArmTarget:
     """An arm and its target pose; it has no motion while `target` is None."""
 
-    numbers: Array
+    numbers: Numbers
     solver: ArmSolver
     reference: str
     positions: Array
@@ -86,7 +87,7 @@ class EePoses(Device):
                 velocity=VELOCITY_SHARE * np.array([fastest(each) for each in driven]),
                 caps=self._caps,
             )
-            numbers = np.array([joints.index(name) for name in arm.joints], dtype=int)
+            numbers = np.array([joints.index(name) for name in arm.joints], dtype=np.intp)
             self._arms.append(_ArmTarget(numbers, solver, reference, np.array(arm.home)))
 
     def reset(self) -> None:

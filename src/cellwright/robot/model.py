@@ -216,6 +216,7 @@ FINGER_MASS = 0.1
 
 _MIN_MASS, _MIN_INERTIA = 1e-6, 1e-9  # the engine takes no moving body without them
 _MIN_RANGE = 1e-6  # [rad; m]
+_Disable = mujoco.mjtDisableBit
 _JOINT_TYPES = {
     JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
     JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
@@ -304,6 +305,10 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # drives are constraints here: nothing needs damping
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
+    # The actuators exert nothing, joints have neither springs nor damping, and links meet only if they are asked to.
+    option.disableflags |= int(_Disable.mjDSBL_ACTUATION | _Disable.mjDSBL_SPRING | _Disable.mjDSBL_DAMPER)
+    if not is_touched:
+        option.disableflags |= int(_Disable.mjDSBL_CONTACT)
     option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
     builder = _RobotBuilder(spec, config, is_touched=is_touched, is_seen=is_seen)
     builder.build()

@@ -15,7 +15,8 @@ from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
-from cellwright.middleware.messages.conversions import joint_state
+from cellwright.middleware.messages.conversions import header, joint_state
+from cellwright.middleware.messages.standard import JointState
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
@@ -24,6 +25,7 @@ from cellwright.robot.commander import CLEAR_STOP, ENABLE, Commander
 from cellwright.robot.drivers import Driver
 from cellwright.robot.grippers import GripperRange
 from cellwright.robot.model import body_of
+from cellwright.robot.servos import as_slice
 from cellwright.util.errors import UsageError
 
 
@@ -158,7 +160,7 @@ class RobotPublications:
             message_time,
         )
         self._names = [joint.name for joint in robot.movable]
-        self._places = np.array([self._names.index(name) for name in driver.joints], dtype=int)
+        self._places = as_slice(np.array([self._names.index(name) for name in driver.joints], dtype=np.intp))
         self._driven = list(driver.joints)
         self._gripper_names = [f"gripper_{number}" for number in range(len(self._grippers))]
 
@@ -173,9 +175,11 @@ class RobotPublications:
 
         def build() -> Message:
             columns = np.zeros((3, len(self._names)))
-            columns[:, self._places] = self._driver.read()
+            for column, values in zip(columns, self._driver.read(), strict=True):
+                column[self._places] = values
             columns += 0.0  # turns -0.0 into 0.0
-            return joint_state(self._names, *columns, time=self._message_time())
+            columns.flags.writeable = False
+            return JointState(header(time=self._message_time()), list(self._names), *columns)
 
         output.sample(build)
 

@@ -264,6 +264,7 @@ _ROUNDING = 1e-12  # relative difference below which distances are equal
 _MIN_LOGGED_DIFFERENCE = 1e-3  # [rad; m]: limits and targets are written with few digits
 
 Numbers = NDArray[np.intp]
+_NONE: Numbers = np.zeros(0, dtype=np.intp)
 
 
 class TargetLimiter:
@@ -375,19 +376,22 @@ class TargetLimiter:
             RejectedCommandError: the start guard refuses a first target; nothing was changed.
         """
         first = self.source[joints] != source
-        is_jump = first & False
+        is_first = np.count_nonzero(first) > 0
+        slowly = first & self._wary[joints] if is_first else first
         if guarded and self._safety.clutch:
             self._offsets[joints] = np.where(first, self.applied[joints] - targets, self._offsets[joints])
             targets = targets + self._offsets[joints]
-        elif guarded and self._safety.start_guard is not None and first.any():
-            is_jump = self._jumps(joints, np.abs(targets - measured()[joints]), first, self._safety.start_guard)
-        within = np.clip(targets, self.lower[joints], self.upper[joints])
-        self._slowly[joints] |= (first & self._wary[joints]) | is_jump
-        self._wary[joints] = False
-        self.source[joints] = source
+        elif guarded and self._safety.start_guard is not None and is_first:
+            slowly |= self._jumps(joints, np.abs(targets - measured()[joints]), first, self._safety.start_guard)
+        within = targets.clip(self.lower[joints], self.upper[joints])
+        if is_first:  # a joint that follows this source already was neither held nor approached since
+            self._slowly[joints] |= slowly
+            self._wary[joints] = False
+            self.source[joints] = source
         self.desired[joints] = within
         self._is_under_way, self._is_untouched = True, False
-        beyond: Numbers = joints[np.abs(targets - within) > _MIN_LOGGED_DIFFERENCE]
+        is_beyond = np.abs(targets - within) > _MIN_LOGGED_DIFFERENCE
+        beyond: Numbers = joints[is_beyond] if np.count_nonzero(is_beyond) else _NONE
         return beyond
 
     def _jumps(self, joints: Numbers, far: Array, first: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:

@@ -97,6 +97,7 @@ class JointServos(Device):
         self._velocity = np.array([fastest(joint) for joint in joints])
         effort = np.array([joint.limits.effort for joint in joints])
         self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)
+        self._described = joints
         self._mimics = MimicJoints(joints, self.lower, self.upper)
 
     def attach(self, simulation: Simulation) -> None:
@@ -106,14 +107,19 @@ class JointServos(Device):
         joints = [model.joint(name).id for name in self.joints]
         self._qpos = model.jnt_qposadr[joints].copy()
         self._dof = model.jnt_dofadr[joints].copy()
-        self._ctrl = np.array([model.actuator(name).id for name in self.joints], dtype=int)
+        inputs = np.array([model.actuator(name).id for name in self.joints], dtype=np.intp)
+        self._ctrl = as_slice(inputs)
         model.dof_frictionloss[:] = UNLIMITED  # a joint without a drive does not move
         model.dof_frictionloss[self._dof] = self._effort
         model.dof_solimp[:] = (_STIFFNESS, _STIFFNESS, 0.001, 0.5, 2.0)
         self._frequency = 1.0 / model.opt.timestep
         self._requested = np.zeros(model.nv)
-        self._fastest, self._back = self._velocity.copy(), -self._velocity
-        data = simulation.data  # these arrays stay the same objects as long as the simulation lives
+        # The drives work in the engine's order of degrees of freedom, where arrays of most robots need no look-up.
+        order = np.argsort(self._dof)
+        self._inputs, self._places, self._dofs = inputs[order], as_slice(self._qpos[order]), as_slice(self._dof[order])
+        self._fastest, self._back = self._velocity[order], -self._velocity[order]
+        self._led = MimicJoints([self._described[number] for number in order], self.lower[order], self.upper[order])
+        self._data = data = simulation.data  # these arrays stay the same objects as long as the simulation lives
         self._positions, self._velocities, self._controls = data.qpos, data.qvel, data.ctrl
         self._guess = data.qacc_warmstart
         self._attainable = model.dof_frictionloss / model.dof_M0
@@ -127,13 +133,13 @@ class JointServos(Device):
     @property
     def targets(self) -> Array:
         """Targets of the joints [rad; m]; a copy."""
-        targets: Array = self.simulation.data.ctrl[self._ctrl]
+        targets: Array = self._controls[self._ctrl].copy()
         return targets
 
     def command(self, targets: Array) -> None:
         """Set the targets [rad; m] of all joints in their order, clipped to their limits."""
-        targets = np.clip(targets, self.lower, self.upper)
-        self.simulation.data.ctrl[self._ctrl] = targets
+        targets = targets.clip(self.lower, self.upper)
+        self._controls[self._ctrl] = targets
         if self.motion is Motion.TELEPORT:
             self.place(range(len(self.joints)), targets)
 
@@ -143,54 +149,63 @@ class JointServos(Device):
         values = np.clip(positions, self.lower[chosen], self.upper[chosen])
         data.qpos[self._qpos[chosen]] = values
         data.qvel[self._dof[chosen]] = 0.0
-        data.ctrl[self._ctrl[chosen]] = values
+        controls = self.targets
+        controls[chosen] = values
         if self._mimics.leaders:
             followers, places = self._mimics.followers, self._mimics.places(data.qpos[self._qpos])
-            data.qpos[self._qpos[followers]] = data.ctrl[self._ctrl[followers]] = places
+            data.qpos[self._qpos[followers]] = controls[followers] = places
+        self._controls[self._ctrl] = controls
         self.simulation.touch()
 
     def read(self) -> JointArrays:
         """Return the current readings, with the efforts of the drives in the newest step."""
-        data, efforts = self.simulation.data, np.zeros(self.simulation.model.nv)
+        efforts = np.zeros(len(self._requested))
         rows, dofs = self._drives()
-        efforts[dofs] = data.efc_force[rows]
-        return JointArrays(data.qpos[self._qpos], data.qvel[self._dof], efforts[self._dof])
+        efforts[dofs] = self._data.efc_force[rows]
+        numbers = self._dof  # `take` is twice as fast as an index
+        return JointArrays(self._positions.take(self._qpos), self._velocities.take(numbers), efforts.take(numbers))
 
     def drive(self) -> None:
         """Set the velocity of each drive at the end of this step."""
-        position = self._positions[self._qpos]
-        requested = self._controls[self._ctrl]
+        position = self._positions[self._places]
+        requested: Array = self._controls.take(self._inputs)
         requested -= position
         requested *= GAIN
         np.minimum(requested, self._fastest, out=requested)
         np.maximum(requested, self._back, out=requested)
-        if self._mimics.leaders:
-            followers = self._mimics.followers
-            within, soon = self._mimics.places(position), self._mimics.places(position, requested, self._frequency)
+        if self._led.leaders:
+            followers = self._led.followers
+            within, soon = self._led.places(position), self._led.places(position, requested, self._frequency)
             requested[followers] = (soon - within) * self._frequency + GAIN * (within - position[followers])
-        requested -= self._velocities[self._dof]
+        requested -= self._velocities[self._dofs]
         requested *= self._frequency
-        self._requested[self._dof] = requested
+        self._requested[self._dofs] = requested
         rows, dofs = self._drives()
-        self.simulation.data.efc_aref[rows] = self._requested[dofs]
+        self._data.efc_aref[rows] = self._requested[dofs]
         # Start of the engine's solver: a drive within its limit gives the requested effort, and one at its limit about
         # that of the step before. The result is the same, with a quarter of the iterations.
         np.copyto(self._guess, self._requested, where=np.abs(self._requested) < self._attainable)
 
-    def _drives(self) -> tuple[slice, NDArray[np.intp]]:
+    def _drives(self) -> tuple[slice, NDArray[np.intp] | slice]:
         """Return the place of the drives among the engine's constraints of this step, and their degrees of freedom.
 
         The engine sets up equalities first, then dry friction: of all joints, in the same order in every step.
         """
-        data = self.simulation.data
+        data = self._data
         counts = (data.ne, data.nf)
         if counts != self._counts:
             first, end = data.ne, data.ne + data.nf
             own = data.efc_type[first:end] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
             end = first + int(own.sum())  # the friction of tendons follows that of joints
             self._counts, self._rows = counts, slice(first, end)
-            self._dofs_of_rows = data.efc_id[first:end].astype(np.intp)
+            self._dofs_of_rows = as_slice(data.efc_id[first:end].astype(np.intp))
         return self._rows, self._dofs_of_rows
+
+
+def as_slice(numbers: NDArray[np.intp]) -> NDArray[np.intp] | slice:
+    """Return indices as a slice, which is faster, if each is one above the one before; otherwise themselves."""
+    first, count = int(numbers[0]) if len(numbers) else 0, len(numbers)
+    return slice(first, first + count) if np.array_equal(numbers, np.arange(first, first + count)) else numbers
 
 
 def fastest(joint: Joint) -> float:

@@ -57,6 +57,14 @@ class Pose:
         px, py, pz = rotate(conjugate, self.position)
         return Pose((-px, -py, -pz), conjugate)
 
+    def relative(self, other: Pose) -> Pose:
+        """Return the pose of `other` in this frame, both given in the same parent frame: `self.inverse() @ other`."""
+        w, x, y, z = self.quaternion
+        conjugate = (w, -x, -y, -z)
+        ox, oy, oz = rotate(conjugate, self.position)
+        px, py, pz = rotate(conjugate, other.position)
+        return Pose((px - ox, py - oy, pz - oz), quaternion_product(conjugate, other.quaternion))
+
     def transform(self, point: Vector3) -> Vector3:
         """Return a point [m], given in this frame, in the parent frame of this pose."""
         x, y, z = rotate(self.quaternion, point)

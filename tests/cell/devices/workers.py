@@ -38,11 +38,11 @@ class FakeWorker(RenderWorker):
         """Number of requested pictures."""
         return len(self.asked)
 
-    def colour(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
+    def colour(self, frame: SceneFrame, request: PictureRequest, scene: int = 0) -> Future[NDArray[np.uint8]]:
         self.asked.append((frame, request.camera, ["colour"]))
         return _Picture(self, np.full((request.height, request.width, 3), frame.time // 1_000_000 % 256, np.uint8))
 
-    def depth(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.float32]]:
+    def depth(self, frame: SceneFrame, request: PictureRequest, scene: int = 0) -> Future[NDArray[np.float32]]:
         camera = request.camera
         if self.asked and self.asked[-1] == (frame, camera, ["colour"]):
             self.asked[-1][2].append("depth")

@@ -25,6 +25,7 @@ def test_settings_with_all_entries_are_read() -> None:
     section = """
   seed: 7
   timestep: 1/240
+  collision_culling: false
   arm:
     servo: precise
     gains:
@@ -43,6 +44,7 @@ def test_settings_with_all_entries_are_read() -> None:
     assert settings(section) == CellSettings(
         seed=7,
         timestep=(1, 240),
+        collision_culling=False,
         arm=ArmSettings(
             servo="precise",
             gains={"elbow_joint": JointGains(1000.0, 20.0, 1.0, 5.0), "wrist_1_joint": JointGains(10.0, 1.0)},
@@ -82,6 +84,7 @@ def test_timestep_fraction_is_exact_or_refused(numerator: int, denominator: int)
         ("", "1: cellwright: must be a mapping (got an empty value)"),
         ("{sed: 1}", "1: cellwright.sed: unknown entry; did you mean seed"),
         ("{seed: -1}", "must be at least 0"),
+        ("{collision_culling: maybe}", "must be true or false"),
         ("{seed: 1.5}", "must be a whole number"),
         ("{seed: 9223372036854775808}", "must be from 0 to 9223372036854775807 (got 9223372036854775808)"),
         ("{timestep: 0}", "must be from 1/100000 to 1/50 s (got 0)"),

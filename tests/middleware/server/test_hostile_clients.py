@@ -461,10 +461,10 @@ def test_heavy_requests_leave_time_for_other_clients(monkeypatch: pytest.MonkeyP
         assert len(greedy.heard) == 1
         looks, look = 0, hall.server._look_at_sockets
 
-        def count(seconds: float) -> None:
+        def count(seconds: float) -> bool:
             nonlocal looks
             looks += 1
-            look(seconds)
+            return look(seconds)
 
         with monkeypatch.context() as counted:
             counted.setattr(hall.server, "_look_at_sockets", count)

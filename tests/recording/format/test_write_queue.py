@@ -13,8 +13,7 @@ from cellwright.recording.format.format import Entry
 
 
 def hand_in(waiting: WriteQueue[str], entry: Entry) -> None:
-    for values, value in zip((waiting.channels, waiting.times, waiting.contents), entry, strict=True):
-        values.append(value)  # type: ignore[attr-defined]
+    waiting.entries += entry
     waiting.added += MESSAGE_OVERHEAD + len(entry[2])
 
 

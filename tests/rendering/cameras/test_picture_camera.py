@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
 from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
-from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
+from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera, read_pictures
 from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.util.errors import UsageError
@@ -326,3 +326,30 @@ def test_picture_comes_at_first_tick_after_latency(rate: float, latency: float, 
     for now, picture in room.pictures:
         assert now >= picture.time_ns + wait > now - 2 * MS
         assert picture.time_ns >= picture.sample * Fraction(10**9) / Fraction(repr(rate)) - 1
+
+
+def test_read_pictures_of_cells_requests_all_before_it_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    rooms = [Room(), Room(replace(EYE, width=8))]
+    rooms[1].run(20)
+    fetched_at_request: list[int] = []
+    colour = FakeWorker.colour
+
+    def note(self: FakeWorker, *arguments: Any) -> Any:
+        fetched_at_request.append(sum(len(room.worker.fetched) for room in rooms if room.workers))
+        return colour(self, *arguments)
+
+    monkeypatch.setattr(FakeWorker, "colour", note)
+    pictures = read_pictures([room.camera for room in rooms])
+    assert fetched_at_request == [0, 0]
+    assert [picture.time_ns // MS for picture in pictures] == [0, 20]
+    for room, picture in zip(rooms, pictures, strict=True):
+        alone = room.camera.read()
+        np.testing.assert_array_equal(picture.colour, alone.colour)
+        np.testing.assert_array_equal(picture.depth, alone.depth)
+
+
+def test_read_pictures_of_disabled_camera_is_refused() -> None:
+    room = Room()
+    room.camera.enabled = False
+    with pytest.raises(UsageError, match="switched off"):
+        read_pictures([room.camera])

@@ -14,8 +14,9 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.render_service import PendingPicture, RenderService, start_worker
+from cellwright.rendering.cameras.render_service import PendingPicture, RenderService
 from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
@@ -32,7 +33,7 @@ def room() -> Simulation:
     return make_simulation(spec)
 
 
-def serve(simulation: Simulation, start: Any = start_worker, **options: Any) -> RenderService:
+def serve(simulation: Simulation, start: Any, **options: Any) -> RenderService:
     return RenderService(simulation, partial(SceneCapture, simulation.model), start, **options)
 
 
@@ -45,7 +46,7 @@ def process_of(service: RenderService) -> Any:
 def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, backend)
     simulation = room()
-    service = serve(simulation)
+    service = serve(simulation, RenderWorker)
     requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
@@ -65,7 +66,7 @@ def test_drawn_picture_shows_tick_of_request(backend: str, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_killed_process_is_reported_once_and_draws_no_more() -> None:
     lines: list[str] = []
-    service = serve(room(), report=lines.append)
+    service = serve(room(), RenderWorker, report=lines.append)
     pending = ask(service)
     assert pending is not None
     assert service.fetch(pending) is not None

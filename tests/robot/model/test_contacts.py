@@ -75,3 +75,15 @@ def test_links_joined_by_fixed_joints_count_as_one(joints: tuple[Joint, ...], mo
     assert {"".join(sorted(pair)) for pair in found} == pairs
     assert len(found) == len(pairs)
     assert joined_pairs(robot, frozenset(moved), frozenset("a")) == []
+
+
+def test_engine_stages_that_are_off_have_nothing_to_do() -> None:
+    off = mujoco.mjtDisableBit
+    alone, colliding = (build_robot(of_joints(*CHAIN), self_collision=asked).model for asked in (False, True))
+    for stage in (off.mjDSBL_ACTUATION, off.mjDSBL_SPRING, off.mjDSBL_DAMPER):
+        assert alone.opt.disableflags & stage
+        assert colliding.opt.disableflags & stage
+    assert alone.opt.disableflags & off.mjDSBL_CONTACT
+    assert not colliding.opt.disableflags & off.mjDSBL_CONTACT
+    for strength in (alone.actuator_gainprm, alone.actuator_biasprm, alone.dof_damping, alone.jnt_stiffness):
+        assert not strength.any()

@@ -1,8 +1,8 @@
 """Collision culling: bodies that cannot touch anything soon are left out of collision detection.
 
-The engine's broad phase sorts the bounding box of every body in each step, asleep or not, and a part that rides the
-belt or hangs on the cup has contacts to solve in each step. This device closes bodies to the engine (`body_contype` 0)
-while nothing can come of it:
+The engine's broad phase sorts the bounding box of every body in each step, asleep or not. A part that rides the belt or
+hangs on the cup has contacts to solve in each step. This device closes bodies to the engine (`body_contype` 0) while
+nothing can come of it:
 
 - A **group** is a fixed body or a resting mechanism, such as an AGV, with the sleeping parts in and on it. It is closed
   as a whole while nothing awake can reach it: what wakes together opens together.
@@ -174,6 +174,7 @@ class CollisionCulling(Device):
         self._difference = np.empty(model.nv)
         self._forget()
         simulation.on_wake.append(self._woken.add)
+        simulation.on_touch.append(self._check_next)
         simulation.on_renewal.append(self._open_all)
 
     def reset(self) -> None:
@@ -233,10 +234,14 @@ class CollisionCulling(Device):
             times = self._times(movers, self._sides(movers), self._speeds(movers))
             times += movers.watched
             until = float(times.min(initial=WINDOW))
-            if until >= self._soon and self._forces.tobytes() == self._no_forces:
+            if until >= self._soon and self._forces.tobytes() == self._no_forces and not self._find_pushed():
                 self._plan(until)
                 return
         self._review(is_awake)
+
+    def _check_next(self) -> None:
+        """Check before the next step: a position was written directly."""
+        self._due = 0
 
     def _plan(self, until: float) -> None:
         """Plan the next check for at most `until` [s] from now."""
@@ -249,7 +254,7 @@ class CollisionCulling(Device):
         data = self.simulation.data
         woken = self._wake_up(is_awake)
         groups = self._sleeping.find(data, is_awake)
-        for body in [body for body in self.passengers if not is_awake[self._tree[body]]]:
+        for body in [*self._find_pushed(), *(body for body in self.passengers if not is_awake[self._tree[body]])]:
             self._put_down(body, groups)
         if woken or (is_awake != self._is_awake).any():
             self._is_awake, self._movers = is_awake, None
@@ -284,6 +289,16 @@ class CollisionCulling(Device):
             self._watch(movers, groups)
             times += movers.watched
             self._plan(float(times.min(initial=WINDOW)))
+
+    def _find_pushed(self) -> list[int]:
+        """Return the gliders that do not have the belt's velocity any more: someone has written another one."""
+        gliders = self.gliders
+        if not gliders:
+            return []
+        velocities = self._velocities[self._dofs[list(gliders)]]
+        velocities[:, 1] += self._conveyor.speed
+        is_steady = (np.abs(velocities) < _STEADY).all(axis=1)
+        return [body for body, steady in zip(gliders, is_steady.tolist(), strict=True) if not steady]
 
     def _watch(self, movers: _Movers, groups: Groups) -> None:
         """Leave open groups out of the next checks."""
@@ -457,23 +472,29 @@ class CollisionCulling(Device):
         data = self.simulation.data
         touching = self.simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
         overlapping = self._overlaps.bodies
-        found = []
-        for row in rows[is_steady | (movers.carriers[rows] >= 0)].tolist():
-            body, weld = int(movers.bodies[row]), int(movers.carriers[row])
+        carriers = movers.carriers.copy()
+        for row in rows[is_steady | (carriers[rows] >= 0)].tolist():
+            body, weld = int(movers.bodies[row]), int(carriers[row])
             carrier = weld if weld >= 0 else self._belt
             others = touching[(touching == body).any(axis=1)]
-            touches_more = ((others != body) & (others != carrier)).any() or body in overlapping
-            if touches_more or (weld < 0 and not len(others)):
-                continue
-            if self._is_calm(movers, row, carrier, sides, speeds, groups):
-                found.append((body, carrier))
-        return found
+            touches_more = bool(((others != body) & (others != carrier)).any()) or body in overlapping
+            carriers[row] = -1 if touches_more or (weld < 0 and not len(others)) else carrier
+        while True:  # those on one carrier do not come nearer to each other
+            failing = [
+                row
+                for row in rows[carriers[rows] >= 0].tolist()
+                if not self._is_calm(movers, row, carriers, sides, speeds, groups)
+            ]
+            if not failing:
+                found = rows[carriers[rows] >= 0]
+                return list(zip(movers.bodies[found].tolist(), carriers[found].tolist(), strict=True))
+            carriers[failing] = -1
 
     def _is_calm(
-        self, movers: _Movers, row: int, carrier: int, sides: Vectors, speeds: Vectors, groups: Groups
+        self, movers: _Movers, row: int, carriers: Numbers, sides: Vectors, speeds: Vectors, groups: Groups
     ) -> bool:
-        """Return whether a part in the row of a table would meet nothing for a while if it were a passenger."""
-        count = len(groups.boxes)
+        """Return whether a part would meet nothing for a while if it and others were passengers of these carriers."""
+        count, carrier = len(groups.boxes), int(carriers[row])
         is_gliding = carrier == self._belt
         speed = self._conveyor.speed if is_gliding else speeds[row]
         ahead, met = (
@@ -481,7 +502,7 @@ class CollisionCulling(Device):
         )
         ahead[:-1][is_gliding & (groups.fixed_body == self._belt)] = np.inf
         ahead[-1] = ahead[-1] if is_gliding else np.inf
-        met[movers.carriers == carrier] = met[row] = np.inf
+        met[carriers == carrier] = np.inf
         if not is_gliding:
             links = movers.bodies[: movers.links]
             relative = self._relative_levers(int(movers.bodies[row]), carrier, links.tolist())

@@ -256,8 +256,7 @@ ANGLE_SD = 0.01
 _NOISE_A_MODEL = 6
 
 
-@dataclass(frozen=True, slots=True)
-class TfFrame:
+class TfFrame(NamedTuple):
     """Coordinate frame for the tree of frames: `pose` maps coordinates in `child` to coordinates in `parent`."""
 
     parent: str
@@ -265,8 +264,7 @@ class TfFrame:
     pose: Pose
 
 
-@dataclass(frozen=True, slots=True)
-class Detection:
+class Detection(NamedTuple):
     """Detected model.
 
     Attributes:

@@ -54,6 +54,8 @@ class Parts(Device):
         self.by_name: Mapping[str, WorldPart] = {part.name: part for part in parts}
         self.by_body: Mapping[int, WorldPart] = {part.body: part for part in parts}
         self.in_play: set[str] = set()
+        self._counted_in_play: set[str] | None = None
+        self._out_of_play: list[int] = []
         self.on_taken: list[Callable[[WorldPart], None]] = []
         """Callbacks for a part that is placed elsewhere or locked; if it was in the cup, it no longer is."""
         self.on_placed: list[Callable[[int], None]] = []
@@ -98,6 +100,13 @@ class Parts(Device):
         positions = self.positions()
         hit = np.all((positions >= np.asarray(lower)) & (positions <= np.asarray(upper)), axis=1)
         return [self.all[index] for index in np.flatnonzero(hit) if self.all[index].name in self.in_play]
+
+    def out_of_play(self) -> list[int]:
+        """Return the body ids of the parts that are not in play."""
+        if self._counted_in_play != self.in_play:
+            self._counted_in_play = set(self.in_play)
+            self._out_of_play = [part.body for part in self.all if part.name not in self.in_play]
+        return self._out_of_play
 
     def pose(self, part: WorldPart) -> Pose:
         """Return world_T_part as of this tick."""

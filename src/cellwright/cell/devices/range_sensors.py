@@ -363,10 +363,12 @@ class LaserProfiler(RangeSensor[ProfileReading]):
     def measure(self, index: int) -> ProfileReading:
         """Measure the outline now."""
         ranges = self._rays.cast(self.simulation)
-        hits = ranges < math.inf
-        if hits.any():
-            noisy = ranges + RANGE_SD * self.normal(index, FAN_RAY_COUNT)
-            ranges = np.where(hits, np.minimum(np.maximum(noisy, self.nearest), self.farthest), math.inf)
+        misses = ranges == math.inf
+        if not misses.all():
+            noisy = RANGE_SD * self.normal(index, FAN_RAY_COUNT)
+            noisy += ranges
+            ranges = noisy.clip(self.nearest, self.farthest, out=noisy)
+            ranges[misses] = math.inf
         ranges.flags.writeable = False
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)
 

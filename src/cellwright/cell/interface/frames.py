@@ -57,7 +57,7 @@ def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Calla
     def read() -> list[TfFrame]:
         simulation.refresh()
         places = pairwise(zip(links, body_poses(simulation.data, bodies), strict=True))
-        return [TfFrame(parent, child, before.inverse() @ pose) for (parent, before), (child, pose) in places]
+        return [TfFrame(parent, child, before.relative(pose)) for (parent, before), (child, pose) in places]
 
     return read
 

@@ -36,11 +36,20 @@ from cellwright.middleware.messages.conversions import (
     pose_message,
     single,
     singles,
+    stamp,
     trajectory_point,
-    transform_stamped,
+    transform_message,
 )
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
-from cellwright.middleware.messages.standard import Float32, LaserScan, Range, String, TFMessage
+from cellwright.middleware.messages.standard import (
+    Float32,
+    Header,
+    LaserScan,
+    Range,
+    String,
+    TFMessage,
+    TransformStamped,
+)
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 
@@ -110,8 +119,12 @@ def image_message(reading: CameraReading) -> osrf_gear.LogicalCameraImage:
 
 
 def frames_message(frames: Sequence[TfFrame], time: int) -> TFMessage:
-    """Return the message of coordinate frames at a time [ns]."""
-    return TFMessage([transform_stamped(each.parent, each.child, each.pose, time) for each in frames])
+    """Return the message of coordinate frames at a time [ns]; frames of one parent share its header."""
+    at = stamp(time)
+    headers = {each.parent: Header(at, each.parent) for each in frames}
+    return TFMessage(
+        [TransformStamped(headers[each.parent], each.child, transform_message(each.pose)) for each in frames]
+    )
 
 
 GRIPPER_JOINT = "vacuum_gripper_joint"

@@ -185,6 +185,8 @@ def build_world(trial: Trial) -> World:
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise DescriptionError([f"{trial.name}: the engine cannot build this cell: {reason}"]) from None
+    if not model.dof_frictionloss.any():  # else the engine looks for dry friction in every joint in every step
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS)
     model.flg_surfacevel = (
         True  # the belt stands still in the model; without this flag the engine would ignore later changes
     )

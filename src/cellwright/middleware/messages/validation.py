@@ -195,7 +195,7 @@ def _unless_plain(check: Check) -> Check:
     """
 
     def check_strings(value: object, where: str) -> object:
-        if type(value) is list and all(type(item) is str and item.isascii() for item in value):
+        if type(value) is list and not set(map(type, value)) - {str} and "".join(value).isascii():
             return value
         return check(value, where)
 

@@ -199,15 +199,19 @@ class Server:
             self.key = self._requests.key = secrets.token_urlsafe(16)
         self._requests.guarded.update(dict.fromkeys(services, reason))
 
-    def wait(self, seconds: float, *, until_request: bool = True) -> None:
+    def wait(self, seconds: float, *, until_request: bool = True) -> bool:
         """Serve clients for some wall time.
 
         Args:
             seconds: wall time [s]; with 0 each client still has its turn.
             until_request: in lockstep, return as soon as an ADVANCE request is pending.
+
+        Returns:
+            True if a client sent or was sent something.
         """
         deadline = time.perf_counter() + seconds
         self._clients.ping()
+        is_busy = any(client.has_waiting or client.has_frames for client in self._clients)
         self._flush()
         while True:
             until = deadline
@@ -215,7 +219,7 @@ class Server:
                 ready = any(map(self._is_ready, self._clients))
                 until = 0.0 if ready else min(deadline, self._rests_until)
             left = max(0.0, until - time.perf_counter())
-            self._look_at_sockets(min(left, self._clients.next_check))
+            is_busy |= self._look_at_sockets(min(left, self._clients.next_check))
             in_time = self._take_turns(deadline)
             self._clients.check()
             if (
@@ -225,6 +229,7 @@ class Server:
             ):
                 break
         self._clients.remove_gone()
+        return is_busy
 
     @property
     def is_client_behind(self) -> bool:
@@ -261,8 +266,8 @@ class Server:
             select.select((), behind, (), 0.05)
         self._clients.close()
 
-    def _look_at_sockets(self, timeout: float) -> None:
-        """Wait until a socket is ready; read what arrived, and send what waits."""
+    def _look_at_sockets(self, timeout: float) -> bool:
+        """Wait until a socket is ready; read what arrived, and send what waits. Return True if one was ready."""
         listener = self._listener.socket
         read = {client.connection: client for client in self._clients if client.may_be_read}
         write = {client.connection: client for client in self._clients if client.has_waiting and not client.is_gone}
@@ -278,6 +283,8 @@ class Server:
                     self._clients.limit_incomplete()
         if readable or writable:
             self._clients.remove_gone()
+            return True
+        return False
 
     def _accept(self) -> None:
         """Accept a connection, if there is room."""

@@ -1,8 +1,8 @@
 """MCAP chunks: a write queue of messages, and the compressed, indexed chunks made of them.
 
 Thousands of messages come a second, so work is done for many of them at once. A message is no object, which the garbage
-collector would visit: three parallel lists hold channels, times and contents. Appending to a list, copying its head and
-deleting it are atomic each, whatever another thread does.
+collector would visit: one list holds channel, time and content of each in turn. Adding the three to a list, copying its
+head and deleting it are atomic each, whatever another thread does.
 """
 
 from __future__ import annotations
@@ -37,7 +37,6 @@ def built_bytes(builder: RecordBuilder) -> bytes:
 
 
 R = TypeVar("R")
-T = TypeVar("T")
 
 MESSAGE_OVERHEAD = 31
 """Bytes that a message takes in a file besides its content."""
@@ -83,15 +82,13 @@ class WriteQueue(Generic[R]):
     """Queue of messages to be written, with records between them.
 
     Attributes:
-        channels, times, contents: of the messages; the producer appends to all three, the content last.
+        entries: channel, time and content of each message in turn; the producer adds the three at once.
         added: size of all messages that were ever added [bytes]; counted by the producer alone.
         written: size of those that were written [bytes]; counted by the consumer alone.
     """
 
     def __init__(self) -> None:
-        self.channels: list[int] = []
-        self.times: list[int] = []
-        self.contents: list[bytes] = []
+        self.entries: list[Any] = []
         self.added = self.written = 0
         self._records: deque[tuple[int, R]] = deque()
 
@@ -101,9 +98,10 @@ class WriteQueue(Generic[R]):
 
     def take(self) -> Iterator[Messages | R]:
         """Take out what is queued, in order. What is added meanwhile is left for the next call."""
-        count = len(self.contents)
-        channels, times = _take_first(self.channels, count), _take_first(self.times, count)
-        contents = _take_first(self.contents, count)
+        entries = self.entries[:]
+        del self.entries[: len(entries)]
+        channels, times, contents = entries[0::3], entries[1::3], entries[2::3]
+        count = len(contents)
         sizes = np.fromiter(map(len, contents), np.int64, count) + MESSAGE_OVERHEAD
         messages = Messages(channels, times, contents, self.written + np.cumsum(sizes), self.written)
         begin, end = 0, int(messages.ends[-1]) if count else self.written
@@ -119,17 +117,8 @@ class WriteQueue(Generic[R]):
 
     def clear(self) -> None:
         """Discard everything that is queued."""
-        self.channels.clear()
-        self.times.clear()
-        self.contents.clear()
+        self.entries.clear()
         self._records.clear()
-
-
-def _take_first(values: list[T], count: int) -> list[T]:
-    """Remove the first `count` values of a list and return them."""
-    head = values[:count]
-    del values[:count]
-    return head
 
 
 _MESSAGE = np.dtype(

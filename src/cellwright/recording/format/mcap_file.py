@@ -182,11 +182,9 @@ class McapFile:
         if self._is_deaf:
             return
         waiting = self._waiting  # inlined: this runs thousands of times a second
-        waiting.channels.append(channel)
-        waiting.times.append(time)
-        waiting.contents.append(data)
-        waiting.added += MESSAGE_OVERHEAD + len(data)
-        if waiting.added >= self._wake_at:
+        waiting.entries += (channel, time, data)
+        waiting.added = added = waiting.added + MESSAGE_OVERHEAD + len(data)
+        if added >= self._wake_at:
             self._wake_writer()
 
     def flush(self) -> None:

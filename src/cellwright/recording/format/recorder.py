@@ -11,7 +11,8 @@ import numpy as np
 
 from cellwright.engine.clock import PeriodicCallback
 from cellwright.middleware.bus import Node, Subscription
-from cellwright.middleware.messages import Message, to_cdr
+from cellwright.middleware.messages import Message, message_type, to_cdr
+from cellwright.middleware.messages.serialization import FAULTS, cdr_writer
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command, note_commands
@@ -139,7 +140,8 @@ class Recorder:
         self.is_whole = self.is_whole and self._file.is_whole
 
     def _listen(self, topic: RecordedTopic) -> Subscription:
-        clock = self._simulation.clock
+        clock, name = self._simulation.clock, topic.name
+        write = cdr_writer(message_type(topic.type).__msgtype__)
         newest: Message | None = None
         data, is_reported = b"", False
 
@@ -147,14 +149,14 @@ class Recorder:
             nonlocal newest, data, is_reported
             if message is not newest:
                 try:
-                    data = to_cdr(message)
-                except CellwrightError as error:
+                    data = write(message)
+                except FAULTS:
                     if not is_reported:
                         is_reported = True
-                        self._report(f"{self._path}: {topic.name} is not recorded: {error}")
+                        self._report(f"{self._path}: {name} is not recorded: {_fault_of(message)}")
                     return
                 newest = message
-            self._file.add(self._channels[topic.name], clock.now, data)
+            self._file.add(self._channels[name], clock.now, data)
 
         return self._served.bus.subscribe(topic.name, on_message, node=NODE, passive=topic.type in PICTURES)
 
@@ -196,6 +198,15 @@ class Recorder:
 
     def _write(self, topic: str, data: bytes) -> None:
         self._file.add(self._channels[topic], self._simulation.now, data)
+
+
+def _fault_of(message: Message) -> str:
+    """Return the reason why a message cannot be encoded."""
+    try:
+        to_cdr(message)
+    except CellwrightError as error:
+        return str(error)
+    return "it has changed meanwhile"
 
 
 def _topics(served: Node) -> list[RecordedTopic]:

@@ -66,16 +66,18 @@ def points_message(picture: Picture, camera: PictureCamera) -> PointCloud2 | Non
     if picture.depth is None or (picture.colour is None and camera.description.has_colour):
         return None
     height, width = picture.depth.shape
-    points, colour = camera.pinhole.points(picture.depth), picture.colour
+    colour = picture.colour
     size = _POINT if colour is None else _COLOURED
+    points = np.empty((height, width, size // 4), np.float32)
+    camera.pinhole.points(picture.depth, points[..., :3])
     fields = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate("xyz")]
     if colour is not None:
         fields.append(PointField("rgb", _POINT, PointField.FLOAT32, 1))
-        packed = np.empty((height, width, 4), np.float32)
-        packed[..., :3] = points
-        red, green, blue = (colour[..., index].astype(np.uint32) for index in range(3))
-        packed[..., 3] = (red << 16 | green << 8 | blue).view(np.float32)  # three bytes in a float32
-        points = packed
+        packed = colour[..., 0].astype(np.uint32)  # red, green, blue: three bytes in a float32
+        for index in (1, 2):
+            packed <<= 8
+            packed |= colour[..., index]
+        points[..., 3] = packed.view(np.float32)
     return PointCloud2(
         header=header(camera.optical_frame, picture.time_ns),
         height=height,
@@ -97,7 +99,7 @@ def cloud_message(picture: Picture, camera: PictureCamera) -> PointCloud | None:
     points = points[np.isfinite(points[:, 2])]
     # the camera's axes in those of the optical frame: they need no matrix
     (forward, left, up) = (points[:, 2], -points[:, 0], -points[:, 1])
-    found = [Point32(*each) for each in zip(forward.tolist(), left.tolist(), up.tolist(), strict=True)]
+    found = [*map(Point32, forward.tolist(), left.tolist(), up.tolist())]
     return PointCloud(header(camera.frame, picture.time_ns), found, [])
 
 

@@ -5,7 +5,7 @@ choose from a table of the normal distribution's quantiles. It is exact to the e
 """
 
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -36,9 +36,16 @@ def blur_colour(
     deviation = noise.colour * factor * _WHITE
     if deviation == 0.0:
         return colour
-    shifts = np.rint(_quantiles() * deviation).astype(np.int16)
-    random = chance.bytes(sample, colour.size, _COLOUR_STREAM).reshape(colour.shape)
-    blurred: NDArray[np.uint8] = np.clip(colour + shifts[random], 0, _WHITE).astype(np.uint8)
+    random = chance.bytes(sample, colour.size, _COLOUR_STREAM).tobytes()
+    shifts = np.clip(np.rint(_quantiles() * deviation), -_WHITE, _WHITE)
+    up, down = (
+        np.frombuffer(random.translate(table.astype(np.uint8).tobytes()), np.uint8).reshape(colour.shape)
+        for table in (np.maximum(shifts, 0), np.maximum(-shifts, 0))
+    )
+    blurred = np.minimum(colour, _WHITE - up)  # sums of single bytes, which never overflow
+    blurred += up
+    np.maximum(blurred, down, out=blurred)
+    blurred -= down
     return blurred
 
 
@@ -204,12 +211,20 @@ class PictureCamera(Sensor[Picture]):
         Raises:
             UsageError: nothing can be drawn.
         """
+        return self._finish(self._expose(index))
+
+    def _expose(self, index: int) -> _Exposure:
+        """Request a picture of now, in all channels."""
         pose = self.world_T_camera
         pending = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
-        drawn = None if pending is None else self._service.fetch(pending)
+        return _Exposure(self.simulation.now, index, pose, pending)
+
+    def _finish(self, exposure: _Exposure) -> Picture:
+        """Wait for a picture that was requested by `_expose`."""
+        drawn = None if exposure.pending is None else self._service.fetch(exposure.pending)
         if drawn is None:
             raise UsageError(f"camera {self.name!r}: no picture, since rendering has failed in this run")
-        return self._developed(_Exposure(self.simulation.now, index, pose, pending), drawn)
+        return self._developed(exposure, drawn)
 
     def _sample(self, index: int) -> None:
         if not self.enabled:
@@ -313,3 +328,20 @@ class PictureCamera(Sensor[Picture]):
     def _drop_pending(self) -> None:
         super()._drop_pending()
         self._exposures.clear()
+
+
+def read_pictures(cameras: Iterable[PictureCamera]) -> list[Picture]:
+    """Return a picture of now from each of several cameras, of any number of cells and robots, in all their channels.
+
+    All are requested before the first one is awaited; one process draws those of all cells. A picture is equal to the
+    one that `PictureCamera.read` returns.
+
+    Raises:
+        UsageError: a camera is switched off, or rendering has failed in this run.
+
+    Example:
+        >>> read_pictures([])
+        []
+    """
+    exposures = [(camera, camera._expose(camera._latest_index())) for camera in cameras]
+    return [camera._finish(exposure) for camera, exposure in exposures]

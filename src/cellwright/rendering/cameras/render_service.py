@@ -1,4 +1,4 @@
-"""Render service: one process that draws the pictures of all of a cell's cameras.
+"""Render service: draws the pictures of all of a cell's cameras in the render process of this process's cells.
 
 A camera requests a picture in one tick and fetches it in a later one; physics continues meanwhile. The picture depends
 only on the frame of the tick of its request.
@@ -24,7 +24,8 @@ from cellwright.util.pose import Pose, Vector3
 
 if TYPE_CHECKING:
     from cellwright.rendering.scene.engine import SceneCapture
-    from cellwright.rendering.worker import RenderWorker
+    from cellwright.rendering.worker.client import RenderWorker
+    from cellwright.rendering.worker.shared import SharedRenderer
 
 _ABANDON_TIMEOUT = 0.5  # [s]
 
@@ -48,11 +49,11 @@ class PendingPicture:
         return all(each is None or each.done() for each in (self.colour, self.depth))
 
 
-def start_worker(scene: Scene) -> RenderWorker:
-    """Start a process that draws a scene."""
-    from cellwright.rendering.worker import RenderWorker  # not loaded by a plain run
+def share_worker(scene: Scene) -> SharedRenderer:
+    """Return a renderer of a scene in the process that all cells share."""
+    from cellwright.rendering.worker.shared import SharedRenderer  # not loaded by a plain run
 
-    return RenderWorker(scene)
+    return SharedRenderer(scene)
 
 
 class RenderService:
@@ -60,7 +61,7 @@ class RenderService:
 
     Args:
         capture: makes the capture of the simulation's scene; called for the first picture.
-        start: starts the render process; called for the first picture.
+        start: returns a renderer in another process; called for the first picture.
         about: point [m] from which the lamp is placed.
         report: receives a line when drawing has failed for good.
     """
@@ -69,7 +70,7 @@ class RenderService:
         self,
         simulation: Simulation,
         capture: Callable[[], SceneCapture],
-        start: Callable[[Scene], RenderWorker] = start_worker,
+        start: Callable[[Scene], RenderWorker | SharedRenderer] = share_worker,
         *,
         about: Vector3 = VIEWS["overview"].target,
         report: Callable[[str], None] = lambda _line: None,
@@ -80,7 +81,7 @@ class RenderService:
         self._report = report
         self._make_capture = capture
         self._capture: SceneCapture | None = None
-        self._worker: RenderWorker | None = None
+        self._worker: RenderWorker | SharedRenderer | None = None
         self._frame: SceneFrame | None = None
         self._tick = -1
         self._is_broken = False
@@ -107,6 +108,11 @@ class RenderService:
     def is_ready(self) -> bool:
         """True once the render process draws."""
         return self._worker is not None and self._worker.ready.done()
+
+    @property
+    def backend(self) -> str:
+        """Name of the renderer of the render process, once that is known; empty before its start."""
+        return "" if self._worker is None else self._worker.ready.result()
 
     def fetch(self, pending: PendingPicture) -> Drawn | None:
         """Wait for a requested picture, and return it; None if drawing failed."""

@@ -25,12 +25,12 @@ _CLOSE_TIMEOUT = 20.0  # [s], for pending requests
 
 
 class RenderWorker(ChildProcess):
-    """Process that draws one scene.
+    """Process that draws scenes.
 
     It ends when it is closed, and when its parent ends in any way. Either way it finishes all requests first.
 
     Args:
-        scene: the scene to draw.
+        scene: the scene to draw, its number 0; others are added by a request `scene`.
         max_pending: number of pending requests at which `has_room` turns False.
 
     Raises:
@@ -40,7 +40,7 @@ class RenderWorker(ChildProcess):
         error: reason why it ended without `close`; empty otherwise.
     """
 
-    def __init__(self, scene: Scene, *, max_pending: int = 8) -> None:
+    def __init__(self, scene: Scene | None = None, *, max_pending: int = 8) -> None:
         requested_backend()  # refused here, in the caller's process
         self.error = ""
         self._max_pending = max_pending
@@ -50,7 +50,7 @@ class RenderWorker(ChildProcess):
         self._is_closing = False
         log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
         super().__init__(wire.command(), environment=_environment(os.environ), stderr=log, read=self._read)
-        self.ready: Future[str] = self.ask("scene", scene)
+        self.ready: Future[str] = self.ask("scene", 0, scene or Scene("", ("world",), (), ()))
         """Name of its renderer, once that is known."""
 
     @property
@@ -63,13 +63,13 @@ class RenderWorker(ChildProcess):
         with self._changed:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
-    def colour(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
-        """Request a picture (height, width, 3), sRGB."""
-        return self.ask("colour", frame, request)
+    def colour(self, frame: SceneFrame, request: PictureRequest, scene: int = 0) -> Future[NDArray[np.uint8]]:
+        """Request a picture (height, width, 3), sRGB, of the scene with this number."""
+        return self.ask("colour", scene, frame, request)
 
-    def depth(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.float32]]:
-        """Request the depths [m] (height, width); see `CastRenderer.depth`."""
-        return self.ask("depth", frame, request)
+    def depth(self, frame: SceneFrame, request: PictureRequest, scene: int = 0) -> Future[NDArray[np.float32]]:
+        """Request the depths [m] (height, width) of the scene with this number; see `CastRenderer.depth`."""
+        return self.ask("depth", scene, frame, request)
 
     def ask(self, method: str, *arguments: object) -> Future[Any]:
         """Call a method of `Drawing` in the process.

@@ -41,7 +41,7 @@ class Drawing:
     def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:
         self._make = make
         self._answers: BinaryIO | None = answers
-        self._renderer: Renderer | None = None
+        self._renderers: dict[int, Renderer] = {}
         self._film: Film | None = None
         self._last: NDArray[np.uint8] | None = None
 
@@ -62,15 +62,18 @@ class Drawing:
         except CellwrightError as error:
             sys.stderr.write(f"{error}\n")
 
-    def _do_scene(self, scene: Scene) -> str:
-        self._renderer = self._make(scene)
-        return self._renderer.description
+    def _do_scene(self, number: int, scene: Scene) -> str:
+        self._renderers[number] = renderer = self._make(scene)
+        return renderer.description
 
-    def _do_colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
-        return np.ascontiguousarray(self._renderer_for(request).colour(frame, request))
+    def _do_forget(self, number: int) -> None:
+        self._renderers.pop(number, None)
 
-    def _do_depth(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.float32]:
-        return np.ascontiguousarray(self._renderer_for(request).depth(frame, request))
+    def _do_colour(self, scene: int, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
+        return np.ascontiguousarray(self._renderer_for(scene, request).colour(frame, request))
+
+    def _do_depth(self, scene: int, frame: SceneFrame, request: PictureRequest) -> NDArray[np.float32]:
+        return np.ascontiguousarray(self._renderer_for(scene, request).depth(frame, request))
 
     def _do_film(self, file: Path, width: int, height: int, rate: Fraction) -> None:
         from cellwright.rendering.worker.film import Film
@@ -81,7 +84,7 @@ class Drawing:
         if self._film is None:
             raise CellwrightError("no video is open")
         self._repeat(repeats)
-        picture = self._do_colour(frame, request)
+        picture = self._do_colour(0, frame, request)
         if caption:
             from cellwright.rendering.worker.lettering import write_line
 
@@ -100,11 +103,11 @@ class Drawing:
             if self._film is not None and self._last is not None:
                 self._film.add(self._last)
 
-    def _renderer_for(self, request: PictureRequest) -> Renderer:
+    def _renderer_for(self, scene: int, request: PictureRequest) -> Renderer:
         check_size(request.width, request.height)
-        if self._renderer is None:
+        if scene not in self._renderers:
             raise CellwrightError("no scene to draw")
-        return self._renderer
+        return self._renderers[scene]
 
     def _answer(self, number: int, value: object, error: str) -> None:
         if self._answers is None:
