@@ -161,7 +161,6 @@ def test_collision_culling_watched_run_has_equal_hashes(watch: Watcher) -> None:
     check()
 
 
-@pytest.mark.xfail(reason="a part may begin to ride in the very step in which a force acts on it", strict=True)
 def test_collision_culling_force_on_part_about_to_ride_lets_it_fall_back_on_belt() -> None:
     disk = ("disk_part", Spot("belt", 0.0, 0.0, 0.0003, 0.0, 0.0))
     for begin in range(20, 40):
