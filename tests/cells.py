@@ -125,6 +125,11 @@ def with_seed(trial: Trial, seed: int) -> Trial:
     return replace(trial, settings=CellSettings(seed=seed))
 
 
+def with_culling(trial: Trial, culling: bool) -> Trial:
+    """Return the trial with collision culling on or off."""
+    return replace(trial, settings=replace(trial.settings, collision_culling=culling))
+
+
 def region(lower: tuple[float, float, float], upper: tuple[float, float, float], at: Pose) -> DropRegion:
     """Return a drop region for rods."""
     return DropRegion("region", "piston_rod_part", lower, upper, at)
