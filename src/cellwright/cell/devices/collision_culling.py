@@ -498,7 +498,9 @@ class CollisionCulling(Device):
         touching = model.geom_bodyid[data.contact.geom[: data.ncon]]
         overlapping = self._overlaps.bodies
         carriers = movers.carriers.copy()
-        for row in rows[is_steady | (carriers[rows] >= 0)].tolist():
+        is_pushed = self._forces[movers.bodies[rows]].any(axis=1)
+        carriers[rows[is_pushed]] = -1
+        for row in rows[(is_steady | (carriers[rows] >= 0)) & ~is_pushed].tolist():
             body, weld = int(movers.bodies[row]), int(carriers[row])
             carrier = weld if weld >= 0 else self._belt
             others = touching[(touching == body).any(axis=1)]
