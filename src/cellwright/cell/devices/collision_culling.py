@@ -36,11 +36,7 @@ from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.engine.sleeping_groups import Groups, SleepingGroups, rotations
 
 MARGIN = 0.02
-"""Gap [m] below which bodies are taken for touching.
-
-Half of it covers what has been woken by a contact since the last check: `EXCESS` during `WINDOW`. Contacts begin at
-1 mm. The rest is reserve.
-"""
+"""Gap [m] below which bodies are taken for touching. Contacts begin at 1 mm; the rest is reserve."""
 
 KIN_MARGIN = 0.005
 """The same [m] for a held part and links of the mechanism that holds it, all of which are known to move."""
@@ -51,8 +47,11 @@ EXCESS = 0.2
 KIN_EXCESS = 3 * EXCESS
 """The same for a held part against a link behind it: on a wrist its lever may be three times the cup's."""
 
-WINDOW = 0.05
+WINDOW = 0.2
 """Maximum time [s] between two checks."""
+
+REVIEW = 0.1
+"""Time [s] between two reviews, which also close groups and find passengers, while anything is open."""
 
 SHORTEST = 4
 """What something could reach within this number of steps is open."""
@@ -301,20 +300,22 @@ class CollisionCulling(Device):
             self._review_due = tick + 1
             self._plan(0.0)
         else:
-            self._review_due = NEVER if is_calm else tick + max(1, int(WINDOW / self._step))
+            self._review_due = NEVER if is_calm else tick + max(1, int(REVIEW / self._step))
             self._watch(movers, groups)
             times += movers.watched
             self._plan(float(times.min(initial=WINDOW)))
 
     def _find_pushed(self) -> list[int]:
-        """Return the gliders that do not have the belt's velocity any more: someone has written another one."""
+        """Return the gliders that do not have the belt's velocity any more: a program has written another one."""
         gliders = self.gliders
         if not gliders:
             return []
-        velocities = self._velocities[self._dofs[list(gliders)]]
-        velocities[:, 1] += self._conveyor.speed
-        is_steady = (np.abs(velocities) < _STEADY).all(axis=1)
-        return [body for body, steady in zip(gliders, is_steady.tolist(), strict=True) if not steady]
+        deviation = self._velocities[self._dofs[list(gliders)]]
+        deviation[:, 1] += self._conveyor.speed
+        np.abs(deviation, out=deviation)
+        if (deviation < _STEADY).all():
+            return []
+        return [body for body, values in zip(gliders, deviation, strict=True) if not (values < _STEADY).all()]
 
     def _watch(self, movers: _Movers, groups: Groups) -> None:
         """Leave open groups out of the next checks."""
