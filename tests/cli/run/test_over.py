@@ -11,7 +11,7 @@ from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
 from tests.running.test_serving import ended, serving
 
-HASH = "4f3967b7"
+HASH = "c9103d1b"
 """Start of the state hash after kitter has worked the lesson's cell, in any process."""
 
 
