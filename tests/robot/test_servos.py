@@ -1,5 +1,6 @@
 """Servos against a plain version of their law; the recorded robot has its own tests."""
 
+import copy
 from dataclasses import replace
 from fractions import Fraction
 
@@ -271,3 +272,57 @@ def test_fastest_is_limited_by_engine_and_defaults() -> None:
     assert fastest(replace(turning, limits=Limits(velocity=3.0))) == 3.0
     assert fastest(replace(turning, limits=Limits())) == 10.0
     assert fastest(replace(turning, limits=Limits(), type=JointType.PRISMATIC)) == 1.0
+
+
+def test_every_drive_gives_requested_velocity_or_its_whole_effort() -> None:
+    simulation, servos = make_simulation(config=qinglong())
+    model, data, rng = simulation.model, simulation.data, np.random.default_rng(5)
+    names = [model.joint(joint).name for joint in range(model.njnt)]
+    order = [servos.joints.index(name) for name in names]
+    efforts = np.array([qinglong().robot.joint(name).limits.effort for name in names])
+    top = np.array([fastest(qinglong().robot.joint(name)) for name in names])
+    frictionless = copy.copy(model)
+    frictionless.dof_frictionloss[:] = 0.0
+    expected = mujoco.MjData(frictionless)
+    direct = limited = 0
+    for step in range(240):
+        if step % 24 == 0:
+            low, high = np.maximum(servos.lower, -1.0), np.minimum(servos.upper, 1.0)
+            servos.command(servos.read().positions + 0.1 * (rng.uniform(low, high) - servos.read().positions))
+        position, before = data.qpos.copy(), data.qvel.copy()
+        requested = np.clip(GAIN * (servos.targets[order] - data.qpos), -top, top)
+        simulation.step()
+        if data.nf:  # the engine's solver made this step
+            continue
+        direct += 1
+        given, shortfall = servos.read().efforts[order], requested - data.qvel
+        is_limited = np.abs(given) >= efforts * (1 - 1e-9)
+        limited += int(is_limited.sum())
+        assert (np.abs(given) <= efforts * (1 + 1e-6)).all()
+        assert shortfall[~is_limited] == pytest.approx(0.0, abs=1e-9)
+        assert (shortfall[is_limited] * given[is_limited] >= 0.0).all()
+        expected.qpos[:], expected.qvel[:], expected.qfrc_applied[:] = position, before, given
+        mujoco.mj_forward(frictionless, expected)
+        assert data.qvel == pytest.approx(before + expected.qacc / 240, abs=1e-6)
+    assert direct > 200
+    assert limited > 500
+
+
+def test_force_from_outside_is_left_to_engine() -> None:
+    simulation, servos = make_simulation()
+    simulation.step()
+    assert simulation.data.nf == 0
+    simulation.data.qfrc_applied[servos._dof[servos.joints.index("shoulder_right")]] = 1e4
+    simulation.step()
+    assert simulation.data.nf == simulation.model.nv
+    assert servos.read().velocities[servos.joints.index("shoulder_right")] > 0.0
+
+
+def test_joint_beyond_its_limit_is_left_to_engine() -> None:
+    simulation, servos = make_simulation()
+    number = servos.joints.index("shoulder_right")
+    simulation.step()
+    simulation.data.qpos[servos._qpos[number]] = servos.upper[number] + 0.01
+    simulation.step()
+    assert simulation.data.nl == 1
+    assert servos.read().velocities[number] < 0.0

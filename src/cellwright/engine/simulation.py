@@ -41,9 +41,9 @@ class Device(PlainState):
     """Base class of everything that acts in the simulation.
 
     Lifecycle: `attach` (once, by `Simulation.add`), then `reset` at the start of every run. In each tick come
-    `before_step`, `drive` and `after_step`, and `handle` for the events that it scheduled; `close` at the end. Only
-    hooks that a subclass overrides are called, and only while the device is `stepping`. A device with nothing to do for
-    a while calls `set_stepping(False)`.
+    `before_step`, `integrate`, `drive` and `after_step`, and `handle` for the events that it scheduled; `close` at the
+    end. Only hooks that a subclass overrides are called, and only while the device is `stepping`. A device with nothing
+    to do for a while calls `set_stepping(False)`.
 
     `get_state` returns the state as plain JSON values, which are part of the state hash and of snapshots. `STATE` names
     the plain attributes. For anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
@@ -91,6 +91,13 @@ class Device(PlainState):
 
     def before_step(self) -> None:
         """Write the inputs of the step from now to now + timestep."""
+
+    def integrate(self) -> bool:
+        """Make this step in place of the engine and return True, or return False for a step of the engine.
+
+        It is not called while another device overrides `drive`, which the engine's step calls.
+        """
+        return False
 
     def drive(self) -> None:
         """Change the constraints of the current step: the engine has set them up and not solved them yet.
@@ -218,6 +225,7 @@ class Simulation:
         """Number of runs so far. A change tells viewers that time starts again; it is not part of the state."""
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
+        self._integrate: Callable[[], bool] | None = None
         self._drive: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
         self._refreshed_at = -1
@@ -255,7 +263,10 @@ class Simulation:
         base = Device
         stepping = [device for device in self.devices.values() if device.stepping]
         self._before = [d.before_step for d in stepping if type(d).before_step is not base.before_step]
-        self._drive = [d.drive for d in stepping if type(d).drive is not base.drive]
+        driving = [d for d in stepping if type(d).drive is not base.drive]
+        self._drive = [d.drive for d in driving]
+        integrating = [d for d in stepping if type(d).integrate is not base.integrate]
+        self._integrate = integrating[0].integrate if integrating and driving == integrating else None
         self._after = [d.after_step for d in stepping if type(d).after_step is not base.after_step]
 
     @property
@@ -348,7 +359,9 @@ class Simulation:
         for hook in self._before:
             hook()
         try:
-            if self._drive:
+            if self._integrate is not None and self._integrate():
+                pass
+            elif self._drive:
                 mujoco.mj_step1(self.model, self.data)
                 for hook in self._drive:
                     hook()
