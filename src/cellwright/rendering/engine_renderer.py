@@ -1,6 +1,7 @@
 """Engine renderer: scenes drawn by MuJoCo's own renderer through OpenGL, in the look of the ray renderer."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -24,8 +25,11 @@ _SHADOW_SIZE = 2048  # [texels], side of the shadow map
 _SHADOW_REACH = (2.5, 6.5)  # [m], smallest and largest, around the point from which the lamp is placed
 _CUTOFF = 80.0  # [degrees], half the lamp's opening angle; the engine's maximum
 _SKY_SIDE, _FLOOR_SIDE = 64, 512  # [texels]
+_FAR_FLOOR = "far floor"  # first words of the names of floors for depths
 _UNSEEN, _TRANSLUCENT = 0, 5  # geom groups of the engine that are no layers
-_FLOOR_REACH, _FLOOR_STEP = 1.05 * _FAR, 2.1  # [m] of an endless floor around the camera, and between its vertices
+_FLOORS = ((42.0, 2.1), (1.05 * _FAR, 1.05 * _FAR))
+"""Reach [m] of an endless floor around the camera, and distance [m] of its vertices: for colours, which are lit at the
+vertices and end in the haze, and for depths."""
 
 # Fitted to pictures of the ray renderer. The engine adds light in sRGB, not linearly: these are no physical amounts.
 _AMBIENT = (0.643, 0.656, 0.664)
@@ -47,9 +51,11 @@ class EngineRenderer:
         self._model = model = self._scene.model
         self._groups = np.where(model.geom_rgba[:, 3] < 1, _TRANSLUCENT, model.geom_group)
         self._endless = (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (model.geom_size[:, :2] <= 0).all(axis=1)
+        is_far = np.array([model.geom(geom).name.startswith(_FAR_FLOOR) for geom in range(model.ngeom)])
+        self._floors = self._endless & ~is_far, self._endless & is_far
         self._drawn: Any = mujoco.MjvScene(model, model.ngeom + 100)
         self._drawn.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
-        self._target: Any = _make_target(model, self._endless)
+        self._target: Any = _make_target(model, self._floors)
         self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
     def colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
@@ -97,6 +103,7 @@ class EngineRenderer:
     def _place(self, frame: SceneFrame, request: PictureRequest, *, depth: bool) -> None:
         """Move the bodies and the camera to their poses."""
         camera, aspect = request.camera, request.width / request.height
+        turn = camera.world_R_optical
         self._scene.show(frame)
         option = mujoco.MjvOption()
         option.geomgroup[:] = 1
@@ -105,31 +112,31 @@ class EngineRenderer:
         everything = mujoco.mjtCatBit.mjCAT_ALL
         free = mujoco.MjvCamera()
         far = _FAR if depth else _HAZE[1]
-        seen = frame.shown[self._model.geom_bodyid]
+        seen = frame.shown[self._model.geom_bodyid] & ~self._floors[not depth]
         if depth or not request.shadows:  # what is out of view may cast a shadow into it
-            seen &= self._is_near_view(camera, aspect, far)
+            seen &= self._is_near_view(camera, turn, aspect, far)
         self._model.geom_group[:] = np.where(seen, self._groups, _UNSEEN)
-        self._aim(camera, aspect, far)  # puts endless floors under the camera, which the update then moves
+        self._aim(camera, turn, aspect, far)  # puts endless floors under the camera, which the update then moves
         mujoco.mjv_updateScene(self._model, self._scene.data, option, None, free, everything, self._drawn)
         place = np.cumsum(option.geomgroup[self._model.geom_group]) - 1  # of each geom among those to draw
-        for index in place[self._endless].tolist():
+        for index in place[self._floors[depth]].tolist():
             # the texture of a finite plane counts in halves of its size
-            self._drawn.geoms[index].texrepeat = (2 * _FLOOR_REACH / TILE,) * 2
-        self._aim(camera, aspect, far)
+            self._drawn.geoms[index].texrepeat = (2 * _FLOORS[depth][0] / TILE,) * 2
+        self._aim(camera, turn, aspect, far)
         for flag in (mujoco.mjtRndFlag.mjRND_HAZE, mujoco.mjtRndFlag.mjRND_SKYBOX):
             self._drawn.flags[flag] = not depth
 
-    def _is_near_view(self, camera: Camera, aspect: float, far: float) -> NDArray[np.bool_]:
+    def _is_near_view(self, camera: Camera, turn: NDArray[np.float64], aspect: float, far: float) -> NDArray[np.bool_]:
         """Return for each geom whether the sphere around it touches the pyramid that a camera sees."""
         radius = self._model.geom_rbound
-        right, down, ahead = ((self._scene.data.geom_xpos - camera.eye) @ camera.world_R_optical).T
+        right, down, ahead = ((self._scene.data.geom_xpos - camera.eye) @ turn).T
         near: NDArray[np.bool_] = self._endless | ((ahead > -radius) & (ahead < far + radius))
         for aside, slope in ((right, math.tan(camera.fov / 2) * aspect), (down, math.tan(camera.fov / 2))):
             near &= self._endless | (np.abs(aside) - slope * ahead < radius * math.hypot(1.0, slope))
         return near
 
-    def _aim(self, camera: Camera, aspect: float, far: float) -> None:
-        turn, top = camera.world_R_optical, _NEAR * math.tan(camera.fov / 2)
+    def _aim(self, camera: Camera, turn: NDArray[np.float64], aspect: float, far: float) -> None:
+        top = _NEAR * math.tan(camera.fov / 2)
         for eye in self._drawn.camera:
             eye.pos, eye.forward, eye.up = camera.eye, turn[:, 2], -turn[:, 1]
             eye.frustum_near, eye.frustum_far = _NEAR, far
@@ -149,14 +156,15 @@ class EngineRenderer:
         mujoco.mjr_readPixels(colour, depth, area, target)
 
 
-def _make_target(model: Any, endless: NDArray[np.bool_]) -> Any:
+def _make_target(model: Any, floors: Sequence[NDArray[np.bool_]]) -> Any:
     """Return the OpenGL objects of a model.
 
     The engine splits an endless plane into 40 000 quads; that takes longer to draw than the rest of a small picture.
     While the objects are made, endless planes are finite.
     """
     sizes = model.geom_size.copy()
-    model.geom_size[endless] = (_FLOOR_REACH, _FLOOR_REACH, _FLOOR_STEP)
+    for floor, (reach, step) in zip(floors, _FLOORS, strict=True):
+        model.geom_size[floor] = (reach, reach, step)
     target: Any = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
     model.geom_size[:] = sizes
     return target
@@ -194,9 +202,13 @@ def _set_surroundings(spec: Any) -> None:
     repeat = 2 / TILE  # the engine counts in half metres
     floor = spec.add_material(name="floor", texuniform=True, texrepeat=(repeat, repeat))
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    for geom in spec.geoms:
+    for number, geom in enumerate([*spec.geoms]):
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             geom.material = "floor"
+            if not geom.size[:2].any():
+                place = {"pos": geom.pos, "quat": geom.quat}
+                same = {"type": geom.type, "size": geom.size, "group": geom.group, "rgba": geom.rgba}
+                geom.parent.add_geom(name=f"{_FAR_FLOOR} {number}", contype=0, conaffinity=0, **place, **same)
 
 
 def _sky() -> NDArray[np.uint8]:

@@ -11,7 +11,7 @@ from cellwright.rendering.scene.scene import SEEN, Mesh, Scene, SceneShape, Shap
 from cellwright.rendering.scene.triangles import shape_triangles
 from cellwright.util.pose import Pose
 
-_TILE = 1.0  # [m], side of the squares of the floor whose static shapes are joined: a camera sees few of them
+_TILE = 4.0  # [m], side of the squares of the floor whose static shapes are joined: a camera sees few of them
 _CORNERS = ((0.005, 8), (0.01, 12), (0.02, 16), (0.1, 24), (math.inf, 32))
 """Corners of circles up to a radius [m]; their edges are at most 0.9 mm, or 0.5 % of it, too far inside."""
 
