@@ -10,7 +10,7 @@ from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.model.frames import TRAY_SURFACE
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.errors import CellwrightError
-from tests.cell.devices.floor import MM, Floor, down, named, one_of_each
+from tests.cell.devices.floor import MM, Floor, down, named
 
 KIT = {
     "gear_part": (-0.17, 0.25),
@@ -21,16 +21,6 @@ KIT = {
     "part2": (0.12, -0.2),
 }
 """Positions of a kit's parts around the middle of a tray [m]."""
-
-
-@pytest.fixture(scope="module")
-def shared() -> Floor:
-    return Floor(one_of_each())
-
-
-@pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
 
 
 def lay_kit(floor: Floor, agv: int = 1) -> None:

@@ -27,16 +27,6 @@ cellwright:
 """
 
 
-@pytest.fixture(scope="module")
-def shared() -> Floor:
-    return Floor(one_of_each())
-
-
-@pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
-
-
 def culling(floor: Floor) -> CollisionCulling:
     assert floor.cell.culling is not None
     return floor.cell.culling

@@ -7,20 +7,10 @@ from cellwright.cell.model.frames import BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose
-from tests.cell.devices.floor import MM, Floor, named, one_of_each
+from tests.cell.devices.floor import MM, Floor, named
 
 FRONT = -4.05
 """Face of the wall towards the belt: y in the world frame [m]."""
-
-
-@pytest.fixture(scope="module")
-def shared() -> Floor:
-    return Floor(one_of_each())
-
-
-@pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
 
 
 def is_gone(floor: Floor, name: str) -> bool:

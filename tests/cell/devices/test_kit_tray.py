@@ -10,19 +10,9 @@ from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose
-from tests.cell.devices.floor import MM, Floor, down, named, one_of_each
+from tests.cell.devices.floor import MM, Floor, down, named
 
 TRAY_1, TRAY_2 = (0.3, 3.15), (0.3, -3.15)
-
-
-@pytest.fixture(scope="module")
-def shared() -> Floor:
-    return Floor(one_of_each())
-
-
-@pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
 
 
 @pytest.fixture

@@ -22,11 +22,6 @@ def shared() -> Floor:
 
 
 @pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
-
-
-@pytest.fixture
 def parts(floor: Floor) -> Parts:
     return floor.cell.parts
 

@@ -26,11 +26,6 @@ def shared() -> Floor:
     return Floor(Trial("population", belt_parts=LIST, options=Options(belt_population_cycles=2)))
 
 
-@pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
-
-
 def population(floor: Floor) -> Population:
     assert floor.cell.population is not None
     return floor.cell.population

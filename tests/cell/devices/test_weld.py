@@ -15,11 +15,6 @@ def shared() -> Floor:
     return Floor(one_of_each(has_arm=False))
 
 
-@pytest.fixture
-def floor(shared: Floor) -> Floor:
-    return shared.reset()
-
-
 @pytest.mark.parametrize("first", [True, False])
 def test_weld_holds_part_at_pose_given_from_either_body(floor: Floor, first: bool) -> None:
     """The tray comes first in its weld; in the part's frame the pose is the inverse one."""

@@ -143,7 +143,7 @@ class Contacts(Overlay):
     """Arrow for each contact, as long as its force is strong."""
 
     LABEL = "Contacts and forces"
-    HINT = "Arrows of 1 cm per newton; sleeping bodies have none"
+    HINT = "Arrows of 1 cm per newton; none for what sleeps, rides the belt or hangs on the cup"
     REQUEST = "contacts"
 
     def draw(self, found: Any) -> None:
