@@ -258,14 +258,15 @@ class PeriodicCallbacks:
                 some_left = True
         heap = self._heap
         while heap and heap[0][0] <= now:
-            _due, rank, serial, index, watch = heapq.heappop(heap)
+            _due, rank, serial, index, watch = heap[0]
             if not watch.active or watch.cadence is None:
+                heapq.heappop(heap)
                 continue
             following = watch.cadence.due(index + 1)
             if following <= now:  # a period shorter than a tick: one sample a tick
                 index = watch.cadence.first_at(now + 1) - 1
                 following = watch.cadence.due(index + 1)
-            heapq.heappush(heap, (following, rank, serial, index + 1, watch))
+            heapq.heapreplace(heap, (following, rank, serial, index + 1, watch))
             watch.action(index)
         for watch in late:
             if watch.active:

@@ -203,6 +203,7 @@ class Publisher:
         self._topic = topic
         self._class = topic.message_class
         self._callbacks: tuple[Callback, ...] = ()
+        self._newest_since = -1  # simulation time [ns] at which the latest subscription began
         self._count = 0
         self.node = node
         self.latch = latch
@@ -243,7 +244,7 @@ class Publisher:
             raise UsageError(f"{self._topic.name} carries {self._topic.type}, not {describe_value(message)}")
         if self.latch:
             self._newest = message
-        elif measured is not None:
+        elif measured is not None and measured <= self._newest_since:
             for subscription in self._topic.subscriptions_to(self.node):
                 if subscription.since < measured:
                     subscription.callback(message)
@@ -266,6 +267,7 @@ class Publisher:
         before = self._callbacks
         subscriptions = self._topic.subscriptions_to(self.node)
         self._callbacks = tuple(each.callback for each in subscriptions)
+        self._newest_since = max((each.since for each in subscriptions), default=-1)
         self._count = sum(not each.is_passive for each in subscriptions)
         if self.on_listeners is not None and self._callbacks != before:
             self.on_listeners(self._count)
@@ -414,10 +416,11 @@ class Bus:
     def forget_latched(self) -> None:
         """Forget all latched messages, as when a run restarts; subscriptions stay, as if they had always existed."""
         for topic in self._topics.values():
-            for publisher in topic.publishers:
-                publisher.newest = None
             for subscription in topic.subscriptions:
                 subscription.since = -1
+            for publisher in topic.publishers:
+                publisher.newest = None
+                publisher.update_listeners()
 
     def latched(self) -> dict[str, list[str | None]]:
         """Return the newest messages of all latched topics as JSON values: CDR in base64, by topic and publisher."""

@@ -109,11 +109,11 @@ class SeenModels(NamedTuple):
 
     Attributes:
         indices: their indices in the scene.
-        poses: x, y, z [m] and quaternion (w, x, y, z) of each in the world.
+        poses: x, y, z [m] and quaternion (w, x, y, z) of each in the world, shape (n, 7).
     """
 
     indices: list[int]
-    poses: list[list[float]]
+    poses: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -291,7 +291,7 @@ class ModelSnapshot:
     def _find_seen(self) -> list[SeenModels]:
         """Find what each camera reports."""
         views, models = (self._in_view[self.nested_in] & self._reported).T.nonzero()
-        poses = self._poses[models].tolist()
+        poses = self._poses[models]
         ends = np.searchsorted(views, np.arange(self._reported.shape[1] + 1)).tolist()
         indices = models.tolist()
         return [SeenModels(indices[begin:end], poses[begin:end]) for begin, end in pairwise(ends)]
@@ -382,7 +382,10 @@ class LogicalCamera(Sensor[CameraReading]):
         self._view = scene.add_view(self.frustum, reported)
         self._camera_T_world = world_T_sensor.inverse()
         self._children = [f"{name}_{trimmed_name(model.name)}_frame" for model in scene.models]
+        self._trays = {kind: f"{name}_kit_tray_{kind.removeprefix('agv')}_frame" for kind in AGV_TYPES}
         self._frame = TfFrame("world", self.frame, world_T_sensor)
+        self._exact_of: tuple[list[int], bytes] = [], b""
+        self._exact: list[Pose] = []
 
     def reports(self, model: SceneModel) -> bool:
         """Return whether the camera reports this model when it is in view."""
@@ -413,21 +416,29 @@ class LogicalCamera(Sensor[CameraReading]):
             return ()
         # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
         noise = self.normal(index, _NOISE_A_MODEL * (seen.indices[-1] + 1)).reshape(-1, _NOISE_A_MODEL)
-        return tuple(map(self._detect, seen.indices, seen.poses, noise[seen.indices].tolist()))
+        return tuple(map(self._detect, seen.indices, self._exact_poses(seen), noise.take(seen.indices, 0).tolist()))
 
-    def _detect(self, index: int, world_T_model: Sequence[float], noise: Sequence[float]) -> Detection:
+    def _exact_poses(self, seen: SeenModels) -> list[Pose]:
+        """Return camera_T_model of the models in view; in most samples they are where they were."""
+        exact_of = seen.indices, seen.poses.tobytes()
+        if exact_of != self._exact_of:
+            poses, camera_T_world = seen.poses.tolist(), self._camera_T_world
+            self._exact = [camera_T_world @ Pose((x, y, z), (qw, qx, qy, qz)) for x, y, z, qw, qx, qy, qz in poses]
+            self._exact_of = exact_of
+        return self._exact
+
+    def _detect(self, index: int, camera_T_model: Pose, noise: Sequence[float]) -> Detection:
         model, child = self.scene.models[index], self._children[index]
-        x, y, z, qw, qx, qy, qz = world_T_model
-        camera_T_model = self._camera_T_world @ Pose((x, y, z), (qw, qx, qy, qz))
-        if model.type in AGV_TYPES:
-            tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
+        kind = model.type
+        if kind in AGV_TYPES:
+            tray = self._trays[kind]
             # the AGV is measured exactly; the noise goes into the pose of its tray, which is known, not measured
             frames = (TfFrame(self.frame, child, camera_T_model), TfFrame(child, tray, blurred(AGV_T_TRAY, noise)))
-            return Detection(model.name, model.type, camera_T_model, frames)
+            return Detection(model.name, kind, camera_T_model, frames)
         camera_T_model = blurred(camera_T_model, noise)
-        if model.type == TRAY_TYPE:
-            return Detection(model.name, model.type, camera_T_model, ())
-        return Detection(model.name, model.type, camera_T_model, (TfFrame(self.frame, child, camera_T_model),))
+        if kind == TRAY_TYPE:
+            return Detection(model.name, kind, camera_T_model, ())
+        return Detection(model.name, kind, camera_T_model, (TfFrame(self.frame, child, camera_T_model),))
 
 
 def blurred(pose: Pose, noise: Sequence[float]) -> Pose:

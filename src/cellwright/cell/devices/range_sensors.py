@@ -90,12 +90,14 @@ class Rays:
         # the box along the world's axes around all rays
         self._world_middle = self._axes.T @ self._middle
         self._world_half = np.abs(self._axes.T) @ self._half
-        self._model: mujoco.MjModel | None = None
+        self._data: mujoco.MjData | None = None
+        self._places = np.empty((0, 3))  # the engine's array of the geoms' middles
         self._balls: list[_Ball] = []
         self._coordinates: NDArray[np.intp] = np.empty((3, 0), dtype=np.intp)  # of the balls' middles, in `geom_xpos`
         self._ball_middles, self._ball_reaches = np.empty((3, 0)), np.empty((3, 0))
         self._radii, self._reaches = np.empty(0), np.empty((3, 0))  # by geom
         self._fixed = np.empty(0)
+        self._begins_in_fixed = False  # a ray would be stopped by a fixed object before it begins
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
         """Return the length of each ray from the source [m], shape (count,); `inf` if nothing stops it.
@@ -103,22 +105,23 @@ class Rays:
         Positions must be up to date (`Simulation.refresh`). Fixed objects are tested once; after that a ray is cast
         only if a movable object is near it.
         """
-        if simulation.model is not self._model:
+        if simulation.data is not self._data:
             self._find_fixed(simulation)
         distances = self._fixed.copy()
-        near = self._near(simulation)
+        near = self._near()
+        if not (near.size or self._begins_in_fixed):
+            return distances
         if near.size:
             to_movable = self._cast_rays(simulation.model, simulation.data, self._directions[near], with_fixed=False)
             distances[near] = np.minimum(distances[near], to_movable)
-        if self.nearest > 0.0:
-            for ray in np.flatnonzero(distances < self.nearest):
-                distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
+        for ray in np.flatnonzero(distances < self.nearest):
+            distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
         return distances
 
-    def _near(self, simulation: Simulation) -> NDArray[np.intp]:
+    def _near(self) -> NDArray[np.intp]:
         """Return the indices of the rays that pass through a ball around a movable object, in ascending order."""
         # first, and mostly sufficient: objects near the box around all rays; arrays of one shape are fastest
-        offsets = simulation.data.geom_xpos.take(self._coordinates)
+        offsets = self._places.take(self._coordinates)
         offsets -= self._ball_middles
         x, y, z = np.abs(offsets, out=offsets) <= self._ball_reaches
         close: NDArray[np.intp] = (x & y & z).nonzero()[0]
@@ -126,7 +129,7 @@ class Rays:
             return close
         # then their geoms near the box around all rays, along the axes of the source
         geoms = np.concatenate([self._balls[ball].geoms for ball in close.tolist()])
-        places = simulation.data.geom_xpos.take(geoms, axis=0)
+        places = self._places.take(geoms, axis=0)
         is_within = np.abs(self._axes @ places.T - self._middle) <= self._reaches[:, geoms]
         within: NDArray[np.intp] = is_within.all(axis=0).nonzero()[0]
         if not within.size:
@@ -151,11 +154,12 @@ class Rays:
         radii = np.array([ball.radius for ball in self._balls])
         self._ball_reaches = self._world_half + radii + _MARGIN
         self._ball_middles = np.repeat(self._world_middle, len(middles), axis=1)
-        self._model = model
+        self._data, self._places = simulation.data, simulation.data.geom_xpos
         alone = mujoco.MjData(model)
         mujoco.mj_kinematics(model, alone)
         alone.geom_xpos[movable] = _FAR_AWAY
         self._fixed = self._cast_rays(model, alone, self._directions)
+        self._begins_in_fixed = bool((self._fixed < self.nearest).any())
 
     def _cast_rays(
         self, model: mujoco.MjModel, data: mujoco.MjData, directions: NDArray[np.float64], *, with_fixed: bool = True
@@ -364,11 +368,15 @@ class LaserProfiler(RangeSensor[ProfileReading]):
         """Measure the outline now."""
         ranges = self._rays.cast(self.simulation)
         misses = ranges == math.inf
-        if not misses.all():
-            noisy = RANGE_SD * self.normal(index, FAN_RAY_COUNT)
+        miss_count = np.count_nonzero(misses)
+        if miss_count < FAN_RAY_COUNT:
+            noisy = self.normal(index, FAN_RAY_COUNT)
+            noisy *= RANGE_SD
             noisy += ranges
-            ranges = noisy.clip(self.nearest, self.farthest, out=noisy)
-            ranges[misses] = math.inf
+            np.maximum(noisy, self.nearest, out=noisy)
+            ranges = np.minimum(noisy, self.farthest, out=noisy)
+            if miss_count:
+                ranges[misses] = math.inf
         ranges.flags.writeable = False
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)
 

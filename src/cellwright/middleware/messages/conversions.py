@@ -80,7 +80,7 @@ def single(value: float) -> float:
 
 def floats(values: ArrayLike = ()) -> Floats:
     """Return numbers as the value of a `float64[]` field: a read-only copy."""
-    return _numbers(values, np.float64)
+    return _NO_FLOATS if isinstance(values, tuple) and not values else _numbers(values, np.float64)
 
 
 def singles(values: ArrayLike = ()) -> Singles:
@@ -100,7 +100,8 @@ def origin() -> Pose:
 
 def pose_message(pose: SpatialPose) -> Pose:
     """Return a pose as a message."""
-    return Pose(Point(*pose.position), _quaternion_message(pose))
+    w, x, y, z = pose.quaternion
+    return Pose(Point(*pose.position), Quaternion(x, y, z, w))
 
 
 def pose_from_message(message: Pose) -> SpatialPose:
@@ -114,7 +115,8 @@ def pose_from_message(message: Pose) -> SpatialPose:
 
 def transform_message(pose: SpatialPose) -> Transform:
     """Return a pose as a transform message."""
-    return Transform(Vector3(*pose.position), _quaternion_message(pose))
+    w, x, y, z = pose.quaternion
+    return Transform(Vector3(*pose.position), Quaternion(x, y, z, w))
 
 
 def pose_from_transform(message: Transform) -> SpatialPose:
@@ -175,14 +177,12 @@ def goal_status() -> GoalStatus:
 
 
 def _numbers(values: ArrayLike, dtype: type[N]) -> np.ndarray[tuple[int, ...], np.dtype[N]]:
-    array = np.array(values, dtype=dtype)
+    array = np.array(values, dtype)
     array.flags.writeable = False
     return array
 
 
-def _quaternion_message(pose: SpatialPose) -> Quaternion:
-    w, x, y, z = pose.quaternion
-    return Quaternion(x, y, z, w)
+_NO_FLOATS = _numbers((), np.float64)
 
 
 def _spatial_pose(p: Point | Vector3, q: Quaternion) -> SpatialPose:
