@@ -12,7 +12,7 @@ from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.client import Client
 from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH
 from cellwright.middleware.messages.conversions import pose_from_message
-from cellwright.util.pose import Pose, Quaternion, Vector3, normalized
+from cellwright.util.pose import Pose, Vector3, normalized
 
 BIN_SURFACE = 0.725
 """Height [m] of the surface that parts lie on in a bin."""
@@ -146,15 +146,16 @@ def distance(one: Pose, other: Pose) -> float:
 def mean_pose(poses: Iterable[Pose]) -> Pose:
     """Return the mean of poses close to each other: of positions, and of quaternions on one half sphere."""
     known = list(poses)
-    first = known[0].quaternion
-    total = [0.0, 0.0, 0.0, 0.0]
+    first_w, first_x, first_y, first_z = known[0].quaternion
+    x = y = z = qw = qx = qy = qz = 0.0
     for pose in known:
-        sign = math.copysign(1.0, sum(a * b for a, b in zip(first, pose.quaternion, strict=True)))
-        total = [sum_ + sign * value for sum_, value in zip(total, pose.quaternion, strict=True)]
-    quaternion: Quaternion = (total[0], total[1], total[2], total[3])
-    mean = [sum(pose.position[axis] for pose in known) / len(known) for axis in range(3)]
-    position: Vector3 = (mean[0], mean[1], mean[2])
-    return Pose(position, normalized(quaternion))
+        px, py, pz = pose.position
+        w, i, j, k = pose.quaternion
+        sign = math.copysign(1.0, first_w * w + first_x * i + first_y * j + first_z * k)
+        x, y, z = x + px, y + py, z + pz
+        qw, qx, qy, qz = qw + sign * w, qx + sign * i, qy + sign * j, qz + sign * k
+    count = len(known)
+    return Pose((x / count, y / count, z / count), normalized((qw, qx, qy, qz)))
 
 
 IMAGES = 8
