@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.collision_culling import SHORTEST, CollisionCulling
+from cellwright.cell.devices.collision_culling import CollisionCulling
+from cellwright.cell.devices.moving_bodies import SHORTEST
 from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import CellSettings

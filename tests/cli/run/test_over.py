@@ -11,7 +11,7 @@ from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
 from tests.running.test_serving import ended, serving
 
-HASH = "c9103d1b"
+HASH = "d63ded6c"
 """Start of the state hash after kitter has worked the lesson's cell, in any process."""
 
 

@@ -12,9 +12,8 @@ nothing can come of it:
 - If nothing is open but mechanisms that touch nothing, such as the arm, the engine skips contacts altogether.
 
 A check computes the gap between the bounding box of every moving body and that of every group and passenger. From gaps
-and speeds follows the time of the next check. Speeds may change before: each step compares all joint velocities with
-those of the last check, and checks again when a moving point could be faster by `EXCESS`. So a drive may be as strong
-as it likes.
+and speeds follows the time of the next check. Speeds may change before: joint velocities are compared with those of the
+last check, and a rise checks again. So a drive may be as strong as it likes.
 
 Wherever anything else touches anything all bodies take part, and the engine computes what it would compute without
 culling.
@@ -22,39 +21,29 @@ culling.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import mujoco
 import numpy as np
 
 from cellwright.cell.devices.conveyor import Conveyor
+from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies
 from cellwright.cell.devices.parts import Overlaps
 from cellwright.cell.model.furniture import BELT_GEOM
-from cellwright.engine.bounding_boxes import FAR, BodyBoxes, Boxes, Mask, Numbers, Vectors, facing, gaps, sides_at
+from cellwright.engine.bounding_boxes import Mask, Numbers, Vectors, facing, gaps
 from cellwright.engine.clock import NEVER
 from cellwright.engine.simulation import Device, Simulation, State
-from cellwright.engine.sleeping_groups import Groups, SleepingGroups, rotations
-
-MARGIN = 0.02
-"""Gap [m] below which bodies are taken for touching. Contacts begin at 1 mm; the rest is reserve."""
-
-KIN_MARGIN = 0.005
-"""The same [m] for a held part and links of the mechanism that holds it, all of which are known to move."""
-
-EXCESS = 0.2
-"""Speed [m/s] that a moving point may gain unnoticed after a check."""
-
-KIN_EXCESS = 3 * EXCESS
-"""The same for a held part against a link behind it: on a wrist its lever may be three times the cup's."""
+from cellwright.engine.sleeping_groups import Groups, SleepingGroups
 
 WINDOW = 0.2
 """Maximum time [s] between two checks."""
 
+LONGEST = 10 * WINDOW
+"""Longest time [s] that is considered: then speeds may rise by ten times `EXCESS` until the next check."""
+
+SELDOM = 4
+"""Number of steps between two comparisons of the velocities while only mechanisms move: they rarely hit anything."""
+
 REVIEW = 0.1
 """Time [s] between two reviews, which also close groups and find passengers, while anything is open."""
-
-SHORTEST = 4
-"""What something could reach within this number of steps is open."""
 
 CALM = 0.1
 """A group closes, and a part becomes a passenger, if nothing can reach it within this time [s]."""
@@ -66,49 +55,6 @@ A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
 """
 
 _NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-
-
-class _Kin(NamedTuple):
-    """Links that move relative to a part on a weld, in the same mechanism: the rows, and levers of their motion."""
-
-    rows: Numbers
-    levers: Vectors
-
-
-class _Movers(NamedTuple):
-    """Moving bodies, and the boxes that they may come to: rows and columns of the table of gaps.
-
-    Attributes:
-        links: number of links of mechanisms, the first rows.
-        free: number of links and of parts, the next rows; passengers are the last.
-        bodies: bodies of the rows.
-        carriers: what carries each row; -1 for nothing.
-        local: centres and half extents of their boxes in their own frames [m], both of shape (rows, 3, 1).
-        dofs: dofs that move them.
-        weights: how far each of these moves any point [m/rad, m/m].
-        levers: how far these move a point of each, shape (rows, dofs).
-        base: speed of each [m/s] to add to that of its dofs.
-        opposite: sides of the columns [m], shape (6, columns): groups, what is behind the belt's end, passengers.
-        never: infinite where row and column ignore each other, else 0.
-        watched: likewise, and infinite for open groups but in the rows of passengers.
-        kin: by column of a passenger, where its mechanism is articulated.
-        can_touch: True if links may touch each other.
-    """
-
-    links: int
-    free: int
-    bodies: Numbers
-    carriers: Numbers
-    local: tuple[Vectors, Vectors]
-    dofs: Numbers
-    weights: Vectors
-    levers: Vectors
-    base: Vectors
-    opposite: Vectors
-    never: Vectors
-    watched: Vectors
-    kin: dict[int, _Kin]
-    can_touch: bool
 
 
 class CollisionCulling(Device):
@@ -131,7 +77,9 @@ class CollisionCulling(Device):
         self._overlaps = overlaps
         self._woken: set[int] = set()
         self._due = self._review_due = 0
-        self._movers: _Movers | None = None
+        self._every = 1
+        self._excess = 0.0
+        self._movers: Movers | None = None
         self._is_awake: Mask = np.zeros(0, dtype=np.bool_)
 
     @property
@@ -162,21 +110,11 @@ class CollisionCulling(Device):
         self._gravcomp = model.body_gravcomp.copy()
         self._tree = model.body_treeid.astype(np.int64)
         self._is_closed = np.zeros(model.nbody, dtype=np.bool_)
-        self._boxes = BodyBoxes(model)
-        self._parts, self._links = self._find_trees()
-        self._sleeping = SleepingGroups(model, self._boxes, self._parts, self._links)
         self._belt = int(model.geom_bodyid[model.geom(BELT_GEOM).id])
-        behind = np.full((6, 1), -FAR)
-        behind[4] = -self._sleeping.fixed[self._belt].sides[1, 0]  # it moves towards -y
-        self._behind_belt = Boxes(behind, np.array([-1]), np.array([-1]))
-        self._moving = np.array([body for body in self._boxes.bodies if self._tree[body] >= 0], dtype=np.int64)
-        self._levers = {body: self._boxes.levers(body) for body in self._moving.tolist()}
-        self._weights = np.max([np.zeros(model.nv), *self._levers.values()], axis=0)
-        """Maximum speed of any point for each unit of a joint velocity [m/rad, m/m]."""
+        self._moving = moving = MovingBodies(model, self._belt)
+        self._sleeping = SleepingGroups(model, moving.boxes, moving.parts, moving.links)
+        self._belt_end = float(self._sleeping.fixed[self._belt].sides[1, 0])
         self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
-        self._dof_tree = model.dof_treeid.astype(np.int64)
-        self._turns = model.jnt_type[model.dof_jntid] == mujoco.mjtJoint.mjJNT_HINGE
-        self._welds = self._find_welds()
         self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
         self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
         self._step = float(model.opt.timestep)
@@ -199,6 +137,8 @@ class CollisionCulling(Device):
             "due": self._due,
             "review_due": self._review_due,
             "contacts": not self.simulation.model.opt.disableflags & _NO_CONTACTS,
+            "every": self._every,
+            "excess": self._excess,
             "reference": self._reference.tolist(),
         }
 
@@ -213,9 +153,9 @@ class CollisionCulling(Device):
         self._awake_count = len(state["awake"])
         self._woken.clear()
         self._woken.update(state["woken"])
-        self._due, self._review_due = state["due"], state["review_due"]
+        self._due, self._review_due, self._every = state["due"], state["review_due"], state["every"]
         self._allow_contacts(state["contacts"])
-        self._reference = np.array(state["reference"])
+        self._excess, self._reference = state["excess"], np.array(state["reference"])
 
     def before_step(self) -> None:
         """Check if it is time, or if something was woken or pushed, or has become faster."""
@@ -231,38 +171,66 @@ class CollisionCulling(Device):
 
     def _check_if_due(self) -> None:
         simulation = self.simulation
-        is_due = self._woken or simulation.clock.tick >= self._due or simulation.data.ntree_awake != self._awake_count
-        if not is_due:
-            movers = self._find_movers()
-            change = np.abs(self._velocities[movers.dofs] - self._reference)
-            is_due = change.dot(movers.weights) > EXCESS or self._forces.tobytes() != self._no_forces
-        if is_due:
+        tick = simulation.clock.tick
+        if (
+            self._woken
+            or tick >= self._due
+            or simulation.data.ntree_awake != self._awake_count
+            or (tick % self._every == 0 and self._is_faster())
+            or self._forces.tobytes() != self._no_forces
+        ):
             self._check()
 
+    def _is_faster(self) -> bool:
+        """Return whether a point may move faster than the last check assumed."""
+        movers = self._find_movers()
+        change = np.abs(self._velocities[movers.dofs] - self._reference)
+        return bool(change.dot(movers.weights) > self._excess)
+
     def _check(self) -> None:
-        """Plan the next check, or review everything if something closed may be touched before."""
+        """Plan the next check, or review everything if something may have to be opened or closed."""
         simulation = self.simulation
         simulation.refresh()
         is_awake = self._asleep < 0
-        if not self._woken and simulation.clock.tick < self._review_due and (is_awake == self._is_awake).all():
+        if not self._woken and (is_awake == self._is_awake).all() and self._forces.tobytes() == self._no_forces:
             movers = self._find_movers()
-            times = self._times(movers, self._sides(movers), self._speeds(movers))
-            times += movers.watched
-            until = float(times.min(initial=WINDOW))
-            if until >= self._soon and self._forces.tobytes() == self._no_forces and not self._find_pushed():
-                self._plan(until)
+            times = self._times(movers, movers.sides(simulation.data))
+            until = (times + movers.watched).min(initial=LONGEST)
+            is_safe = until >= self._soon and not self._find_pushed()
+            if is_safe and (simulation.clock.tick < self._review_due or not self._can_close(movers, times)):
+                self._plan(movers, until)
                 return
         self._review(is_awake)
+
+    def _can_close(self, movers: Movers, times: Vectors) -> bool:
+        """Return whether a review may close something; if not, the next one has time."""
+        groups = self._sleeping.find(self.simulation.data, self._is_awake)
+        if movers.free > movers.links or (self._find_open(groups) & (self._left(movers, times, groups) > CALM)).any():
+            return True
+        self._review_due = self._next_review()
+        return False
+
+    def _left(self, movers: Movers, times: Vectors, groups: Groups) -> Vectors:
+        """Return the time [s] in which anything that moves could reach each group."""
+        times = times + movers.never
+        left = times[: movers.free, : len(groups.boxes)].min(axis=0, initial=np.inf)
+        return np.asarray(np.minimum.reduceat(left, groups.first_box))
+
+    def _times(self, movers: Movers, sides: Vectors) -> Vectors:
+        return movers.times(sides, np.abs(self._velocities[movers.dofs]))
 
     def _check_next(self) -> None:
         """Check before the next step: a position was written directly."""
         self._due = 0
 
-    def _plan(self, until: float) -> None:
-        """Plan the next check for at most `until` [s] from now."""
-        steps = int(until / self._step) if until > self._step else 1  # also where a position is not a number
+    def _plan(self, movers: Movers, until: float) -> None:
+        """Plan the next check: for the time `until` [s], or earlier, and then speeds may rise by more meanwhile."""
+        window = min(float(until), WINDOW)
+        steps = int(window / self._step) if window > self._step else 1  # also where a position is not a number
         self._due = self.simulation.clock.tick + steps
-        self._reference = self._velocities[self._movers.dofs] if self._movers is not None else np.zeros(0)
+        self._excess = EXCESS * float(until) / window
+        self._every = 1 if movers.free > movers.links else SELDOM
+        self._reference = self._velocities[movers.dofs]
 
     def _review(self, is_awake: Mask) -> None:
         """Open what may be touched soon, close what cannot, and look for new passengers."""
@@ -275,53 +243,53 @@ class CollisionCulling(Device):
             self._is_awake, self._movers = is_awake, None
             self._awake_count = int(is_awake.sum())
         movers = self._find_movers()
-        sides, speeds = self._sides(movers, woken), self._speeds(movers)
-        times = self._times(movers, sides, speeds)
-        times += movers.never
-        count = len(groups.boxes)
-        left = np.minimum.reduceat(times[: movers.free, :count].min(axis=0, initial=np.inf), groups.first_box)
+        sides = movers.sides(data)
+        self._moving.update(sides, movers, data, woken)
+        times = self._times(movers, sides)
+        left = self._left(movers, times, groups)
         closed = self._is_closed[groups.bodies]
         for group in np.flatnonzero(np.logical_or.reduceat(closed, groups.first) & (left < self._soon)).tolist():
             self._open(groups.members(group))
         for group in np.flatnonzero(~np.logical_and.reduceat(closed, groups.first) & (left > CALM)).tolist():
             self._close(groups.members(group))
-        riding = np.minimum(times[movers.free :].min(axis=1), times[:, count + 1 :].min(axis=0, initial=np.inf))
+        times, first = times + movers.never, len(groups.boxes) + 1
+        riding = np.minimum(times[movers.free :].min(axis=1), times[:, first:].min(axis=0, initial=np.inf))
         leaving = [body for body, time in zip(list(self.passengers), riding.tolist(), strict=True) if time < self._soon]
         for body in leaving:
             self._put_down(body, groups)
-        joining = self._find_passengers(movers, sides, speeds, groups)
+        joining = self._find_passengers(movers, sides, groups)
         for body, carrier in joining:
             self._take_along(body, carrier)
-        is_closed = np.logical_and.reduceat(self._is_closed[groups.bodies], groups.first)
-        is_calm = bool(is_closed.all()) and movers.links == movers.free and not leaving
+        is_open = self._find_open(groups)
+        is_calm = not is_open.any() and movers.links == movers.free and not leaving
         self._allow_contacts(not is_calm or movers.can_touch)
-        tick = self.simulation.clock.tick
         if woken or leaving or joining:
-            self._review_due = tick + 1
-            self._plan(0.0)
+            self._due = self._review_due = self.simulation.clock.tick + 1
         else:
-            self._review_due = NEVER if is_calm else tick + max(1, int(REVIEW / self._step))
-            self._watch(movers, groups)
-            times += movers.watched
-            self._plan(float(times.min(initial=WINDOW)))
+            self._review_due = NEVER if is_calm else self._next_review()
+            movers.watch(is_open[groups.of_box])
+            self._plan(movers, (times + movers.watched).min(initial=LONGEST))
+
+    def _find_open(self, groups: Groups) -> Mask:
+        """Return which groups are open."""
+        return np.asarray(~np.logical_and.reduceat(self._is_closed[groups.bodies], groups.first))
+
+    def _next_review(self) -> int:
+        return self.simulation.clock.tick + max(1, int(REVIEW / self._step))
 
     def _find_pushed(self) -> list[int]:
         """Return the gliders that do not have the belt's velocity any more: a program has written another one."""
         gliders = self.gliders
         if not gliders:
             return []
-        deviation = self._velocities[self._dofs[list(gliders)]]
-        deviation[:, 1] += self._conveyor.speed
-        np.abs(deviation, out=deviation)
-        if (deviation < _STEADY).all():
-            return []
-        return [body for body, values in zip(gliders, deviation, strict=True) if not (values < _STEADY).all()]
+        is_steady = self._are_steady(list(gliders))
+        return [] if is_steady.all() else [body for body, steady in zip(gliders, is_steady, strict=True) if not steady]
 
-    def _watch(self, movers: _Movers, groups: Groups) -> None:
-        """Leave open groups out of the next checks."""
-        is_open = ~np.logical_and.reduceat(self._is_closed[groups.bodies], groups.first)
-        np.copyto(movers.watched, movers.never)
-        movers.watched[: movers.free, : len(groups.boxes)][:, is_open[groups.of_box]] = np.inf
+    def _are_steady(self, bodies: list[int] | Numbers) -> Mask:
+        """Return which parts move as the belt does."""
+        deviation = self._velocities[self._dofs[bodies]]
+        deviation[:, 1] += self._conveyor.speed
+        return np.asarray((np.abs(deviation) < _STEADY).all(axis=1))
 
     def _wake_up(self, is_awake: Mask) -> list[int]:
         """Open what was woken or pushed, with its groups, and mark it as awake.
@@ -339,7 +307,8 @@ class CollisionCulling(Device):
         woken = sorted(trees)
         bodies: list[int] = self.simulation.model.tree_bodyadr[woken].tolist()
         is_awake[woken] = ~self._is_closed[bodies]  # as before
-        if (self._is_closed[self._moving] & is_awake[self._tree[self._moving]]).any():
+        moving = self._moving.bodies
+        if (self._is_closed[moving] & is_awake[self._tree[moving]]).any():
             self._open_all()  # woken past the simulation, as by a force on a joint
         if woken:
             groups = self._sleeping.find(self.simulation.data, is_awake)
@@ -351,38 +320,6 @@ class CollisionCulling(Device):
             is_awake[woken] = True
         return bodies
 
-    def _find_trees(self) -> tuple[Numbers, dict[int, list[int]]]:
-        """Return the free bodies, and the touchable bodies of each other tree."""
-        model = self.simulation.model
-        touchable = set(self._boxes.bodies)
-        parts, links = [], {}
-        for tree in range(model.ntree):
-            first = int(model.tree_bodyadr[tree])
-            bodies = [body for body in range(first, first + int(model.tree_bodynum[tree])) if body in touchable]
-            if bodies == [first] and model.jnt_type[model.body_jntadr[first]] == mujoco.mjtJoint.mjJNT_FREE:
-                parts.append(first)
-            else:
-                links[tree] = bodies
-        return np.array(parts, dtype=np.int64), links
-
-    def _find_welds(self) -> dict[int, list[tuple[int, int]]]:
-        """Return the welds of each part, and the body at their other end."""
-        model = self.simulation.model
-        parts = set(self._parts.tolist())
-        welds: dict[int, list[tuple[int, int]]] = {body: [] for body in parts}
-        for weld in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_WELD).tolist():
-            ends = int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])
-            for body, other in (ends, ends[::-1]):
-                if body in parts and other not in parts:
-                    welds[body].append((weld, other))
-        return welds
-
-    def _carrier(self, body: int) -> int:
-        """Return the body at the other end of a part's only active weld, -1 if there is no such weld."""
-        active = self.simulation.data.eq_active
-        ends = [other for weld, other in self._welds[body] if active[weld]]
-        return ends[0] if len(ends) == 1 else -1
-
     def _forget(self) -> None:
         """Forget everything that follows from what sleeps, and where."""
         self._is_awake = np.ones(len(self._asleep), dtype=np.bool_)
@@ -390,111 +327,23 @@ class CollisionCulling(Device):
         self._movers = None
         self._sleeping.forget()
 
-    def _find_movers(self) -> _Movers:
+    def _find_movers(self) -> Movers:
         """Return what moves; it changes with what is awake, what is carried, and by what."""
         if self._movers is None:
-            self._movers = self._make_movers(self._sleeping.find(self.simulation.data, self._is_awake))
+            data = self.simulation.data
+            groups = self._sleeping.find(data, self._is_awake)
+            self._movers = self._moving.movers(
+                data, self._is_awake, groups, self.passengers, belt_end=self._belt_end, belt_speed=self._conveyor.speed
+            )
+            self._movers.watch(self._find_open(groups)[groups.of_box])
         return self._movers
 
-    def _make_movers(self, groups: Groups) -> _Movers:
-        links = [body for tree, bodies in self._links.items() if self._is_awake[tree] for body in bodies]
-        loose = self._parts[self._is_awake[self._tree[self._parts]]].tolist()
-        parts = [body for body in loose if body not in self.passengers]
-        bodies = np.array([*links, *parts, *self.passengers], dtype=np.int64)
-        free, count = len(links) + len(parts), len(groups.boxes)
-        carriers = np.array(
-            [-1] * len(links) + [self._carrier(body) for body in parts] + list(self.passengers.values()), dtype=np.int64
-        )
-        is_gliding = carriers == self._belt
-        boxes = self._boxes.at(bodies, np.zeros((len(bodies), 3)), np.zeros((len(bodies), 9)))
-        columns = Boxes.joined([groups.boxes, self._behind_belt, boxes.some(slice(free, None))])
-        never = np.where(boxes.ignore(columns), np.inf, 0.0)
-        never[~is_gliding, count] = np.inf
-        never[:, :count][is_gliding[:, None] & (groups.fixed_body == self._belt)] = np.inf
-        never[:, count + 1 :][carriers[:, None] == carriers[free:]] = np.inf
-        kin = {}
-        for column, (body, carrier) in enumerate(self.passengers.items(), count + 1):
-            if carrier != self._belt:
-                relative = self._relative_levers(body, carrier, links)
-                related = self._tree[links] == self._tree[carrier]
-                moving = relative.any(axis=1)
-                never[: len(links), column][related & ~moving] = np.inf
-                rows = np.flatnonzero(related & moving)
-                if len(rows):
-                    kin[column] = _Kin(rows, relative[rows])
-        dofs = np.flatnonzero(np.isin(self._dof_tree, self._tree[bodies[~is_gliding]]))
-        levers = np.array([self._levers[body][dofs] for body in bodies.tolist()]).reshape(len(bodies), len(dofs))
-        movers = _Movers(
-            links=len(links),
-            free=free,
-            bodies=bodies,
-            carriers=carriers,
-            local=self._boxes.local(bodies),
-            dofs=dofs,
-            weights=self._weights[dofs],
-            levers=levers,
-            base=np.where(is_gliding, self._conveyor.speed, EXCESS),
-            opposite=facing(columns.sides),
-            never=never,
-            watched=never.copy(),
-            kin={column: _Kin(each.rows, each.levers[:, dofs]) for column, each in kin.items()},
-            can_touch=not boxes.some(slice(len(links))).ignore(boxes.some(slice(len(links)))).all(),
-        )
-        self._watch(movers, groups)
-        return movers
-
-    def _relative_levers(self, body: int, carrier: int, links: list[int]) -> Vectors:
-        """Return how far joints move a welded part relative to links [m/rad, m/m], shape (links, dofs of the model)."""
-        model, data = self.simulation.model, self.simulation.data
-        welds = [weld for weld, _ in self._welds[body] if data.eq_active[weld]]
-        apart = np.linalg.norm(model.eq_data[welds, 3:6], axis=1).max(initial=0.0)  # of the bodies' origins
-        reach = apart + self._boxes.radius[body]
-        levers = self._levers[carrier] + reach * (self._turns & (self._levers[carrier] > 0.0))
-        return np.array([np.where(self._levers[link] > 0.0, 0.0, levers) for link in links]).reshape(-1, len(levers))
-
-    def _sides(self, movers: _Movers, woken: list[int] | None = None) -> Vectors:
-        """Return the sides of the moving boxes; the engine may not yet update the poses of what was woken."""
-        data = self.simulation.data
-        positions, matrices = data.xpos[movers.bodies], data.xmat[movers.bodies]
-        for body in woken or ():
-            if body in self._welds:
-                row = int(np.flatnonzero(movers.bodies == body)[0])
-                address = int(self.simulation.model.jnt_qposadr[self.simulation.model.body_jntadr[body]])
-                pose = data.qpos[address : address + 7]
-                positions[row], matrices[row] = pose[:3], rotations(pose[None, 3:])[0]
-        return sides_at(*movers.local, positions, matrices)
-
-    def _speeds(self, movers: _Movers) -> Vectors:
-        """Return the maximum speed of a point of each body until the next check [m/s]."""
-        return np.asarray(movers.levers @ np.abs(self._velocities[movers.dofs]) + movers.base)
-
-    def _times(self, movers: _Movers, sides: Vectors, speeds: Vectors) -> Vectors:
-        """Return the time [s] in which each row could come within the margin of each column."""
-        free, first = movers.free, movers.opposite.shape[1] - len(self.passengers)
-        movers.opposite[:, first:] = facing(sides[:, free:])
-        found = gaps(sides, movers.opposite)
-        near = {column: found[each.rows, column] for column, each in movers.kin.items()}
-        found -= MARGIN
-        found[:, :first] /= speeds[:, None]
-        found[:, first:] /= speeds[:, None] + speeds[free:]
-        for column, each in movers.kin.items():
-            found[each.rows, column] = self._kin_times(movers, each, near[column])
-        return found
-
-    def _kin_times(self, movers: _Movers, kin: _Kin, gap: Vectors) -> Vectors:
-        speeds = kin.levers @ np.abs(self._velocities[movers.dofs]) + KIN_EXCESS
-        return np.asarray((gap - KIN_MARGIN) / speeds)
-
-    def _find_passengers(
-        self, movers: _Movers, sides: Vectors, speeds: Vectors, groups: Groups
-    ) -> list[tuple[int, int]]:
+    def _find_passengers(self, movers: Movers, sides: Vectors, groups: Groups) -> list[tuple[int, int]]:
         """Return parts that something carries and that touch nothing else, nor will for a while; and their carriers."""
         rows = np.arange(movers.links, movers.free)
         if not len(rows):
             return []
-        velocities = self._velocities[self._dofs[movers.bodies[rows]]]
-        velocities[:, 1] += self._conveyor.speed
-        is_steady = (np.abs(velocities) < _STEADY).all(axis=1) & (self._conveyor.speed > 0.0)
+        is_steady = self._are_steady(movers.bodies[rows]) & (self._conveyor.speed > 0.0)
         model, data = self._last_step
         touching = model.geom_bodyid[data.contact.geom[: data.ncon]]
         overlapping = self._overlaps.bodies
@@ -511,19 +360,19 @@ class CollisionCulling(Device):
             failing = [
                 row
                 for row in rows[carriers[rows] >= 0].tolist()
-                if not self._is_calm(movers, row, carriers, sides, speeds, groups)
+                if not self._is_calm(movers, row, carriers, sides, groups)
             ]
             if not failing:
                 found = rows[carriers[rows] >= 0]
                 return list(zip(movers.bodies[found].tolist(), carriers[found].tolist(), strict=True))
             carriers[failing] = -1
 
-    def _is_calm(
-        self, movers: _Movers, row: int, carriers: Numbers, sides: Vectors, speeds: Vectors, groups: Groups
-    ) -> bool:
+    def _is_calm(self, movers: Movers, row: int, carriers: Numbers, sides: Vectors, groups: Groups) -> bool:
         """Return whether a part would meet nothing for a while if it and others were passengers of these carriers."""
         count, carrier = len(groups.boxes), int(carriers[row])
         is_gliding = carrier == self._belt
+        velocities = np.abs(self._velocities[movers.dofs])
+        speeds = movers.speeds(velocities)
         speed = self._conveyor.speed if is_gliding else speeds[row]
         ahead, met = (
             gaps(sides[:, row : row + 1], each)[0] for each in (movers.opposite[:, : count + 1], facing(sides))
@@ -532,14 +381,10 @@ class CollisionCulling(Device):
         ahead[-1] = ahead[-1] if is_gliding else np.inf
         met[carriers == carrier] = np.inf
         if not is_gliding:
-            links = movers.bodies[: movers.links]
-            relative = self._relative_levers(int(movers.bodies[row]), carrier, links.tolist())
-            rows = np.flatnonzero(self._tree[links] == self._tree[carrier])
-            kin = _Kin(rows, relative[rows][:, movers.dofs])
-            is_moving = kin.levers.any(axis=1)
-            if (self._kin_times(movers, kin, met[rows])[is_moving] < 2 * self._soon).any():
+            kin = self._moving.kin(self.simulation.data, movers, row, carrier)
+            if (kin.times(met[kin.rows], velocities)[kin.levers.any(axis=1)] < 2 * self._soon).any():
                 return False
-            met[rows] = np.inf
+            met[kin.rows] = np.inf
         return bool(((ahead - MARGIN) / speed > CALM).all() and ((met - MARGIN) / (speed + speeds) > CALM).all())
 
     def _take_along(self, body: int, carrier: int) -> None:
@@ -580,6 +425,7 @@ class CollisionCulling(Device):
         self.simulation.model.body_gravcomp[:] = self._gravcomp
         self._allow_contacts(True)
         self._due = self._review_due = 0
+        self._every, self._excess = 1, 0.0
         self._reference = np.zeros(0)
         self._forget()
 
