@@ -1,4 +1,4 @@
-"""Moving bodies of a cell: what their boxes may come to, when, and how far the joints may travel before."""
+"""Moving bodies of a cell, what their boxes may come to, and when."""
 
 from __future__ import annotations
 
