@@ -46,7 +46,7 @@ class Job(NamedTuple):
 
 @dataclasses.dataclass
 class Run:
-    """One run: its result, its commands with their times [s], and the positions [m] of parts in play (else NaN)."""
+    """One run: its result, its commands with their times [s], and the positions [m] of parts in play."""
 
     outcome: str
     points: float
@@ -54,7 +54,7 @@ class Run:
     collisions: int
     seconds: float
     commands: list[tuple[float, str, list[Any]]]
-    positions: list[NDArray[np.float64]]
+    positions: list[dict[str, NDArray[np.float64]]]
 
 
 @dataclasses.dataclass
@@ -107,20 +107,21 @@ def leaves(value: Any) -> Iterator[Any]:
         yield value
 
 
-def work(job: Job, *, culling: bool) -> tuple[Run, list[str]]:
-    """Run a job; return the run, and the names of the parts."""
+def work(job: Job, *, culling: bool) -> Run:
+    """Run a job."""
     sensors = [] if job.trial == "lesson" else [find_trial("kitter_sensors")]
     trial = with_culling(load_trial(find_trial(job.trial), *sensors), culling)
     cell = Cell(trial if job.seed is None else vary(trial, job.seed), seed=job.seed)
     commands: list[tuple[float, str, list[Any]]] = []
-    positions: list[NDArray[np.float64]] = []
+    positions: list[dict[str, NDArray[np.float64]]] = []
 
     def note(given: ExternalInput) -> None:
         commands.append((cell.simulation.time, given.name, list(leaves(given.message))))
 
     def look(_number: int) -> None:
-        in_play = np.array([part.name in cell.parts.in_play for part in cell.parts.all])
-        positions.append(np.where(in_play[:, None], cell.parts.positions(), np.nan))
+        names, in_play = [part.name for part in cell.parts.all], cell.parts.in_play
+        found = zip(names, cell.parts.positions(), strict=True)
+        positions.append({name: position for name, position in found if name in in_play})
 
     cell.bus.on_input.append(note)
     cell.simulation.watch("culling effect", PERIOD, look)
@@ -128,8 +129,8 @@ def work(job: Job, *, culling: bool) -> tuple[Run, list[str]]:
     result = run_cell(cell, find_agent("kitter")(), RunOptions(until=UNTIL))
     seconds = time.process_time() - begin
     points = result.score.total
-    run = Run(str(result.outcome), points, cell.simulation.time, len(result.collisions), seconds, commands, positions)
-    return run, [part.name for part in cell.parts.all]
+    collisions = len(result.collisions)
+    return Run(str(result.outcome), points, cell.simulation.time, collisions, seconds, commands, positions)
 
 
 def is_same_command(one: tuple[float, str, list[Any]], other: tuple[float, str, list[Any]]) -> bool:
@@ -144,7 +145,7 @@ def is_same_command(one: tuple[float, str, list[Any]], other: tuple[float, str, 
 
 def compare(job: Job) -> Effect:
     """Run a job with culling and without, and compare."""
-    (on, names), (off, _) = work(job, culling=True), work(job, culling=False)
+    on, off = work(job, culling=True), work(job, culling=False)
     first, parted = None, None
     for one, other in zip_longest(on.commands, off.commands):
         if first is None and one != other:
@@ -156,10 +157,11 @@ def compare(job: Job) -> Effect:
     for number, (one, other) in enumerate(zip(on.positions, off.positions, strict=False)):
         if parted is not None and number * PERIOD >= parted:
             break
-        apart = np.nan_to_num(np.linalg.norm(one - other, axis=1))
-        if apart.size and apart.max() > distance:
-            distance = float(apart.max())
-            part = f"{names[int(apart.argmax())]} at {float(number * PERIOD):.1f} s" if distance > 1e-3 else ""
+        for name in one.keys() & other.keys():
+            apart = float(np.linalg.norm(one[name] - other[name]))
+            if apart > distance:
+                distance = apart
+                part = f"{name} at {float(number * PERIOD):.1f} s" if distance > 1e-3 else ""
     return Effect(
         job,
         (on.points, off.points),
