@@ -18,6 +18,7 @@ def test_pictures_benchmark_yields_figures_without_bounds_for_rays(monkeypatch: 
         "a colour picture of 4 x 4, of 2 cells at once",
         "a colour picture of 8 x 6",
         "a colour picture of 8 x 6, of 2 cells at once",
+        "a colour picture of 128 x 128, the whole cell",
         "colours and depths of 8 x 6",
         "a PointCloud2 of a picture of 8 x 6",
     ]
