@@ -1,6 +1,5 @@
 """The benchmark's trial, and its measurement."""
 
-from collections import Counter
 from importlib.resources import files
 from pathlib import Path
 
@@ -48,8 +47,6 @@ def test_three_measured_runs_end_in_same_state() -> None:
     figures = {figure.label: figure for figure in measure(progress.append, quick=True)}
     assert len(progress) == 3
     assert figures["different end states of the three"].value == 1
-    bounds = Counter(figure.maximum for figure in figures.values())
-    assert (bounds[1.15], bounds[1.3]) == (1, 1)
     assert all(figure.value > 0.0 for figure in figures.values())
 
 

@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -41,71 +42,76 @@ class Table:
         mujoco.mj_kinematics(self.model, self.data)
 
 
-TABLE = Table(GEAR)
+@pytest.fixture(scope="module")
+def table() -> Table:
+    return Table(GEAR)
+
+
 _ANGLE = st.floats(-3.0, 3.0)
-_POSTURES = st.lists(_ANGLE, min_size=len(TABLE.arm_dofs), max_size=len(TABLE.arm_dofs))
+_POSTURES = st.lists(_ANGLE, min_size=7, max_size=7)
+"""Position or velocity of each joint of the arm and its rail."""
 
 
 @given(posture=_POSTURES, velocities=_POSTURES, share=st.floats(0.0, 1.0))
 def test_times_pass_before_any_link_comes_within_margin(
-    posture: list[float], velocities: list[float], share: float
+    table: Table, posture: list[float], velocities: list[float], share: float
 ) -> None:
-    TABLE.put(posture)
-    movers = TABLE.movers({})
-    speeds = np.zeros(TABLE.model.nv)
-    speeds[TABLE.arm_dofs] = velocities
-    times = movers.times(movers.sides(TABLE.data), np.abs(speeds[movers.dofs])) + movers.never
+    table.put(posture)
+    movers = table.movers({})
+    speeds = np.zeros(table.model.nv)
+    speeds[table.arm_dofs] = velocities
+    times = movers.times(movers.sides(table.data), np.abs(speeds[movers.dofs])) + movers.never
     links = slice(0, movers.links)
     within = np.clip(times[links], 0.0, None)
     until = float(within[within > 0.0].min(initial=1.0)) * share
-    TABLE.put((np.array(posture) + until * np.array(velocities)).tolist())
-    left = gaps(movers.sides(TABLE.data), movers.opposite)[links]
+    table.put((np.array(posture) + until * np.array(velocities)).tolist())
+    left = gaps(movers.sides(table.data), movers.opposite)[links]
     is_far = np.isfinite(times[links]) & (times[links] > 0.0)
     assert (left[is_far] >= MARGIN - 1e-9).all()
 
 
 @given(posture=_POSTURES, velocities=_POSTURES)
-def test_speeds_bound_those_of_links_with_excess(posture: list[float], velocities: list[float]) -> None:
-    TABLE.put(posture)
-    movers = TABLE.movers({})
-    qvel = np.zeros(TABLE.model.nv)
-    qvel[TABLE.arm_dofs] = velocities
+def test_speeds_bound_those_of_links_with_excess(table: Table, posture: list[float], velocities: list[float]) -> None:
+    table.put(posture)
+    movers = table.movers({})
+    qvel = np.zeros(table.model.nv)
+    qvel[table.arm_dofs] = velocities
     speeds = movers.speeds(np.abs(qvel[movers.dofs]))
-    before = TABLE.data.xpos[movers.bodies[: movers.links]].copy()
+    before = table.data.xpos[movers.bodies[: movers.links]].copy()
     step = 1e-6
-    TABLE.put((np.array(posture) + step * np.array(velocities)).tolist())
-    moved = np.linalg.norm(TABLE.data.xpos[movers.bodies[: movers.links]] - before, axis=1) / step
+    table.put((np.array(posture) + step * np.array(velocities)).tolist())
+    moved = np.linalg.norm(table.data.xpos[movers.bodies[: movers.links]] - before, axis=1) / step
     assert (moved <= speeds[: movers.links] - EXCESS + 1e-3).all()
 
 
-def test_rows_are_links_then_loose_parts_then_passengers() -> None:
-    gear = TABLE.floor.part(GEAR).body
-    alone, riding = TABLE.movers({}), TABLE.movers({gear: TABLE.belt})
+def test_rows_are_links_then_loose_parts_then_passengers(table: Table) -> None:
+    gear = table.floor.part(GEAR).body
+    alone, riding = table.movers({}), table.movers({gear: table.belt})
     assert alone.bodies.tolist() == [*alone.bodies[: alone.links].tolist(), gear]
     assert (alone.links, alone.free) == (riding.links, riding.free + 1)
     assert riding.bodies.tolist() == alone.bodies.tolist()
-    assert riding.carriers[-1] == TABLE.belt
+    assert riding.carriers[-1] == table.belt
     assert alone.opposite.shape[1] + 1 == riding.opposite.shape[1]
 
 
-def test_passenger_of_belt_ignores_belt_and_meets_its_end() -> None:
-    gear = TABLE.floor.part(GEAR).body
-    movers = TABLE.movers({gear: TABLE.belt})
-    count = len(TABLE.groups.boxes)
-    is_belt = TABLE.groups.fixed_body == TABLE.belt
+def test_passenger_of_belt_ignores_belt_and_meets_its_end(table: Table) -> None:
+    gear = table.floor.part(GEAR).body
+    movers = table.movers({gear: table.belt})
+    count = len(table.groups.boxes)
+    is_belt = table.groups.fixed_body == table.belt
     assert np.isinf(movers.never[-1, :count][is_belt]).all()
     assert movers.never[-1, count] == 0.0
     assert np.isinf(movers.never[: movers.links, count]).all()
-    sides = movers.sides(TABLE.data)
-    sides[:, -1] = (1.2, TABLE.belt_end + 1.0, 0.95, -1.3, -TABLE.belt_end - 1.1, -1.0)
+    sides = movers.sides(table.data)
+    sides[:, -1] = (1.2, table.belt_end + 1.0, 0.95, -1.3, -table.belt_end - 1.1, -1.0)
     times = movers.times(sides, np.zeros(len(movers.dofs)))
     assert times[-1, count] == np.float64((1.0 - MARGIN) / BELT_SPEED)
 
 
-def test_open_groups_are_watched_by_passengers_alone() -> None:
-    gear = TABLE.floor.part(GEAR).body
-    movers = TABLE.movers({gear: TABLE.belt})
-    movers.watch(np.ones(len(TABLE.groups.boxes), dtype=np.bool_))
-    count = len(TABLE.groups.boxes)
+def test_open_groups_are_watched_by_passengers_alone(table: Table) -> None:
+    gear = table.floor.part(GEAR).body
+    movers = table.movers({gear: table.belt})
+    movers.watch(np.ones(len(table.groups.boxes), dtype=np.bool_))
+    count = len(table.groups.boxes)
     assert np.isinf(movers.watched[: movers.free, :count]).all()
     assert (movers.watched[-1] == movers.never[-1]).all()

@@ -87,6 +87,14 @@ def test_best_aligned_part_is_gripped_then_first_name() -> None:
     assert run_check(check, tilted, PISTON, equal) == equal.name
 
 
+def test_rounding_error_does_not_choose_between_two_parts() -> None:
+    check = enabled()
+    equal = CupContact("bin7|piston_rod_part_2", ContactKind.PART, 1.0 + 8e-14)
+    longer = CupContact(PISTON.name, ContactKind.PART, 1.0 + 7e-13)
+    run_check(check, longer, equal)
+    assert run_check(check, longer, equal) == equal.name
+
+
 def test_released_part_is_gripped_again_at_next_check() -> None:
     check = enabled()
     for _ in range(3):

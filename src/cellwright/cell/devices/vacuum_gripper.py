@@ -34,6 +34,9 @@ CONTACTS_NEEDED: Final = 1
 ALIGNMENT_NEEDED: Final = 0.95
 """The cosine between contact normal and cup axis must be above this value (18.2 deg)."""
 
+_ALIGNMENT_DIGITS: Final = 6
+"""Decimals of the cosine that count when two parts are compared (0.08 deg): a rounding error chooses none."""
+
 
 class ContactKind(Enum):
     """Kind of object in contact with the cup."""
@@ -129,7 +132,7 @@ class VacuumCheck(PlainState):
         square = [contact for contact in parts if contact.alignment > ALIGNMENT_NEEDED]
         self.reason = _no_grip_reason(contacts, counted, parts)
         if square and self.counter > CONTACTS_NEEDED:
-            best = min(square, key=lambda contact: (-contact.alignment, contact.name))
+            best = min(square, key=lambda contact: (-round(contact.alignment, _ALIGNMENT_DIGITS), contact.name))
             self.part, self.reason = best.name, ""
 
     def _look_after(self, time: int) -> int:
