@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cellwright.cli import options, output
-from cellwright.cli.main import argument, flag, option
+from cellwright.cli.main import argument, flag, option, ros_arguments
 from cellwright.cli.options import in_range, refuse
+from cellwright.middleware.ros2.host.ros2 import RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import VIEWS, camera_of
@@ -76,6 +77,23 @@ Port = Annotated[
     option("N", "Port to listen on; 0 takes a free one. Default: 11399, or one of the next if it is in use.", NETWORK),
 ]
 Ros1 = Annotated[bool, flag("--ros1", "Connect to ROS 1 as well, at the master in ROS_MASTER_URI.", NETWORK)]
+Ros2 = Annotated[
+    bool,
+    flag(
+        "--ros2",
+        "Connect to ROS 2 as well, in the domain ROS_DOMAIN_ID. Arguments behind `--ros-args` are the node's own.",
+        NETWORK,
+    ),
+]
+Ros2Range = Annotated[
+    str | None,
+    option(
+        "RANGE",
+        f"Where ROS 2 looks for other nodes: {' or '.join(f'`{each}`' for each in RANGES)}. "
+        f"Default: `{RANGES[0]}`, this machine alone.",
+        NETWORK,
+    ),
+]
 AsJson = Annotated[bool, flag("--json", "Print the result as JSON, and nothing else on stdout.", OUTPUT)]
 Log = Annotated[
     Path | None,
@@ -206,6 +224,17 @@ def _video_size(text: str) -> tuple[int, int]:
     with options.errors_of(f"--video-size {text}:"):
         check_video_size(*size)
     return size
+
+
+def ros2_options(*, ros2: bool, discovery: str | None) -> Ros2Options | bool:
+    """Return the options of the node in ROS 2, with the command line's arguments for it; False for no node."""
+    if not ros2:
+        if discovery is not None or ros_arguments:
+            options.refuse(f"{'--ros-args' if discovery is None else '--ros2-range'} requires --ros2")
+        return False
+    if discovery not in (None, *RANGES):
+        options.refuse(f"--ros2-range {discovery}: give {' or '.join(RANGES)}")
+    return Ros2Options(discovery or RANGES[0], tuple(ros_arguments))
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:

@@ -151,11 +151,22 @@ def _global_options(
     pass
 
 
+ros_arguments: list[str] = []
+"""Arguments behind `--ros-args`, as ROS 2's launch appends them: rclpy's own, for the node in ROS 2."""
+
+_ROS_ARGUMENTS = "--ros-args"
+
+
 def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
     """Run the command line, None for that of the process; return the exit status.
 
     Errors in the input are printed, a line each.
     """
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if _ROS_ARGUMENTS in arguments:
+        position = arguments.index(_ROS_ARGUMENTS)
+        ros_arguments[:] = arguments[position + 1 :]
+        del arguments[position:]
     try:
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:

@@ -123,6 +123,8 @@ def serve(
     host: arguments.Host = LOOPBACK,
     port: arguments.Port = None,
     ros1: arguments.Ros1 = False,
+    ros2: arguments.Ros2 = False,
+    ros2_range: arguments.Ros2Range = None,
     as_json: arguments.AsJson = False,
     log: arguments.Log = None,
     record: arguments.Record = None,
@@ -165,6 +167,9 @@ def serve(
         # the same cell for ROS 1 programs; starts a master if there is none
         cellwright serve lesson --ros1
 
+        # the same for ROS 2 programs, in a namespace
+        cellwright serve lesson --ros2 --ros-args -r __ns:=/cell1
+
     Exit status: 0 stopped as requested; 1 the simulation became unstable, or a requested file is incomplete; 2 bad
     input, and nothing was started.
     """
@@ -184,6 +189,7 @@ def serve(
         serve=ServerOptions(host, port),
         view=arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
         ros1=ros1,
+        ros2=arguments.ros2_options(ros2=ros2, discovery=ros2_range),
         record=kept and replace(kept, is_varied=vary),
         video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
         log=options.output_file("--log", log, ".jsonl"),

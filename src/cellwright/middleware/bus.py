@@ -169,6 +169,31 @@ class Direction(Enum):
     IN = "in"
 
 
+@dataclass(frozen=True, slots=True)
+class Qos:
+    """Quality of service of a topic, in the terms of ROS 2.
+
+    A publisher that `is_reliable` sends lost messages again. A reliable subscription gets nothing from a publisher that
+    is not reliable.
+    """
+
+    is_reliable: bool = True
+    is_transient_local: bool = False  # true if a late subscriber gets the newest messages
+    depth: int = 10  # messages that are kept
+
+    @property
+    def text(self) -> str:
+        """Return the quality of service in words: "reliable, depth 10", "best effort, depth 1"."""
+        words = ["reliable" if self.is_reliable else "best effort"]
+        words += ["transient local"] * self.is_transient_local
+        return ", ".join([*words, f"depth {self.depth}"])
+
+
+RELIABLE = Qos()
+LATCHED = Qos(is_transient_local=True, depth=1)
+BEST_EFFORT = Qos(is_reliable=False, depth=1)
+
+
 class Subscription:
     """Subscription of a callback to every message of a topic, until it is cancelled."""
 
@@ -282,13 +307,14 @@ class Topic:
         self.message_class: type[Message] | None = None
         self.direction: Direction | None = None
         self.rate = ""
+        self.qos = RELIABLE
         self.publishers: list[Publisher] = []
         self.handler: Handler | None = None
         self.handling_node = ""
         self.subscriptions: list[Subscription] = []
 
-    def declare(self, type_name: str, direction: Direction, rate: str) -> None:
-        """Set type and direction; a UsageError if they were set to something else before."""
+    def declare(self, type_name: str, direction: Direction, rate: str, qos: Qos) -> None:
+        """Set type, direction and quality of service; a UsageError if they were set to something else before."""
         message_class = message_type(type_name)
         if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
             raise UsageError(
@@ -298,7 +324,7 @@ class Topic:
         self.type = short_name(message_class.__msgtype__)
         self.message_class = message_class
         self.direction = direction
-        self.rate = self.rate or rate
+        self.rate, self.qos = self.rate or rate, qos
 
     def add(self, subscription: Subscription) -> None:
         """Add a subscription; latched messages come first."""
@@ -331,6 +357,7 @@ class TopicInfo:
     type: str
     direction: Direction
     rate: str
+    qos: Qos
     latch: bool
     publishers: tuple[str, ...]
     subscribers: tuple[str, ...]
@@ -357,6 +384,8 @@ class Bus:
     def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
         self._topics: dict[str, Topic] = {}
         self._services: dict[str, Service] = {}
+        self.actions: dict[str, str] = {}
+        """Type of each action by name; the topics below its name are those of ROS 1, and ROS 2 has its own."""
         self._now = now
         self.refusals = Refusals(now, report)
         self.on_input: list[Callable[[ExternalInput], None]] = []
@@ -371,8 +400,11 @@ class Bus:
         rate: str = "",
         node: str = "",
         on_listeners: Callable[[int], None] | None = None,
+        qos: Qos | None = None,
     ) -> Publisher:
         """Create a publisher for a topic; a topic may have several. See `Publisher` for latch and on_listeners.
+
+        In ROS 2 it has the quality of service `qos`; by default it is reliable, and transient local with latch.
 
         Raises:
             UnknownNameError: there is no message type of this name.
@@ -380,14 +412,16 @@ class Bus:
                 on_listeners are both given.
         """
         entry = self._topic(topic)
-        entry.declare(type_name, Direction.OUT, rate)
+        entry.declare(type_name, Direction.OUT, rate, qos or (LATCHED if latch else RELIABLE))
         publisher = Publisher(entry, node, on_listeners, latch=latch)
         entry.publishers.append(publisher)
         publisher.update_listeners()  # a subscription may exist already
         return publisher
 
-    def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "") -> None:
+    def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "", qos: Qos | None = None) -> None:
         """Call `handler(message, node)` for what clients publish on a topic; it refuses with a RejectedCommandError.
+
+        In ROS 2 it subscribes with the quality of service `qos`; by default it is reliable.
 
         Raises:
             UnknownNameError: there is no message type of this name.
@@ -396,7 +430,7 @@ class Bus:
         entry = self._topic(topic)
         if entry.direction is not None:
             raise UsageError(f"{topic} is already declared as {entry.direction.value}put of {entry.type}")
-        entry.declare(type_name, Direction.IN, "")
+        entry.declare(type_name, Direction.IN, "", qos or RELIABLE)
         entry.handler, entry.handling_node = handler, node
 
     def serve(self, service: str, type_name: str, handler: Handler, *, node: str = "") -> None:
@@ -543,6 +577,7 @@ class Bus:
             entry.type,
             entry.direction,
             entry.rate,
+            entry.qos,
             any(publisher.latch for publisher in entry.publishers),
             tuple(publisher.node for publisher in entry.publishers),
             tuple(subscribers),

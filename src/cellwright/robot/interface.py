@@ -12,16 +12,8 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import (
-    BEST_EFFORT,
-    Availability,
-    Endpoint,
-    EndpointKind,
-    Timing,
-    accepts,
-    publishes,
-)
+from cellwright.middleware.bus import BEST_EFFORT, Direction
+from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
 
 NODE = "/sim_robot_controller_node"
 """Default name of the node in ROS: that of the vendor's general node."""

@@ -11,20 +11,9 @@ from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
-from cellwright.middleware.bus import Bus
+from cellwright.middleware.bus import BEST_EFFORT, LATCHED, RELIABLE, Bus, Qos
 from cellwright.middleware.interface.binding import Output, bind
-from cellwright.middleware.interface.table import (
-    BEST_EFFORT,
-    LATCHED,
-    RELIABLE,
-    Availability,
-    Endpoint,
-    EndpointKind,
-    Qos,
-    Timing,
-    accepts,
-    publishes,
-)
+from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.commander import Homing

@@ -19,6 +19,7 @@ from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.ros2.host import Ros2Options
 from cellwright.recording.format.format import COMMAND, FRAME, PANEL, STATE_HASH
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay import verify
@@ -225,6 +226,7 @@ def play_recording(
     serve: ServerOptions,
     view: PageOptions | None = None,
     ros1: bool = False,
+    ros2: Ros2Options | bool = False,
 ) -> None:
     """Play a recording until it is over, or a signal stops it."""
 
@@ -238,6 +240,7 @@ def play_recording(
         serve=serve,
         view=view or False,
         ros1=ros1,
+        ros2=ros2,
         observers=[RunProgress(console, status=status)],
         on_ready=output.report_ready,
         **output.session_outputs(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),

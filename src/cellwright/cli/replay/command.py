@@ -41,6 +41,8 @@ def replay(
     ros1: Annotated[
         bool, flag("--ros1", "Play to ROS 1 programs in simulation time, at the master in ROS_MASTER_URI.", _PLAY)
     ] = False,
+    ros2: Annotated[bool, flag("--ros2", "Play to ROS 2 programs in simulation time.", _PLAY)] = False,
+    ros2_range: arguments.Ros2Range = None,
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
@@ -112,21 +114,21 @@ def replay(
     from cellwright.running.run.playback import PlaybackTarget
 
     console = Console(stderr=as_json, highlight=False)
-    is_played = serve or ros1 or view
+    is_played = serve or ros1 or ros2 or view
     page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
     if verify and is_played:
-        options.refuse("--verify plays nothing; leave out --serve, --ros1 and --view")
+        options.refuse("--verify plays nothing; leave out --serve, --ros1, --ros2 and --view")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
     filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
     if filmed and (is_played or verify):
-        options.refuse("--video excludes playback and --verify; leave out --view, --serve, --ros1 and --verify")
+        options.refuse("--video excludes playback and --verify; leave out --view, --serve, --ros1, --ros2 and --verify")
     times = {"--start": start is not None, "--until": until is not None}
     played = {"--loop": loop, "--hold": hold, "--speed": speed != "1"}
     for name, is_given in {**played, **({} if filmed or bag or mcap else times)}.items():
         if is_given and not is_played:
             others = "" if name in played else ", or --bag, --mcap or --video for a file"
-            options.refuse(f"{name} requires --view, --serve or --ros1{others}")
+            options.refuse(f"{name} requires --view, --serve, --ros1 or --ros2{others}")
     rate = options.speed(speed)
     for name, time in (("--start", start), ("--until", until)):
         options.in_range(name, time, 0.0, options.LATEST, f"a time from 0 s to {options.LATEST:g} s")
@@ -154,9 +156,10 @@ def replay(
                 PlaybackTarget(recording, first=part["start"], last=part["until"], at_end=at_end),
                 console,
                 rate=RateControl(rate),
-                serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds any port
+                serve=ServerOptions(host, port if serve or ros1 or ros2 else 0),  # a page finds any port
                 view=page,
                 ros1=ros1,
+                ros2=arguments.ros2_options(ros2=ros2, discovery=ros2_range),
             )
         contents = actions.contents_document(recording)
         if filmed is not None:

@@ -44,7 +44,13 @@ class Output:
         """Return a publisher, for messages at any time."""
         row = self.row
         return self.bus.advertise(
-            row.name, row.type, latch=row.latch, rate=row.rate_text, node=row.node, on_listeners=on_listeners
+            row.name,
+            row.type,
+            latch=row.latch,
+            rate=row.rate_text,
+            node=row.node,
+            on_listeners=on_listeners,
+            qos=row.qos,
         )
 
     def sample(self, build: Callable[[], Message | None]) -> Sampled:
@@ -156,15 +162,18 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: 
     found = tuple(handlers)
     for rank, row in enumerate(table, 1):
         if row.kind is EndpointKind.ACTION:
-            continue  # its topics have rows of their own
+            bus.actions[row.name] = row.type  # its topics have rows of their own
+            continue
         handler = next((getattr(each, row.handler) for each in found if hasattr(each, row.handler)), None)
         if handler is None:
             raise UsageError(f"{row.name}: no handler is named {row.handler!r}")
         if row.direction is Direction.OUT:
             handler(Output(bus, simulation, row, rank))
         else:
-            begin = bus.serve if row.kind is EndpointKind.SERVICE else bus.listen
-            begin(row.name, row.type, partial(handler, row), node=row.node)
+            if row.kind is EndpointKind.SERVICE:
+                bus.serve(row.name, row.type, partial(handler, row), node=row.node)
+            else:
+                bus.listen(row.name, row.type, partial(handler, row), node=row.node, qos=row.qos)
 
 
 def publish_clock(output: Output) -> None:

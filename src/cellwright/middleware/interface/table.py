@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias, TypedDict, Unpack
 
 from cellwright._package import former_names
-from cellwright.middleware.bus import Direction
+from cellwright.middleware.bus import BEST_EFFORT, LATCHED, RELIABLE, Direction, Qos
 
 
 class EndpointKind(Enum):
@@ -31,30 +31,6 @@ class Timing(Enum):
 
 Rate: TypeAlias = Fraction | Timing  # messages per second of simulation time [Hz], or the occasion
 
-
-@dataclass(frozen=True, slots=True)
-class Qos:
-    """Quality of service of a topic, in the terms of ROS 2.
-
-    A publisher that `is_reliable` sends lost messages again. A reliable subscription gets nothing from a publisher that
-    is not reliable.
-    """
-
-    is_reliable: bool = True
-    is_transient_local: bool = False  # true if a late subscriber gets the newest messages
-    depth: int = 10  # messages that are kept
-
-    @property
-    def text(self) -> str:
-        """Return the quality of service in words: "reliable", "best effort, depth 1"."""
-        words = ["reliable" if self.is_reliable else "best effort"]
-        words += ["transient local"] * self.is_transient_local
-        return ", ".join([*words, f"depth {self.depth}"])
-
-
-RELIABLE = Qos()
-LATCHED = Qos(is_transient_local=True, depth=1)
-BEST_EFFORT = Qos(is_reliable=False, depth=1)
 
 # Types with messages too large to send again.
 _LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})

@@ -20,6 +20,8 @@ from rosbags.typesys.base import normalize_fieldname
 
 from cellwright.middleware.messages.types import Message, ros1_store, ros2_store, short_name, type_of
 from cellwright.middleware.messages.validation import checked
+from cellwright.middleware.messages.values import from_values, to_values
+from cellwright.middleware.wire.frames import VALUE_PACKAGES
 from cellwright.util.errors import MessageError, UsageError
 
 MAX_CACHED_STRINGS = 1024
@@ -335,8 +337,34 @@ class Encoding(NamedTuple):
     read: Callable[[bytes, type[Message]], Message]
 
 
-ENCODINGS: Mapping[str, Encoding] = {"cdr": Encoding(to_cdr, from_cdr), "ros1": Encoding(to_ros1, from_ros1)}
-"""Wire encodings by name: CDR as in ROS 2, and the form of ROS 1."""
+def to_ros2(message: Message) -> bytes:
+    """Return a message for the bridge to ROS 2: as CDR, or as JSON values if it is of one of `VALUE_PACKAGES`.
+
+    Raises:
+        MessageError: a value does not fit its field.
+    """
+    return (to_values if _is_values(message) else to_cdr)(message)
+
+
+def from_ros2(data: bytes | memoryview, message_class: type[M]) -> M:
+    """Return the message in bytes of the bridge to ROS 2.
+
+    Raises:
+        MessageError: the bytes are no message of this class.
+    """
+    return (from_values if _is_values(message_class) else from_cdr)(data, message_class)
+
+
+def _is_values(message: Message | type[Message]) -> bool:
+    return message.__msgtype__.partition("/")[0] in VALUE_PACKAGES
+
+
+ENCODINGS: Mapping[str, Encoding] = {
+    "cdr": Encoding(to_cdr, from_cdr),
+    "ros1": Encoding(to_ros1, from_ros1),
+    "ros2": Encoding(to_ros2, from_ros2),
+}
+"""Wire encodings by name: CDR as in ROS 2, the form of ROS 1, and that of the bridge to ROS 2."""
 
 
 def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, message_class: type[M]) -> M:

@@ -101,7 +101,7 @@ class ClientConnection:
         self.connection = connection
         self.host = host
         self.node = ""  # its name; empty before HELLO
-        self.encoding = ""  # of its messages: `cdr` or `ros1`
+        self.encoding = ""  # of its messages: `cdr`, `ros1` or `ros2`
         self.has_key = False  # true if it has shown the server's key
         self.subscriptions: dict[int, Callable[[], None]] = {}  # functions that end them, by number
         self.has_news = False

@@ -78,7 +78,7 @@ def welcome_frame(cell: Node, *, lockstep: bool) -> Frame:
 
 
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
-    """Return topics and services with their types; the first call takes some time, as it computes checksums."""
+    """Return topics, services and actions with their types; the first call takes time, as it computes checksums."""
     services = [
         {
             "name": service.name,
@@ -88,7 +88,8 @@ def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
         }
         for service in bus.services()
     ]
-    return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services}
+    actions = [{"name": name, "type": type_name} for name, type_name in bus.actions.items()]
+    return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services, "actions": actions}
 
 
 def _describe_topic(info: TopicInfo) -> dict[str, Any]:
@@ -101,6 +102,11 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
         "rate": info.rate,
         "on_event": info.rate == Timing.ON_EVENT.value,
         "latch": info.latch,
+        "qos": {
+            "reliable": info.qos.is_reliable,
+            "transient_local": info.qos.is_transient_local,
+            "depth": info.qos.depth,
+        },
         "publishers": info.publishers,
         "subscribers": info.subscribers,
     }

@@ -24,7 +24,8 @@ The client (a program or a bridge) opens with HELLO, and the cell answers WELCOM
 | PING | of the cell's choice, above 0 | | |
 | ENDED | 0 | | the reason, UTF-8; nothing follows |
 
-Messages, requests and responses have the encoding that the client named in its HELLO: CDR or ROS 1. The client chooses
+Messages, requests and responses have the encoding that the client named in its HELLO: CDR, ROS 1, or ROS 2, which is
+CDR but for the packages in `VALUE_PACKAGES`. The client chooses
 the numbers of its connection, and must not reuse one that is in use. An empty node stands for the client's own.
 ADVANCE is for a cell in lockstep, where nothing else advances time. It ends early with a message of a subscription that
 is not `quiet`. There an answer may take simulation time: DONE announces this, and ANSWER with the same number follows.
@@ -45,6 +46,8 @@ from typing import Any, Dict, Iterator, Tuple
 PROTOCOL = 1
 QUIET = "quiet"
 """In place of the type in SUBSCRIBE: the client only records messages and does not react, so time may go on."""
+VALUE_PACKAGES = ("actionlib_msgs", "control_msgs")
+"""Packages whose messages are JSON objects in the encoding `ros2`: their fields differ between distributions."""
 MAX_FRAME_BYTES = 16 << 20  # bytes of the longest frame that is accepted; no message of a cell comes near
 MAX_CLIENT_FRAME_BYTES = 3 << 20
 """Bytes of the longest frame that a client may send: the server buffers it, and time stands while it is read."""
@@ -199,7 +202,7 @@ def hello(node: str, encoding: str, key: str = "") -> Frame:
 
     Args:
         node: name of the client.
-        encoding: of messages, `cdr` or `ros1`.
+        encoding: of messages, `cdr`, `ros1` or `ros2`.
         key: opens services that are guarded; the cell's own page has it.
     """
     request = {"protocol": PROTOCOL, "node": node, "encoding": encoding}

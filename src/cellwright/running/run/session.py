@@ -36,6 +36,7 @@ from cellwright.util.errors import CellwrightError, UsageError
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
+    from cellwright.middleware.ros2.host import Ros2, Ros2Options
     from cellwright.robot.node import RobotNode
     from cellwright.viewer.web.start import WebPage
 
@@ -96,6 +97,7 @@ class Session(SessionState):
         serve: serve clients in other processes; the options hold the address.
         view: show it on a page in a browser; the options hold the address.
         ros1: also be a node of ROS 1.
+        ros2: also be a node of ROS 2; the options hold its range, and arguments for rclpy.
         record: a file to record each run to (`run.mcap`, `run.bag`), or options. A second run has a file of its own.
         video: a file for a video of each run (`run.mp4`), or options.
         log: a file for the events of each run of a cell (`run.jsonl`).
@@ -132,6 +134,7 @@ class Session(SessionState):
         serve: bool | ServerOptions = False,
         view: bool | PageOptions = False,
         ros1: bool = False,
+        ros2: bool | Ros2Options = False,
         record: str | Path | RecordOptions | None = None,
         video: str | Path | VideoOptions | None = None,
         log: str | Path | None = None,
@@ -153,7 +156,7 @@ class Session(SessionState):
         self.lockstep = lockstep
         self._serve = ServerOptions(port=0) if view and not serve else ServerOptions() if serve is True else serve
         self._view = PageOptions() if view is True else view
-        self._ros1 = ros1
+        self._ros1, self._ros2 = ros1, ros2
         self.about = dict(about or {})
         self.observers = list(observers)
         self._on_ready, self.report, self.notice, self.on_message = on_ready, report, notice or report, on_message
@@ -168,6 +171,7 @@ class Session(SessionState):
         self.on_reset = []
         self.page: WebPage | None = None
         self.ros: Ros1 | None = None
+        self.ros2: Ros2 | None = None
         self._is_over = False
         self._run: ExitStack | None = None
         self._opened = ExitStack()
@@ -206,13 +210,25 @@ class Session(SessionState):
 
     def _open(self, opened: ExitStack) -> None:
         target = self.target
-        if self._ros1:
-            from cellwright.middleware.ros1.host import Ros1
-            from cellwright.middleware.ros1.host.ros1 import SIMULATOR
+        if self._ros1 or self._ros2:
+            from cellwright.middleware.ros1.host.ros1 import SIMULATOR, Ros1
 
+        if self._ros1:
             identity = target.identity or SIMULATOR
             self.ros = opened.enter_context(Ros1(self.notice, lambda: self.stop.is_requested, identity=identity))
             self.ros.prepare()
+        if self._ros2:
+            from cellwright.middleware.ros2.host import Ros2
+            from cellwright.middleware.ros2.host.ros2 import CELL_NODE
+
+            self.ros2 = opened.enter_context(
+                Ros2(
+                    self.notice,
+                    lambda: self.stop.is_requested,
+                    node=CELL_NODE if target.identity in (None, SIMULATOR) else target.identity.node,
+                    options=None if self._ros2 is True else self._ros2,
+                )
+            )
         target.open(self)
         self.node = target.node
         opened.callback(target.close)
@@ -353,6 +369,11 @@ class Session(SessionState):
                 is_there = self.ros.join(self.server.address, self.target.ros_parameters(), self.server.wait)
             self.on_poll.append(self.ros.poll)
             run.callback(self.on_poll.remove, self.ros.poll)
+        if self.ros2 is not None and self.server is not None:
+            if self.number == 1 and is_there:
+                is_there = self.ros2.join(self.server.address, self.server.wait)
+            self.on_poll.append(self.ros2.poll)
+            run.callback(self.on_poll.remove, self.ros2.poll)
         if is_there:
             self._on_ready(self)
         self.loop.pacer.begin()

@@ -259,9 +259,10 @@ class Target(ABC):
             lockstep=session.lockstep,
         )
         offer_viewer_services(session.server, self.node, self.panel, self.control)
+        session.server.offer("cellwright/parameters", lambda _request: self.ros_parameters())
 
     def ros_parameters(self) -> dict[str, Any]:
-        """Parameters for the parameter server of ROS 1."""
+        """Parameters of its node: for the parameter server of ROS 1, and of the node in ROS 2."""
         return {}
 
     @abstractmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from cellwright.middleware.ros1.bridge.connection import receive_nowait
+from cellwright.middleware.wire.connection import receive_nowait
 
 
 def test_recv_without_data_differs_from_end() -> None:

@@ -2,14 +2,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from cellwright.middleware.ros1.bridge.loop import LOG_PERIOD, EventLoop, ThrottledLog
+from cellwright.middleware.wire.event_loop import LOG_PERIOD, EventLoop, ThrottledLog
 
 
 def test_throttled_log_reports_first_at_once_and_rest_after_a_second(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = [0.0]
-    monkeypatch.setattr("cellwright.middleware.ros1.bridge.loop.time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr("cellwright.middleware.wire.event_loop.time", SimpleNamespace(monotonic=lambda: now[0]))
     loop = EventLoop()
     tally = ThrottledLog(loop, "{count} of {subject}")
 

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.ros1
 def joined(ground: Ground, node: str, urdf: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Set the parameters of a node, as its start does, without a bridge."""
 
-    def fail(*_: Any) -> None:
+    def fail(*_: Any, **__: Any) -> None:
         raise OSError(11, "no process left")
 
     with (

@@ -256,7 +256,7 @@ def test_bridge_that_cannot_be_started_is_tried_again(master: Ground, monkeypatc
     with Ros1(said.append, environment=master.environment) as ros:
         ros.prepare()
 
-        def fail(*_: Any) -> None:
+        def fail(*_: Any, **__: Any) -> None:
             raise OSError(11, "Resource temporarily unavailable")
 
         monkeypatch.setattr("cellwright.middleware.ros1.host.ros1.BridgeProcess", fail)

@@ -23,8 +23,6 @@ if __name__ == "__main__":
 
 import rospy
 
-from cellwright.middleware.ros1.bridge.connection import LinkClient, address_of
-from cellwright.middleware.ros1.bridge.loop import EventLoop, ThrottledLog, report, report_ready
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
     FRAME_SOURCE,
@@ -42,7 +40,10 @@ from cellwright.middleware.ros1.bridge.node import (
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE, RosService, StepService, cell_service
 from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
 from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
-from cellwright.middleware.ros1.bridge.topics import COMMAND_QUEUE, CommandTopic, Publication
+from cellwright.middleware.ros1.bridge.topics import CommandTopic, Publication
+from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
+from cellwright.middleware.wire.connection import LinkClient, address_of
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog, report, report_ready
 
 ENDED, MASTER_IS_NEW = 0, 75  # exit statuses: the cell or a signal ended it; restart it
 
@@ -65,6 +66,7 @@ class Bridge:
         self._program = state_publisher
         self._loop = EventLoop()
         self._frames: StatePublisher | None = None
+        self._steps: StepQueue | None = None
 
     def run(self) -> None:
         """Carry messages until the cell ends, or a signal comes; then end the process."""
@@ -156,8 +158,8 @@ class Bridge:
                 self._loop,
                 self._link,
                 topic,
-                queue=None if in_lockstep else COMMAND_QUEUE,
-                on_handed_over=(lambda: self._loop.call(self._steps.look)) if in_lockstep else None,
+                limit=None if in_lockstep else COMMAND_QUEUE,
+                on_handed_over=(lambda: self._loop.call(self._look_at_steps)) if in_lockstep else None,
             )
             for topic in topics
             if topic["direction"] == "in"
@@ -167,11 +169,16 @@ class Bridge:
             if topic["name"] in own and topic["direction"] == "out":
                 OwnSubscription(topic["name"], topic["type"]).register()
 
+    def _look_at_steps(self) -> None:
+        if self._steps is not None:
+            self._steps.look()
+
     def _services(self, services: list[dict[str, Any]]) -> list[RosService]:
         found = [cell_service(self._loop, self._link, service) for service in services]
         if self._sent is not None:
-            self._steps = StepService(self._loop, self._link, self._commands, self._sent)
-            found.append(RosService(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
+            self._steps = StepQueue(self._loop, self._link, self._commands)
+            handler = StepService(self._steps, self._sent).handle
+            found.append(RosService(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, handler))
         return found
 
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:

@@ -23,7 +23,7 @@ from rospy.exceptions import TransportException
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.tcpros_pubsub import TCPROSSub
 
-from cellwright.middleware.ros1.bridge.loop import MissingError, nothing, report
+from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES
 
 MAX_REQUEST_BYTES = 1 << 20  # longest request; those of nodes and masters have some hundreds of bytes

@@ -28,8 +28,6 @@ if __name__ == "__main__":
 
 import rospy
 
-from cellwright.middleware.ros1.bridge.connection import BufferedConnection
-from cellwright.middleware.ros1.bridge.loop import EventLoop, MissingError, ThrottledLog, report, report_ready
 from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
 from cellwright.middleware.ros1.bridge.node import (
     Master,
@@ -50,6 +48,8 @@ from cellwright.middleware.ros1.bridge.ros_client import (
 )
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import raw_type
+from cellwright.middleware.wire.connection import BufferedConnection
+from cellwright.middleware.wire.event_loop import EventLoop, MissingError, ThrottledLog, report, report_ready
 from cellwright.middleware.wire.frames import (
     MAX_FRAME_BYTES,
     Decoder,

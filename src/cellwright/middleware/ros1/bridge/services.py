@@ -12,21 +12,18 @@ from __future__ import annotations
 
 import socket
 import struct
-import time
-from collections import deque
-from dataclasses import dataclass
 from typing import Any, Callable
 
 import rospy
 from rospy.impl.registration import get_service_manager
 from rospy.impl.tcpros_base import get_tcpros_server_address
 
-from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
-from cellwright.middleware.ros1.bridge.loop import EventLoop
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_TYPE, DeliveryCounter, read_step_request, step_response
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes
-from cellwright.middleware.ros1.bridge.topics import CommandTopic
-from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Frame, FrameError, FrameKind, advance, read_time
+from cellwright.middleware.wire.command_queue import Step, StepQueue
+from cellwright.middleware.wire.connection import BufferedConnection, LinkClient
+from cellwright.middleware.wire.event_loop import EventLoop
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Frame, FrameError, FrameKind
 
 NO_ANSWER = "ServiceFailedError"  # error of a service without an answer; it is reported without a reason
 _LENGTH = struct.Struct("<I")
@@ -151,40 +148,14 @@ def one_line(text: str) -> bytes:
 
 
 STEP_SERVICE = "/cellwright/step"
-MESSAGE_TIMEOUT = 5.0  # time for published messages to arrive [s]
-
-FRESH = 0.05
-"""Wall time [s] for which the cell's last answer counts as the current time; others may advance it too, so it is
-requested again then. Callers that step at the same moment wait for the same time."""
-
-_NANOSECONDS = 1_000_000_000
-
-
-@dataclass
-class PendingStep:
-    """Requested step of time."""
-
-    caller: Caller
-    duration: int  # [ns]
-    published: dict[str, int]  # number of messages that the caller has published, by topic
-    end: float = 0.0  # wall time [s] at which the step fails for lack of messages
-    until: int | None = None  # simulation time at its end [ns]; None before it has begun
 
 
 class StepService:
-    """Service that carries out steps, one after the other; `topics` are those that the cell receives."""
+    """Service that lets time pass, after the caller's messages; `sent` counts those to callers."""
 
-    def __init__(
-        self, loop: EventLoop, link: LinkClient, topics: dict[str, CommandTopic], sent: DeliveryCounter
-    ) -> None:
-        self._loop = loop
-        self._link = link
-        self._topics = topics
+    def __init__(self, steps: StepQueue, sent: DeliveryCounter) -> None:
+        self._steps = steps
         self._sent = sent
-        self._steps: deque[PendingStep] = deque()
-        self._is_advancing = False
-        self._now = 0
-        self._known = -FRESH
 
     def handle(self, caller: Caller, request: bytes) -> None:
         """Take a request."""
@@ -193,73 +164,8 @@ class StepService:
         except (struct.error, ValueError) as error:
             caller.respond(False, f"invalid request of {STEP_TYPE}: {error}".encode())
             return
-        published = {name: count for name, count in published.items() if count}
-        unknown = [name for name in published if name not in self._topics]
-        if duration < 0:
-            caller.respond(
-                True, step_response(f"duration must not be negative (got {duration / _NANOSECONDS:g} s)", 0, [])
-            )
-        elif unknown:
-            caller.respond(
-                True,
-                step_response(f"the cell does not subscribe to {unknown[0]} (known: {', '.join(self._topics)})", 0, []),
-            )
-        else:
-            self._steps.append(PendingStep(caller, duration, published))
-            if len(self._steps) == 1:
-                self._begin()
 
-    def look(self) -> None:
-        """Check whether the messages that the step waits for have come. Called by the loop's thread."""
-        if not self._steps or self._is_advancing:
-            return
-        step = self._steps[0]
-        missing = self._missing(step)
-        if missing is None:
-            self._is_advancing = True
-            if time.monotonic() - self._known < FRESH:
-                step.until = self._now + step.duration
-            self._advance(step.until or 0)
-        elif time.monotonic() > step.end:
-            self._finish(missing)
+        def finished(failure: str, now: int) -> None:
+            caller.respond(True, step_response(failure, now, self._sent.of(caller.node)))
 
-    def _begin(self) -> None:
-        self._steps[0].end = time.monotonic() + MESSAGE_TIMEOUT
-        self.look()
-        if self._steps and not self._is_advancing:
-            self._loop.later(MESSAGE_TIMEOUT + 0.001, self.look)
-
-    def _missing(self, step: PendingStep) -> str | None:
-        for name, count in step.published.items():
-            arrived = self._topics[name].handed_over(step.caller.node)
-            if arrived < count:
-                node = step.caller.node
-                return f"only {arrived} of {count} messages on {name} from {node} arrived within {MESSAGE_TIMEOUT:g} s"
-        return None
-
-    def _advance(self, until: int) -> None:
-        self._link.request(FrameKind.ADVANCE, self._advanced, payload=advance(0, until, each_tick=False).payload)
-
-    def _advanced(self, frame: Frame) -> None:
-        step = self._steps[0]
-        try:
-            if frame.kind is not FrameKind.TIME:
-                raise FrameError(frame.text())
-            self._now = now = read_time(frame)
-            self._known = time.monotonic()
-        except FrameError as error:
-            self._finish(str(error))
-            return
-        if step.until is None:
-            step.until = now + step.duration
-        if now < step.until and not step.caller.is_gone:
-            self._advance(step.until)
-        else:
-            self._finish("", now)
-
-    def _finish(self, message: str, now: int = 0) -> None:
-        step = self._steps.popleft()
-        self._is_advancing = False
-        step.caller.respond(True, step_response(message, now, self._sent.of(step.caller.node)))
-        if self._steps:
-            self._begin()
+        self._steps.add(Step(caller.node, duration, published, finished, lambda: caller.is_gone))

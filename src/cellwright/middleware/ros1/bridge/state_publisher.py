@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cellwright.middleware import wire as link
-from cellwright.middleware.ros1.bridge.loop import EventLoop, report
+from cellwright.middleware.wire.event_loop import EventLoop, report
 
 NODE = "/robot_state_publisher"
 PLACES = ("/usr/lib/robot_state_publisher", "/opt/ros/*/lib/robot_state_publisher")

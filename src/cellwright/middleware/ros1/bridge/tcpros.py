@@ -17,8 +17,8 @@ import rospy
 import rospy.impl.tcpros_base
 from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
 
-from cellwright.middleware.ros1.bridge.connection import BufferedConnection, receive_nowait
-from cellwright.middleware.ros1.bridge.loop import EventLoop
+from cellwright.middleware.wire.connection import BufferedConnection, receive_nowait
+from cellwright.middleware.wire.event_loop import EventLoop
 
 
 def handshake_bytes(fields: Mapping[str, str]) -> bytes:

@@ -7,9 +7,6 @@ there is no race between new subscribers and messages, so that each gets the lat
 A subscriber's handshake is answered when the cell has answered the bridge's own subscription, and so after latched
 messages have come. In lockstep a program connects to one topic after another, and gets latched messages in that order,
 even if a topic had other subscribers before.
-
-The cell carries out commands at its own pace. Of each topic one message is with the cell, and the others wait here, up
-to a limit; beyond it the oldest is dropped and counted.
 """
 
 from __future__ import annotations
@@ -17,19 +14,18 @@ from __future__ import annotations
 import itertools
 import socket
 import struct
-import threading
-from collections import deque
-from typing import Any, Callable
+from typing import Any
 
 import rospy
 from rospy.impl.registration import Registration
 
-from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
-from cellwright.middleware.ros1.bridge.loop import EventLoop, ThrottledLog
 from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter, has_header
 from cellwright.middleware.ros1.bridge.node import ManagedTopic
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes, raw_type
-from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
+from cellwright.middleware.wire.command_queue import CommandQueue
+from cellwright.middleware.wire.connection import BufferedConnection, LinkClient
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
+from cellwright.middleware.wire.frames import Frame
 
 PUBLICATION_QUEUE = 1000
 """Messages that may wait for a subscriber that does not read; then the oldest is dropped."""
@@ -207,96 +203,14 @@ def _describe_connection(connection: socket.socket) -> str:
     return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {connection.fileno()}]"
 
 
-COMMAND_QUEUE = 100  # messages of a topic that may wait for the cell
-MAX_COMMAND_BYTES = 64 << 20  # bytes of them, even if their number has no limit
+class CommandTopic(CommandQueue):
+    """Command topic from WELCOME, subscribed to in ROS. Messages come in rospy's threads, one for each publisher."""
 
-
-class CommandTopic:
-    """Command topic from WELCOME, subscribed to in ROS.
-
-    Messages come in rospy's threads, one for each publisher. At most `queue` of them wait for the cell. In lockstep
-    they are counted, and `on_handed_over` is called after each message to the cell.
-    """
-
-    def __init__(
-        self,
-        loop: EventLoop,
-        link: LinkClient,
-        topic: dict[str, Any],
-        *,
-        queue: int | None = COMMAND_QUEUE,
-        on_handed_over: Callable[[], None] | None = None,
-    ) -> None:
-        self._link = link
-        self._queue = queue
-        self._on_handed_over = on_handed_over
-        self._lock = threading.Lock()
-        self._waiting: deque[tuple[Header, bytes]] = deque()
-        self._bytes = 0
-        self._is_busy = False
-        self._counts: dict[str, tuple[Header, int]] = {}
-        self._drops = ThrottledLog(loop, "{count} messages on {subject} dropped: the cell is too slow")
-        self._unfit = ThrottledLog(loop, "{count} messages on {subject} dropped: too long")
-        self.name = topic["name"]
-        self._type = topic["type"]
+    def __init__(self, loop: EventLoop, link: LinkClient, topic: dict[str, Any], **more: Any) -> None:
+        super().__init__(loop, link, topic["name"], topic["type"], **more)
         data_class = raw_type(topic["type"], topic["md5"], topic["definition"])
         self._subscriber = rospy.Subscriber(self.name, data_class, self._take, tcp_nodelay=True)
 
-    def handed_over(self, caller: str) -> int:
-        """Return the number of a node's messages to the cell since it connected; in lockstep."""
-        with self._lock:
-            _, count = self._counts.get(caller, ({}, 0))
-            return count
-
     def _take(self, message: Any) -> None:
-        with self._lock:
-            dropped = 0
-            while self._waiting and self._is_full(len(message.data)):
-                header, data = self._waiting.popleft()
-                self._bytes -= len(data)
-                self._count(header)  # in lockstep time must not wait for it
-                dropped += 1
-            self._waiting.append((message._connection_header, message.data))
-            self._bytes += len(message.data)
-            if not self._is_busy:
-                self._hand_over()
-        for _ in range(dropped):
-            self._drops.count(self.name)
-
-    def _is_full(self, more: int) -> bool:
-        """True if there is no room for a message of `more` bytes."""
-        is_crowded = self._queue is not None and len(self._waiting) >= self._queue
-        return is_crowded or self._bytes + more > MAX_COMMAND_BYTES
-
-    def _hand_over(self) -> None:
-        """Send the cell the message that has waited longest; under the lock."""
-        while self._waiting:
-            header, data = self._waiting.popleft()
-            self._bytes -= len(data)
-            caller = header.get("callerid", "")
-            try:
-                self._link.request(
-                    FrameKind.PUBLISH, self._answered, name=self.name, type=self._type, node=caller, payload=data
-                )
-            except FrameError:
-                self._count(header)
-                self._unfit.count(self.name)
-                continue
-            self._is_busy = True
-            self._count(header)
-            return
-        self._is_busy = False
-
-    def _count(self, header: Header) -> None:
-        """Count a message of a node as handled; in lockstep."""
-        if self._on_handed_over is not None:
-            caller = header.get("callerid", "")
-            before, count = self._counts.get(caller, (header, 0))
-            self._counts[caller] = (header, count + 1 if before is header else 1)
-            self._on_handed_over()
-
-    def _answered(self, _frame: Frame) -> None:
-        """Send the next message after an answer; the cell itself reports refusals."""
-        with self._lock:
-            self._is_busy = False
-            self._hand_over()
+        header: Header = message._connection_header
+        self.take(header.get("callerid", ""), message.data, header)

@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
+from cellwright.middleware.child import Child, RestartDelay, describe_exit
 from cellwright.middleware.ros1.host.installation import HOW_TO_GET_IT, Installation
-from cellwright.middleware.ros1.host.processes import Child, RestartDelay, describe_exit
 from cellwright.util.errors import CellwrightError, UsageError
 
 URI_VARIABLE = "ROS_MASTER_URI"

@@ -8,20 +8,17 @@ first /clock is the sign that the cell is ready.
 from __future__ import annotations
 
 import re
-import signal
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, Self
 
 from cellwright._package import FOLDER
+from cellwright.middleware.child import BridgeProcess, RestartDelay, describe_exit, start_bridge
 from cellwright.middleware.ros1.host import installation as installations
-from cellwright.middleware.ros1.host.installation import Installation
 from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient, MasterError, OwnMaster
-from cellwright.middleware.ros1.host.processes import Child, RestartDelay, describe_exit
 from cellwright.util.errors import UsageError
 
 _NODE_NAME = re.compile(r"/?[A-Za-z]\w*(/[A-Za-z]\w*)*", re.ASCII)
@@ -73,47 +70,6 @@ MASTER_IS_BACK = 75
 """The bridge's exit status if a lost master answers again: everything has to be registered again."""
 
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
-_READY_LINE = "ready"
-
-
-class BridgeProcess(Child):
-    """One run of the bridge to the server at an address; `on_line` takes its output, line by line."""
-
-    def __init__(
-        self, installation: Installation, identity: Identity, address: tuple[str, int], on_line: Callable[[str], None]
-    ) -> None:
-        self.is_ready = False  # true if everything is registered
-        self.last_line = ""
-        self._on_line = on_line
-        host, port = address
-        if ip_address(host).is_unspecified:
-            host = "127.0.0.1"
-        super().__init__(
-            [
-                installation.python,
-                str(_BRIDGE_PROGRAM),
-                f"--connect={host}:{port}",
-                f"--name={identity.node}",
-                f"--robot-state-publisher={'auto' if identity.makes_frames else 'none'}",
-            ],
-            installation.environment,
-            python=installation.python,
-            parting=signal.SIGTERM,
-            on_output=self._on_output,
-            on_error=self._on_error_line,
-        )
-
-    def _on_output(self, line: str) -> None:
-        if line == _READY_LINE:
-            self.is_ready = True
-
-    def _on_error_line(self, line: str) -> None:
-        self.last_line = line
-        self._on_line(line)
-
-
-READY_LIMIT = 20.0  # time [s] for the bridge to register everything
-_NAP = 0.02
 _AGAIN = 0.5  # time [s] between two attempts to reach a lost master
 
 Serve = Callable[[float], object]  # serves the cell's clients for some time [s]
@@ -214,15 +170,8 @@ class Ros1:
             raise UsageError(f"the ROS master failed: {error}") from None
         except OSError as error:
             raise UsageError(f"the ROS 1 bridge could not be started: {error}") from None
-        end = time.monotonic() + READY_LIMIT
-        while not bridge.is_ready and not self._is_stopped():
-            serve(_NAP)
-            status = bridge.poll()
-            if status is not None or time.monotonic() > end:
-                how = f"is not ready after {READY_LIMIT:g} s" if status is None else describe_exit(status)
-                raise UsageError(f"the ROS 1 bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
-        self._was_ready = bridge.is_ready
-        return bridge.is_ready
+        self._was_ready = start_bridge(bridge, "ROS 1", serve, self._is_stopped)
+        return self._was_ready
 
     @property
     def bridge_pid(self) -> int | None:
@@ -297,7 +246,15 @@ class Ros1:
             own.stop()
 
     def _start_bridge(self) -> BridgeProcess:
-        self._bridge = BridgeProcess(self._installation, self.identity, self._address, self._on_line)
+        identity = self.identity
+        self._bridge = BridgeProcess(
+            _BRIDGE_PROGRAM,
+            self._address,
+            [f"--name={identity.node}", f"--robot-state-publisher={'auto' if identity.makes_frames else 'none'}"],
+            python=self._installation.python,
+            environment=self._installation.environment,
+            on_line=self._on_line,
+        )
         return self._bridge
 
     def _on_line(self, line: str) -> None:

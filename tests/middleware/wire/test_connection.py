@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.bridge.connection import BufferedConnection
-from cellwright.middleware.ros1.bridge.loop import EventLoop
+from cellwright.middleware.wire.connection import BufferedConnection
+from cellwright.middleware.wire.event_loop import EventLoop
 from tests.waiting import TIMEOUT
 
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.bridge.loop import EventLoop
+from cellwright.middleware.wire.event_loop import EventLoop
 from tests.waiting import TIMEOUT, wait_until
 
 
@@ -31,7 +31,7 @@ def test_timers_are_called_in_order_of_due_time(delays: list[int]) -> None:
     called: list[int] = []
     now = time.monotonic()  # noqa: TID251 - only the start of a clock that then stands still
     with pytest.MonkeyPatch.context() as patch:  # a pause between two of them would change their order
-        patch.setattr("cellwright.middleware.ros1.bridge.loop.time", SimpleNamespace(monotonic=lambda: now))
+        patch.setattr("cellwright.middleware.wire.event_loop.time", SimpleNamespace(monotonic=lambda: now))
         for delay in delays:
             loop.later(delay / 1000, lambda delay=delay: called.append(delay))  # type: ignore[misc]
         loop.later(0.0111, lambda: loop.stop(3))

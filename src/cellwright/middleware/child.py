@@ -1,4 +1,4 @@
-"""Child processes: tied to this process, read without blocking, restarted with a back-off.
+"""Child processes: tied to this process, read without blocking, restarted with a back-off; bridges among them.
 
 One thread calls everything here: it starts the children and lives as long as the process, since a child is tied to the
 thread that starts it. No call waits longer than documented.
@@ -11,9 +11,11 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
+from ipaddress import ip_address
 from pathlib import Path
 
 from cellwright.middleware import wire as link
+from cellwright.util.errors import UsageError
 
 _PARENT_WATCH = Path(link.__file__).with_name("parent_watch.py")
 _PIECE = 1 << 16
@@ -112,6 +114,74 @@ class Child:
             if stream is not None:
                 stream.close()
         self._pipes.clear()
+
+
+_READY_LINE = "ready"
+
+
+class BridgeProcess(Child):
+    """One run of a bridge to the server at an address; `on_line` takes what it prints on stderr, line by line."""
+
+    def __init__(
+        self,
+        program: Path,
+        address: tuple[str, int],
+        arguments: Sequence[str],
+        *,
+        python: str,
+        environment: Mapping[str, str],
+        on_line: Callable[[str], None],
+    ) -> None:
+        self.is_ready = False  # true if everything is registered
+        self.last_line = ""
+        self._on_line = on_line
+        host, port = address
+        if ip_address(host).is_unspecified:
+            host = "127.0.0.1"
+        super().__init__(
+            [python, str(program), f"--connect={host}:{port}", *arguments],
+            environment,
+            python=python,
+            parting=signal.SIGTERM,
+            on_output=self._on_output,
+            on_error=self._on_error_line,
+        )
+
+    def _on_output(self, line: str) -> None:
+        if line == _READY_LINE:
+            self.is_ready = True
+
+    def _on_error_line(self, line: str) -> None:
+        self.last_line = line
+        self._on_line(line)
+
+
+READY_LIMIT = 20.0  # time [s] for a bridge to register everything
+_SERVING = 0.02  # [s]
+
+
+def start_bridge(
+    bridge: BridgeProcess, kind: str, serve: Callable[[float], object], is_stopped: Callable[[], bool]
+) -> bool:
+    """Serve clients until a bridge is ready; return whether it is, or False if it was stopped before.
+
+    Args:
+        bridge: a client of the server.
+        kind: what it leads to, in a word.
+        serve: serves clients for some time [s].
+        is_stopped: tells that nobody waits for it any more.
+
+    Raises:
+        UsageError: it has ended, or is not ready after `READY_LIMIT`.
+    """
+    end = time.monotonic() + READY_LIMIT
+    while not bridge.is_ready and not is_stopped():
+        serve(_SERVING)
+        status = bridge.poll()
+        if status is not None or time.monotonic() > end:
+            how = f"is not ready after {READY_LIMIT:g} s" if status is None else describe_exit(status)
+            raise UsageError(f"the {kind} bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
+    return bridge.is_ready
 
 
 def describe_exit(status: int) -> str:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.host.processes import Child, Lines, RestartDelay, describe_exit
+from cellwright.middleware.child import Child, Lines, RestartDelay, describe_exit
 from tests.processes import is_running
 from tests.waiting import TIMEOUT, wait_until
 
@@ -131,7 +131,7 @@ def test_child_ends_with_killed_parent(*, is_early: bool) -> None:
     pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: usually the child is tied by then
     parent = f"""
 import os, sys, time
-from cellwright.middleware.ros1.host.processes import Child
+from cellwright.middleware.child import Child
 child = Child([sys.executable, '-c', 'import time; time.sleep(60)'], os.environ, python=sys.executable)
 {pause}
 print(child.pid, flush=True)

@@ -9,7 +9,7 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.loop import Callback, EventLoop, MissingError, nothing, report
+from cellwright.middleware.wire.event_loop import Callback, EventLoop, MissingError, nothing, report
 from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, FrameKind, hello
 
 
@@ -182,7 +182,12 @@ class LinkClient:
     """
 
     def __init__(
-        self, loop: EventLoop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]
+        self,
+        loop: EventLoop,
+        address: tuple[str, int],
+        node: str,
+        on_end: Callable[[str | None], None],
+        encoding: str = "ros1",
     ) -> None:
         self._loop = loop
         self._on_end = on_end
@@ -196,7 +201,7 @@ class LinkClient:
         try:
             connection = socket.create_connection(address, timeout=CONNECT_TIMEOUT)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.welcome: dict[str, Any] = self._greet(connection, node)
+            self.welcome: dict[str, Any] = self._greet(connection, node, encoding)
         except OSError as error:
             raise MissingError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
         except FrameError as error:
@@ -248,8 +253,8 @@ class LinkClient:
         self._has_ended = True
         self._connection.close()
 
-    def _greet(self, connection: socket.socket, node: str) -> dict[str, Any]:
-        connection.sendall(hello(node, "ros1").encode())
+    def _greet(self, connection: socket.socket, node: str, encoding: str) -> dict[str, Any]:
+        connection.sendall(hello(node, encoding).encode())
         while True:
             data = connection.recv(_PIECE)
             if not data:

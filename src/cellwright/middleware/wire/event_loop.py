@@ -1,4 +1,4 @@
-"""Event loop of the bridge: sockets, timers, calls from other threads, and a throttled log on stderr."""
+"""Event loop of a bridge: sockets, timers, calls from other threads, and a throttled log on stderr."""
 
 from __future__ import annotations
 

@@ -1,0 +1,103 @@
+"""Messages as JSON values by field name, for types whose fields differ between ROS 1, ROS 2 and its distributions.
+
+`control_msgs` has other fields in ROS 2: a state has `reference` and `feedback` in place of `desired` and `actual`, a
+goal has parts for joints with several degrees of freedom. The bridge fills a message of its own distribution by name:
+it ignores what that lacks, and what only that has stays at its default. In a goal, fields that are unknown here must be
+empty.
+"""
+
+import json
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import FieldDesc
+from rosbags.typesys.base import normalize_fieldname
+
+from cellwright.middleware.messages.types import Message, message_type, ros2_store, short_name
+from cellwright.middleware.messages.validation import checked
+from cellwright.util.errors import MessageError
+
+M = TypeVar("M", bound=Message)
+
+_RENAMED = {"control_msgs/msg/JointTrajectoryControllerState": {"desired": "reference", "actual": "feedback"}}
+"""Fields that have another name in ROS 2, by type."""
+
+_ADDED: Mapping[str, Mapping[str, Any]] = {"control_msgs/srv/QueryTrajectoryState_Response": {"success": True}}
+"""Fields that ROS 2 adds, and their values, by type."""
+
+
+def values_of(message: Message) -> dict[str, Any]:
+    """Return the fields of a message as JSON values."""
+    name = message.__msgtype__
+    renamed = _RENAMED.get(name, {})
+    found = dict(_ADDED.get(name, {}))
+    for field, _ in ros2_store().fielddefs[name][1]:
+        found[renamed.get(field, field)] = _value(getattr(message, normalize_fieldname(field)))
+    return found
+
+
+def _value(value: Any) -> Any:
+    if hasattr(value, "__msgtype__"):
+        return values_of(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_value(each) for each in value]
+    return value
+
+
+def to_values(message: Message) -> bytes:
+    """Return a message as a JSON object in bytes.
+
+    Raises:
+        MessageError: a value does not fit its field.
+    """
+    return json.dumps(values_of(checked(message))).encode()
+
+
+def from_values(data: bytes | memoryview, message_class: type[M]) -> M:
+    """Return the message in a JSON object; fields that it lacks have their defaults.
+
+    Raises:
+        MessageError: the bytes are no JSON object, a field does not fit, or one is not empty that the type lacks.
+    """
+    name = message_class.__msgtype__
+    try:
+        values = json.loads(bytes(data))
+    except (ValueError, RecursionError) as error:
+        raise MessageError(f"invalid {short_name(name)} in {len(data)} bytes: {error}") from None
+    message: Any = _built(values, name, "")
+    return checked(message)  # type: ignore[no-any-return]
+
+
+def _built(values: Any, name: str, where: str) -> Any:
+    if not isinstance(values, dict):
+        raise MessageError(f"{where or short_name(name)} must be an object (got {values!r:.40})")
+    fields = dict(ros2_store().fielddefs[name][1])
+    for key, value in values.items():
+        if key not in fields and not _is_empty(value):
+            raise MessageError(f"{where}{'.' if where else ''}{key} is not supported here; leave it empty")
+    given = {
+        normalize_fieldname(key): _member(values[key], desc, f"{where}{'.' if where else ''}{key}")
+        for key, desc in fields.items()
+        if key in values
+    }
+    return message_type(name)(**given)
+
+
+def _member(value: Any, desc: FieldDesc, where: str) -> Any:
+    match desc:
+        case (Nodetype.NAME, name):
+            return _built(value, str(name), where)
+        case (Nodetype.SEQUENCE | Nodetype.ARRAY, ((Nodetype.NAME, name), _)) if isinstance(value, list):
+            return [_built(each, str(name), f"{where}[{index}]") for index, each in enumerate(value)]
+    return value
+
+
+def _is_empty(value: Any) -> bool:
+    """Return whether a value holds nothing: zeros, empty texts and lists, or objects of such."""
+    if isinstance(value, dict):
+        return all(map(_is_empty, value.values()))
+    return not value

@@ -1,0 +1,121 @@
+"""Actions of the bridge: goals of ROS 2 over the five topics that an action of ROS 1 has on the cell's bus."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.task import Future
+
+from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, values_of
+from cellwright.middleware.ros2.bridge.node import RosNode, relative
+from cellwright.middleware.wire.connection import LinkClient
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
+from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
+
+SUCCEEDED = 3
+"""Status of actionlib_msgs/GoalStatus for a goal that was reached."""
+
+
+class TrajectoryAction:
+    """Action of the cell, served in ROS 2. A goal has an identifier of its own on the bus."""
+
+    def __init__(self, ros: RosNode, loop: EventLoop, link: LinkClient, sender: str, action: dict[str, Any]) -> None:
+        self._ros = ros
+        self._loop = loop
+        self._link = link
+        self._sender = sender
+        self._name: str = action["name"]
+        self._class = interface_class(action["type"], "action")
+        self._accepted: dict[int, str] = {}
+        """Identifiers of accepted goals that rclpy does not execute yet, by Python's id of the goal."""
+        self._handles: dict[str, Any] = {}
+        self._results: dict[str, Future] = {}
+        self._refusals = ThrottledLog(loop, "{count} x {subject}")
+        link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
+        link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
+        self._server = ActionServer(
+            ros.node,
+            self._class,
+            relative(self._name),
+            self._execute,
+            goal_callback=self._take_goal,
+            cancel_callback=self._take_cancel,
+            callback_group=ros.group,
+        )
+
+    def end(self) -> None:
+        """Abort all goals: the cell is gone."""
+        for future in self._results.values():
+            future.set_result(None)
+
+    async def _take_goal(self, goal: Any) -> GoalResponse:
+        name = uuid.uuid4().hex
+        self._results[name] = Future(executor=self._ros.executor)
+        answer = await self._publish("goal", {"goal_id": {"id": name}, "goal": values_of(goal)})
+        if answer.kind is FrameKind.DONE:
+            self._accepted[id(goal)] = name
+            return GoalResponse.ACCEPT
+        del self._results[name]
+        self._refusals.count(f"a goal of {self._name} was rejected: {' '.join(answer.text().split())}")
+        return GoalResponse.REJECT
+
+    async def _take_cancel(self, handle: Any) -> CancelResponse:
+        name = next((name for name, each in self._handles.items() if each is handle), "")
+        answer = await self._publish("cancel", {"id": name})
+        return CancelResponse.ACCEPT if name and answer.kind is FrameKind.DONE else CancelResponse.REJECT
+
+    async def _execute(self, handle: Any) -> Any:
+        name = self._accepted.pop(id(handle.request))
+        self._handles[name] = handle
+        try:
+            values = await self._results[name]
+        finally:
+            del self._handles[name], self._results[name]
+        result = self._class.Result()
+        if values is None:
+            result.error_string = "the cell has ended"
+            handle.abort()
+            return result
+        fill(result, values["result"])
+        if values["status"]["status"] == SUCCEEDED:
+            handle.succeed()
+        elif handle.is_cancel_requested:
+            handle.canceled()
+        else:  # outside its tolerances, or another goal replaced it
+            handle.abort()
+        return result
+
+    async def _publish(self, topic: str, values: dict[str, Any]) -> Frame:
+        """Publish a message on one of the action's topics; return the cell's answer."""
+        future = Future(executor=self._ros.executor)
+        try:
+            self._link.request(
+                FrameKind.PUBLISH,
+                future.set_result,
+                name=f"{self._name}/{topic}",
+                node=self._sender,
+                payload=json.dumps(values).encode(),
+            )
+        except FrameError as error:
+            return Frame(FrameKind.REFUSED, payload=str(error).encode())
+        answer: Frame = await future
+        return answer
+
+    def _give_feedback(self, payload: bytes) -> None:
+        values = json.loads(payload)
+        handle = self._handles.get(values["status"]["goal_id"]["id"])
+        if handle is not None and handle.is_active:
+            handle.publish_feedback(fill(self._class.Feedback(), values["feedback"]))
+
+    def _give_result(self, payload: bytes) -> None:
+        values = json.loads(payload)
+        future = self._results.get(values["status"]["goal_id"]["id"])
+        if future is not None and not future.done():
+            future.set_result(values)
+
+
+def _ignore(_frame: Frame) -> None:
+    """Ignore the answer to a subscription."""

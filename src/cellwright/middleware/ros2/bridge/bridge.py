@@ -1,0 +1,157 @@
+"""Bridge between a served cell and ROS 2; run by the path of this file under a Python that has rclpy.
+
+It prints one line on stdout, `ready`, when everything is advertised; all other lines go to stderr. Exit status: 0 if
+the cell ends or a signal ends the bridge, 1 if it cannot start. Arguments behind `--ros-args` are rclpy's: namespace,
+remappings, parameters.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+if __name__ == "__main__":
+    # Cellwright and its dependencies are not installed here: load only these parts of it.
+    sys.path[:] = [folder for folder in sys.path if folder != str(Path(__file__).parent)]
+    cellwright = types.ModuleType("cellwright")
+    cellwright.__path__ = [str(Path(__file__).resolve().parents[3])]
+    sys.modules["cellwright"] = cellwright
+
+from std_msgs.msg import String
+
+from cellwright.middleware.ros2.bridge.actions import TrajectoryAction
+from cellwright.middleware.ros2.bridge.graph import TypeWatch
+from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
+from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
+from cellwright.middleware.ros2.bridge.services import CellCall, CellService, StepService
+from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, Publication
+from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
+from cellwright.middleware.wire.connection import LinkClient, address_of
+from cellwright.middleware.wire.event_loop import EventLoop, report, report_ready
+from cellwright.middleware.wire.frames import Frame, FrameKind
+
+CLOCK, DESCRIPTION = "/clock", "/robot_description"
+
+ENDED, ANSWERED = 0, 3
+
+_LOOK_PERIOD = 0.05  # time between two looks for subscribers [s]
+
+
+class Bridge:
+    """A cell as a node of ROS 2; `arguments` are rclpy's."""
+
+    def __init__(self, address: tuple[str, int], node: str, arguments: list[str]) -> None:
+        self._address = address
+        self._name = node
+        self._arguments = arguments
+        self._loop = EventLoop()
+        self._ros: RosNode | None = None
+        self._actions: list[TrajectoryAction] = []
+
+    def run(self) -> None:
+        """Carry messages until the cell ends, or a signal comes; then end the process."""
+        run_process(self._serve, after=self._leave)
+
+    def _serve(self) -> int:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: self._loop.stop(ENDED))
+        self._loop.wake_by_signals()
+        self._link = LinkClient(self._loop, self._address, self._name, self._cell_ended, "ros2")
+        parameters = self._ask(PARAMETERS, {})
+        state = self._ask(CONTROL, {"action": "state"})
+        if parameters is None or state is None:
+            return ENDED
+        ros = self._ros = RosNode(self._name, self._arguments)
+        self._offer(ros, self._link.welcome)
+        self._parameters = NodeParameters(ros, self._link, parameters, state.get("speed"))
+        self._describe(ros, description_of(parameters))
+        self._watch = TypeWatch(ros, self._loop, [*(each.name for each in self._publications), *self._commands])
+        ros.start()
+        if not self._link.welcome["lockstep"]:
+            self._link.keep_up(lambda: False)
+        self._look()
+        report_ready()
+        return self._loop.run()
+
+    def _ask(self, service: str, request: dict[str, Any]) -> dict[str, Any] | None:
+        """Return the answer of a service of the server; empty if it has none, None if the cell has ended."""
+        found: list[Frame] = []
+
+        def answered(frame: Frame) -> None:
+            found.append(frame)
+            self._loop.stop(ANSWERED)
+
+        self._link.request(FrameKind.CALL, answered, name=service, payload=json.dumps(request).encode())
+        if self._loop.run() != ANSWERED:
+            return None
+        return found[0].json() if found[0].kind is FrameKind.ANSWER else {}
+
+    def _offer(self, ros: RosNode, welcome: dict[str, Any]) -> None:
+        """Advertise topics, services and actions; the clock last: for programs it is the sign that all are there."""
+        loop, link, in_lockstep, sender = self._loop, self._link, bool(welcome["lockstep"]), self._name
+        within = tuple(f"{action['name']}/" for action in welcome["actions"])
+        topics = [topic for topic in welcome["topics"] if not topic["name"].startswith(within)]
+        steps_look: list[StepQueue] = []
+        self._commands = {
+            topic["name"]: CommandTopic(
+                ros,
+                loop,
+                link,
+                topic,
+                sender,
+                limit=None if in_lockstep else COMMAND_QUEUE,
+                on_handed_over=(lambda: loop.call(steps_look[0].look)) if in_lockstep else None,
+            )
+            for topic in topics
+            if topic["direction"] == "in"
+        }
+        out = sorted((topic for topic in topics if topic["direction"] == "out"), key=lambda each: each["name"] == CLOCK)
+        calls = CellCall(ros, link, sender)
+        self._services: list[Any] = [CellService(ros, loop, calls, service) for service in welcome["services"]]
+        self._actions = [TrajectoryAction(ros, loop, link, sender, action) for action in welcome["actions"]]
+        self._publications = [
+            (ClockPublication if topic["name"] == CLOCK and not in_lockstep else Publication)(
+                ros, link, topic, in_lockstep=in_lockstep
+            )
+            for topic in out
+        ]
+        if in_lockstep:
+            steps_look.append(StepQueue(loop, link, self._commands))
+            self._services.append(StepService(ros, loop, steps_look[0], sender, self._commands, self._publications))
+
+    def _describe(self, ros: RosNode, description: str) -> None:
+        """Publish the robot's description for programs of ROS 2, which expect a latched topic."""
+        if description:
+            latched = quality(is_reliable=True, is_transient_local=True, depth=1)
+            self._description = ros.node.create_publisher(String, relative(DESCRIPTION), latched)
+            self._description.publish(String(data=description))
+
+    def _look(self) -> None:
+        for publication in self._publications:
+            publication.look()
+        self._loop.later(_LOOK_PERIOD, self._look)
+
+    def _cell_ended(self, reason: str | None) -> None:
+        if reason is None:
+            report("the cell is gone")
+        for action in self._actions:
+            action.end()
+        self._loop.stop(ENDED)
+
+    def _leave(self) -> None:
+        if self._ros is not None:
+            self._ros.close()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="bridge", description="Present a served cell or robot as a node of ROS 2.")
+    parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="address of the server")
+    parser.add_argument("--name", metavar="/NODE", default="/cellwright", help="name of the node (%(default)s)")
+    position = sys.argv.index("--ros-args") if "--ros-args" in sys.argv else len(sys.argv)
+    options = parser.parse_args(sys.argv[1:position])
+    Bridge(options.connect, options.name, sys.argv[position:]).run()

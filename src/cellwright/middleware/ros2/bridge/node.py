@@ -1,0 +1,110 @@
+"""ROS 2 node of this process: start, executor in a thread, clean end, and quality of service."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from cellwright.middleware.wire.event_loop import MissingError, nothing, report
+
+SIGN_OFF_TIMEOUT = 5.0  # time for the node to leave the graph [s]; then the process ends without
+
+
+def relative(name: str) -> str:
+    """Return the relative form of a name, so that the node's namespace and remappings apply to it."""
+    return name.lstrip("/")
+
+
+def quality(*, is_reliable: bool, is_transient_local: bool, depth: int) -> QoSProfile:
+    """Return quality of service in rclpy's terms."""
+    return QoSProfile(
+        depth=depth,
+        history=HistoryPolicy.KEEP_LAST,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_transient_local else DurabilityPolicy.VOLATILE,
+    )
+
+
+class RosNode:
+    """Node of this process, and the executor that calls its callbacks in a thread of its own.
+
+    Attributes:
+        node: rclpy's node.
+        group: callback group in which callbacks do not wait for each other.
+
+    Raises:
+        MissingError: rclpy cannot start here.
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str]) -> None:
+        try:
+            rclpy.init(args=[sys.argv[0], *arguments], signal_handler_options=SignalHandlerOptions.NO)
+            base = name.rpartition("/")
+            self.node: Any = rclpy.create_node(base[2], namespace=base[0] or None)
+        except Exception as error:  # rclpy has no common class of errors
+            raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
+        self.group = ReentrantCallbackGroup()
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
+
+    def start(self) -> None:
+        """Begin to call callbacks."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Leave the graph; the order is the one in which rclpy ends without complaint."""
+        with contextlib.suppress(Exception):
+            self.executor.shutdown()
+        if self._thread.is_alive():
+            self._thread.join(SIGN_OFF_TIMEOUT)
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+    def _spin(self) -> None:
+        while rclpy.ok() and not self._spin_until_defect():
+            pass
+
+    def _spin_until_defect(self) -> bool:
+        """Call callbacks until one fails, which is no reason to leave the others uncalled; True at the end."""
+        try:
+            self.executor.spin()
+        except ExternalShutdownException:
+            return True
+        except Exception as defect:
+            report(f"internal error, please report it: {type(defect).__name__}: {defect}")
+            return False
+        return True
+
+
+def run_process(serve: Callable[[], int], *, after: Callable[[], None] = nothing) -> None:
+    """Serve until the end, and end the process in any case.
+
+    Args:
+        serve: returns the exit status. It is 0 after a signal, and 1 if something is missing.
+        after: leaves the graph.
+    """
+    status = 1
+    try:
+        status = serve()
+    except MissingError as error:
+        report(str(error))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    watchdog = threading.Timer(SIGN_OFF_TIMEOUT, os._exit, [status])
+    watchdog.daemon = True
+    watchdog.start()
+    after()
+    sys.stderr.flush()
+    os._exit(status)

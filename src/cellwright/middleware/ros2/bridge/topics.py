@@ -1,0 +1,124 @@
+"""Topics of the bridge: publications of the cell in ROS 2, and ROS 2 commands to the cell.
+
+The bridge subscribes to a topic of the cell only while it has a subscriber in ROS 2, since building messages costs
+time. To latched topics it subscribes all the time: their newest message waits in the publisher for late subscribers.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+from rclpy.serialization import serialize_message
+
+from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values, values_of
+from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative
+from cellwright.middleware.wire.command_queue import CommandQueue
+from cellwright.middleware.wire.connection import LinkClient
+from cellwright.middleware.wire.event_loop import EventLoop
+from cellwright.middleware.wire.frames import Frame
+
+LOCKSTEP_DEPTH = 1000
+"""Messages that are kept for a subscriber in lockstep, where nothing must be lost."""
+
+CLOCK_PERIOD = 4_000_000
+"""Shortest simulation time [ns] between two messages on /clock: 250 Hz, a tenth of a core for each subscriber."""
+
+_STAMP = struct.Struct("<4xiI")
+_NANOSECONDS = 1_000_000_000
+
+
+class Publication:
+    """Topic of the cell, published in ROS 2; `published` counts its messages, as subscribers see it."""
+
+    def __init__(self, ros: RosNode, link: LinkClient, topic: dict[str, Any], *, in_lockstep: bool) -> None:
+        self.name: str = topic["name"]
+        self.published = 0
+        self._link = link
+        self._class = interface_class(topic["type"], "msg")
+        self._is_values = is_values(topic["type"])
+        self._always = bool(topic["latch"])
+        wanted = topic["qos"]
+        depth = max(wanted["depth"], len(topic["publishers"]) if self._always else 1)
+        self._publisher = ros.node.create_publisher(
+            self._class,
+            relative(self.name),
+            quality(
+                is_reliable=wanted["reliable"],
+                is_transient_local=wanted["transient_local"],
+                depth=max(depth, LOCKSTEP_DEPTH) if in_lockstep and not self._always else depth,
+            ),
+        )
+        self._subscription: int | None = None
+        if self._always:
+            self._listen()
+
+    def look(self) -> None:
+        """Subscribe to the topic of the cell, or end this, by whether it has subscribers in ROS 2."""
+        if self._always:
+            return
+        has_subscribers = self._publisher.get_subscription_count() > 0
+        if has_subscribers and self._subscription is None:
+            self._listen()
+        elif not has_subscribers and self._subscription is not None:
+            self._link.unsubscribe(self._subscription)
+            self._subscription = None
+
+    def _listen(self) -> None:
+        self._subscription = self._link.subscribe(self.name, "", self._publish, _ignore)
+
+    def _publish(self, payload: bytes) -> None:
+        self.published += 1
+        self._publisher.publish(fill(self._class(), json.loads(payload)) if self._is_values else payload)
+
+
+class ClockPublication(Publication):
+    """Simulation time, no more often than each `CLOCK_PERIOD`; in lockstep each tick's."""
+
+    _newest: int | None = None
+    period = CLOCK_PERIOD
+
+    def _publish(self, payload: bytes) -> None:
+        seconds, rest = _STAMP.unpack_from(payload)
+        now = seconds * _NANOSECONDS + rest
+        if self._newest is None or not 0 <= now - self._newest < self.period:
+            self._newest = now
+            super()._publish(payload)
+
+
+class CommandTopic(CommandQueue):
+    """Topic that the cell receives, subscribed to in ROS 2. ROS 2 does not tell who has sent a message."""
+
+    def __init__(
+        self, ros: RosNode, loop: EventLoop, link: LinkClient, topic: dict[str, Any], sender: str, **more: Any
+    ) -> None:
+        super().__init__(loop, link, topic["name"], topic["type"], **more)
+        wanted = topic["qos"]
+        self._sender = sender
+        self._is_values = is_values(topic["type"])
+        self._subscription = ros.node.create_subscription(
+            interface_class(topic["type"], "msg"),
+            relative(self.name),
+            self._take,
+            quality(
+                is_reliable=wanted["reliable"],
+                is_transient_local=False,
+                depth=LOCKSTEP_DEPTH if more.get("limit", 0) is None else wanted["depth"],
+            ),
+            raw=not self._is_values,
+            callback_group=ros.group,
+        )
+
+    def _take(self, message: Any) -> None:
+        self.take(self._sender, json.dumps(values_of(message)).encode() if self._is_values else message)
+
+
+def as_bytes(message: Any, type_name: str) -> bytes:
+    """Return a message of ROS 2 for the cell."""
+    data: bytes = json.dumps(values_of(message)).encode() if is_values(type_name) else serialize_message(message)
+    return data
+
+
+def _ignore(_frame: Frame) -> None:
+    """Ignore the answer to a subscription."""

@@ -1,0 +1,163 @@
+"""ROS 2 side of a served cell or robot: environment, bridge process and its supervision."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+from cellwright._package import FOLDER
+from cellwright.middleware.child import BridgeProcess, RestartDelay, describe_exit, start_bridge
+from cellwright.middleware.ros2.host import installation as installations
+from cellwright.util.errors import UsageError
+
+CELL_NODE = "/cellwright"
+"""Node name of a cell in ROS 2. That of a robot is its own."""
+
+RANGE_VARIABLE, OLD_RANGE_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
+RANGES = ("localhost", "subnet")
+"""How far other nodes are looked for: on this machine, or in its network."""
+
+_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros2" / "bridge" / "bridge.py"
+
+
+@dataclass(frozen=True)
+class Ros2Options:
+    """Options of a session's node in ROS 2.
+
+    Attributes:
+        discovery: one of `RANGES`.
+        arguments: rclpy's own, without `--ros-args`: `("-r", "__ns:=/cell1")`.
+    """
+
+    discovery: str = "localhost"
+    arguments: tuple[str, ...] = ()
+
+
+def discovery_variables(environment: Mapping[str, str], discovery: str) -> dict[str, str]:
+    """Return the variables that keep a node's traffic within a range, for an environment of any distribution."""
+    if environment.get("ROS_DISTRO") in ("humble", "galactic", "foxy"):  # they know no ranges
+        return {OLD_RANGE_VARIABLE: "1" if discovery == "localhost" else "0"}
+    return {RANGE_VARIABLE: discovery.upper()}
+
+
+class Ros2:
+    """Presents a served cell or robot in ROS 2. Close it, or use it in a `with`: this ends the bridge.
+
+    `report` takes a line about a failure or a recovery; no call waits once it `is_stopped`.
+
+    Raises:
+        UsageError: there is no ROS 2, or it lacks interfaces.
+    """
+
+    def __init__(
+        self,
+        report: Callable[[str], None],
+        is_stopped: Callable[[], bool] = lambda: False,
+        environment: Mapping[str, str] | None = None,
+        *,
+        node: str = CELL_NODE,
+        options: Ros2Options | None = None,
+    ) -> None:
+        self.report = report
+        self.options = options or Ros2Options()
+        self._node = node
+        self._is_stopped = is_stopped
+        found = installations.find(environment)
+        own = discovery_variables(found.environment, self.options.discovery)
+        asked = found.environment.get(RANGE_VARIABLE, "")
+        if RANGE_VARIABLE in own and asked.upper() not in ("", own[RANGE_VARIABLE], "SYSTEM_DEFAULT"):
+            report(f"{RANGE_VARIABLE}={asked} is ignored; the range is {self.options.discovery}, see --ros2-range")
+        self._installation = replace(found, environment={**found.environment, **own})
+        self.for_programs: Mapping[str, str] = own
+        """Environment that leads a program of ROS 2 to the same nodes."""
+        self._bridge: BridgeProcess | None = None
+        self._delay = RestartDelay()
+        self._again = 0.0
+        self._was_ready = False
+        self._address = ("", 0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def join(self, address: tuple[str, int], serve: Callable[[float], object]) -> bool:
+        """Start the bridge, and serve clients until all is advertised.
+
+        Args:
+            address: host and port of the server.
+            serve: serves clients for some time [s]; the bridge is one of them.
+
+        Returns:
+            True if everything is advertised; False if it was stopped before.
+
+        Raises:
+            UsageError: it failed; the text has the reason.
+        """
+        self._address = address
+        if self._is_stopped():
+            return False
+        try:
+            bridge = self._start()
+        except OSError as error:
+            raise UsageError(f"the ROS 2 bridge could not be started: {error}") from None
+        self._was_ready = start_bridge(bridge, "ROS 2", serve, self._is_stopped)
+        return self._was_ready
+
+    @property
+    def bridge_pid(self) -> int | None:
+        """Process id of the bridge; None if it does not run."""
+        return None if self._bridge is None else self._bridge.pid
+
+    def poll(self) -> None:
+        """Check the bridge, and restart it if it has ended; call it often, and from the same thread."""
+        try:
+            if self._bridge is not None:
+                self._look_at(self._bridge)
+            elif time.monotonic() >= self._again:
+                self._start()
+        except OSError as error:  # no memory, process or file descriptor left on this machine
+            self._again = time.monotonic() + self._delay.after(0.0)
+            self.report(f"the ROS 2 bridge could not be started: {error}; trying again")
+
+    def _look_at(self, bridge: BridgeProcess) -> None:
+        status = bridge.poll()
+        if bridge.is_ready and not self._was_ready:
+            self._was_ready = True
+            self.report("all topics and services are in ROS 2 again")
+        if status is None:
+            return
+        self._bridge = None
+        self._was_ready = False
+        bridge.stop()
+        self._again = time.monotonic() + self._delay.after(time.monotonic() - bridge.started)
+        self.report(f"the ROS 2 bridge {describe_exit(status)}; restarting it")
+
+    def close(self) -> None:
+        """End the bridge; it leaves the graph first."""
+        bridge, self._bridge = self._bridge, None
+        if bridge is not None:
+            bridge.stop()
+
+    def _start(self) -> BridgeProcess:
+        arguments = [f"--name={self._node}"]
+        if self.options.arguments:
+            arguments += ["--ros-args", *self.options.arguments]
+        self._bridge = BridgeProcess(
+            _BRIDGE_PROGRAM,
+            self._address,
+            arguments,
+            python=self._installation.python,
+            environment=self._installation.environment,
+            on_line=self._on_line,
+        )
+        return self._bridge
+
+    def _on_line(self, line: str) -> None:
+        """Forward the bridge's output, except complaints about its disconnection at the end."""
+        if not self._is_stopped():
+            self.report(f"ROS 2: {line}")
