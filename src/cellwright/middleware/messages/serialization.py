@@ -7,6 +7,7 @@ call here, and strings, which are nearly always known names, come from a cache.
 
 import struct
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
@@ -337,6 +338,10 @@ class Encoding(NamedTuple):
     read: Callable[[bytes, type[Message]], Message]
 
 
+MAX_TRAILING = 8
+"""Bytes behind a message in which rclpy pads it (measured in Jazzy); the library tolerates three by itself."""
+
+
 def to_ros2(message: Message) -> bytes:
     """Return a message for the bridge to ROS 2: as CDR, or as JSON values if it is of one of `VALUE_PACKAGES`.
 
@@ -347,12 +352,20 @@ def to_ros2(message: Message) -> bytes:
 
 
 def from_ros2(data: bytes | memoryview, message_class: type[M]) -> M:
-    """Return the message in bytes of the bridge to ROS 2.
+    """Return the message in bytes of the bridge to ROS 2, which may end with up to `MAX_TRAILING` bytes of no meaning.
 
     Raises:
         MessageError: the bytes are no message of this class.
     """
-    return (from_values if _is_values(message_class) else from_cdr)(data, message_class)
+    if _is_values(message_class):
+        return from_values(data, message_class)
+    try:
+        return from_cdr(data, message_class)
+    except MessageError:
+        for extra in range(4, MAX_TRAILING + 1, 4):
+            with suppress(MessageError):
+                return from_cdr(data[:-extra], message_class)
+        raise
 
 
 def _is_values(message: Message | type[Message]) -> bool:

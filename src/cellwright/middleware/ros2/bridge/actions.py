@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import uuid
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -32,7 +33,7 @@ class TrajectoryAction:
         self._accepted: dict[int, str] = {}
         """Identifiers of accepted goals that rclpy does not execute yet, by Python's id of the goal."""
         self._handles: dict[str, Any] = {}
-        self._results: dict[str, Future] = {}
+        self._results: dict[str, tuple[Future, Callable[[Any], None]]] = {}
         self._refusals = ThrottledLog(loop, "{count} x {subject}")
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
@@ -48,12 +49,12 @@ class TrajectoryAction:
 
     def end(self) -> None:
         """Abort all goals: the cell is gone."""
-        for future in self._results.values():
-            future.set_result(None)
+        for _, resolve in list(self._results.values()):
+            resolve(None)
 
     async def _take_goal(self, goal: Any) -> GoalResponse:
         name = uuid.uuid4().hex
-        self._results[name] = Future(executor=self._ros.executor)
+        self._results[name] = self._ros.awaited()
         answer = await self._publish("goal", {"goal_id": {"id": name}, "goal": values_of(goal)})
         if answer.kind is FrameKind.DONE:
             self._accepted[id(goal)] = name
@@ -71,7 +72,7 @@ class TrajectoryAction:
         name = self._accepted.pop(id(handle.request))
         self._handles[name] = handle
         try:
-            values = await self._results[name]
+            values = await self._results[name][0]
         finally:
             del self._handles[name], self._results[name]
         result = self._class.Result()
@@ -90,11 +91,11 @@ class TrajectoryAction:
 
     async def _publish(self, topic: str, values: dict[str, Any]) -> Frame:
         """Publish a message on one of the action's topics; return the cell's answer."""
-        future = Future(executor=self._ros.executor)
+        future, resolve = self._ros.awaited()
         try:
             self._link.request(
                 FrameKind.PUBLISH,
-                future.set_result,
+                resolve,
                 name=f"{self._name}/{topic}",
                 node=self._sender,
                 payload=json.dumps(values).encode(),
@@ -112,9 +113,9 @@ class TrajectoryAction:
 
     def _give_result(self, payload: bytes) -> None:
         values = json.loads(payload)
-        future = self._results.get(values["status"]["goal_id"]["id"])
-        if future is not None and not future.done():
-            future.set_result(values)
+        found = self._results.get(values["status"]["goal_id"]["id"])
+        if found is not None:
+            found[1](values)
 
 
 def _ignore(_frame: Frame) -> None:

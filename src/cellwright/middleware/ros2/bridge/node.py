@@ -15,6 +15,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 
@@ -58,6 +59,17 @@ class RosNode:
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
+
+    def awaited(self) -> tuple[Future, Callable[[Any], None]]:
+        """Return a future for a coroutine of the executor, and the function that sets its result in any thread."""
+        future = Future(executor=self.executor)
+
+        def resolve(result: Any) -> None:
+            if not future.done():
+                future.set_result(result)
+                self.executor.wake()  # a result alone does not end its wait
+
+        return future, resolve
 
     def start(self) -> None:
         """Begin to call callbacks."""

@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.serialization import deserialize_message
-from rclpy.task import Future
 
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
@@ -36,13 +35,13 @@ class CellCall:
 
     async def ask(self, name: str, type_name: str, request: bytes) -> Frame:
         """Return the frame that answers a call: ANSWER or REFUSED."""
-        future = Future(executor=self._ros.executor)
+        future, resolve = self._ros.awaited()
 
         def answered(frame: Frame) -> None:
             if frame.kind is FrameKind.DONE:  # in lockstep: it takes time, which other callers may advance
                 self._link.ask_again(frame.number, answered)
             else:
-                future.set_result(frame)
+                resolve(frame)
 
         try:
             self._link.request(FrameKind.CALL, answered, name=name, type=type_name, node=self._node, payload=request)
@@ -122,12 +121,12 @@ class StepService:
             if name in self._commands and self._ros.node.count_publishers(relative(name)) > 1:
                 response.message = f"{name} has several publishers; in lockstep one node commands a topic"
                 return response
-        future = Future(executor=self._ros.executor)
+        future, resolve = self._ros.awaited()
         step = Step(
             self._sender,
             duration,
             dict(zip(names, counts or [0] * len(names), strict=True)),
-            lambda failure, now: future.set_result((failure, now, self._counts())),
+            lambda failure, now: resolve((failure, now, self._counts())),
         )
         self._loop.call(self._steps.add, step)
         failure, now, sent = await future
