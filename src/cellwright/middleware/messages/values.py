@@ -81,8 +81,9 @@ def _built(values: Any, name: str, where: str) -> Any:
             raise MessageError(f"{where}{'.' if where else ''}{key} is not supported here; leave it empty")
     given = {
         normalize_fieldname(key): _member(values[key], desc, f"{where}{'.' if where else ''}{key}")
-        for key, desc in fields.items()
         if key in values
+        else _default(desc)
+        for key, desc in fields.items()
     }
     return message_type(name)(**given)
 
@@ -94,6 +95,24 @@ def _member(value: Any, desc: FieldDesc, where: str) -> Any:
         case (Nodetype.SEQUENCE | Nodetype.ARRAY, ((Nodetype.NAME, name), _)) if isinstance(value, list):
             return [_built(each, str(name), f"{where}[{index}]") for index, each in enumerate(value)]
     return value
+
+
+def _default(desc: FieldDesc) -> Any:
+    """Return the value of a field that was not given; `checked` gives it its form."""
+    match desc:
+        case (Nodetype.NAME, name):
+            return _built({}, str(name), "")
+        case (Nodetype.SEQUENCE, _):
+            return []
+        case (Nodetype.ARRAY, (member, length)):
+            return [_default(member)] * int(length)
+        case (_, ("string", _)):
+            return ""
+        case (_, ("bool", _)):
+            return False
+        case (_, (str(name), _)) if name.startswith("float"):
+            return 0.0
+    return 0
 
 
 def _is_empty(value: Any) -> bool:

@@ -13,7 +13,7 @@ from rclpy.task import Future
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
 from cellwright.middleware.wire.connection import LinkClient
-from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
+from cellwright.middleware.wire.event_loop import EventLoop
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 SUCCEEDED = 3
@@ -34,7 +34,6 @@ class TrajectoryAction:
         """Identifiers of accepted goals that rclpy does not execute yet, by Python's id of the goal."""
         self._handles: dict[str, Any] = {}
         self._results: dict[str, tuple[Future, Callable[[Any], None]]] = {}
-        self._refusals = ThrottledLog(loop, "{count} x {subject}")
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
         self._server = ActionServer(
@@ -60,7 +59,6 @@ class TrajectoryAction:
             self._accepted[id(goal)] = name
             return GoalResponse.ACCEPT
         del self._results[name]
-        self._refusals.count(f"a goal of {self._name} was rejected: {' '.join(answer.text().split())}")
         return GoalResponse.REJECT
 
     async def _take_cancel(self, handle: Any) -> CancelResponse:
