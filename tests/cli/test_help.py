@@ -32,6 +32,8 @@ COMMANDS = [
     "operate call",
     "ros1-env",
     "ros1-workspace",
+    "ros2-env",
+    "ros2-workspace",
 ]
 
 

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.contents import package_files, write_file, write_package, write_programs
+from cellwright.middleware.ros1.packages.contents import package_files, write_package, write_programs
 
 
 def test_write_package_writes_all_files(tmp_path: Path) -> None:
@@ -32,14 +32,6 @@ def test_write_package_keeps_changed_file_with_tilde(tmp_path: Path) -> None:
     assert (tmp_path / "package.xml~").read_text() == "mine"
     assert (tmp_path / "notes.txt").read_text() == "mine too"
     assert (tmp_path / "package.xml").read_bytes() == package_files("cellwright_msgs", tmp_path)["package.xml"]
-
-
-def test_write_file_makes_program_executable_again(tmp_path: Path) -> None:
-    program = tmp_path / "program"
-    write_file(program, b"#!/bin/sh\n")
-    program.chmod(0o644)
-    write_file(program, b"#!/bin/sh\n")
-    assert os.access(program, os.X_OK)
 
 
 def test_write_programs_links_python_to_python_of_ros(tmp_path: Path) -> None:

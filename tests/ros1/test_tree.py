@@ -1,17 +1,13 @@
 """Tree for a shell: complete or missing, never stale, and on the paths once."""
 
 import os
-import shlex
-import subprocess
 import threading
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from cellwright.middleware.ros1.host.installation import RosSystem
-from cellwright.middleware.ros1.packages.tree import cache_folder, ensure_tree, shell_lines, variables
+from cellwright.middleware.ros1.packages.tree import cache_folder, ensure_tree, variables
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT
@@ -112,27 +108,3 @@ def test_variables_have_tree_first_and_once() -> None:
 
 def test_variables_without_package_path_include_system() -> None:
     assert variables(Path("/cache/a"), SYSTEM, {})["ROS_PACKAGE_PATH"] == "/cache/a/share:/usr/share"
-
-
-@given(st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=30))
-def test_shell_lines_quote_random_values(value: str) -> None:
-    assert shlex.split(shell_lines({"PYTHONPATH": value}, "sh"), comments=False) == ["export", f"PYTHONPATH={value}"]
-
-
-def test_bash_evaluates_shell_lines(tmp_path: Path) -> None:
-    awkward = "a 'quoted' $HOME `pwd` \\ path"
-    ran = subprocess.run(
-        ["bash", "-c", 'eval "$1"; printf %s "$PYTHONPATH"', "bash", shell_lines({"PYTHONPATH": awkward}, "sh")],
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-        check=True,
-    )
-    assert ran.stdout == awkward
-
-
-def test_shell_lines_for_fish_set_lists() -> None:
-    assert shell_lines({"PATH": "/a:/it's", "PYTHONPATH": "/a:/b"}, "fish").splitlines() == [
-        "set -gx PATH '/a' '/it\\'s'",
-        "set -gx PYTHONPATH '/a:/b'",
-    ]

@@ -70,6 +70,8 @@ COMMANDS = {
     "robot": "robot:robot",
     "ros1-env": "ros1:ros1_env",
     "ros1-workspace": "ros1:ros1_workspace",
+    "ros2-env": "ros2:ros2_env",
+    "ros2-workspace": "ros2:ros2_workspace",
     "operate": "operate:app",
 }
 """Module of each command, below this package, in the order of the help: a function, or an app of several commands."""

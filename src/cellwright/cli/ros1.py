@@ -8,16 +8,17 @@ import typer
 
 from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
+from cellwright.cli.shell import SHELL_HELP, check_shell, shell_lines
 from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages import workspace
-from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
+from cellwright.middleware.ros1.packages.tree import cache_folder, ensure_tree, variables
 
 
 def ros1_env(
     folder: Annotated[
         Path | None, option("DIR", "Folder for the packages. Default: the user's cache.", name="--dir")
     ] = None,
-    shell: Annotated[str, option("SHELL", "Shell language: `sh` (bash, zsh) or `fish`.")] = "sh",
+    shell: Annotated[str, option("SHELL", SHELL_HELP)] = "sh",
 ) -> None:
     """Print the paths with which ROS 1 tools find the packages of the cell and the robot.
 
@@ -36,8 +37,7 @@ def ros1_env(
 
     Exit status: 0 done; 2 there is no ROS 1, or the folder cannot be written.
     """
-    if shell not in SHELLS:
-        refuse(f"--shell {shell}: give one of {', '.join(SHELLS)}")
+    check_shell(shell)
     ros = find_system()
     tree = ensure_tree(ros, folder or cache_folder())
     typer.echo(shell_lines(variables(tree, ros), shell))

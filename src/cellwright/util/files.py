@@ -107,6 +107,37 @@ def write_atomic(path: Path, content: str | bytes) -> None:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
+def user_folder(variable: str, default: str, variables: Mapping[str, str] = os.environ) -> Path:
+    """Return Cellwright's folder below a base folder of the user, such as `~/.cache/cellwright`.
+
+    Args:
+        variable: name of the variable with the base folder ("XDG_CACHE_HOME"); a relative path in it is ignored.
+        default: the base folder without it, below the home folder (".cache").
+        variables: the environment.
+    """
+    base = variables.get(variable, "")
+    return (Path(base) if os.path.isabs(base) else Path.home() / default) / "cellwright"
+
+
+def update_file(path: Path, content: bytes) -> None:
+    """Write a file of a package unless it is up to date; another file in its place is kept with a tilde.
+
+    A file with a shebang is made executable.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    mode = 0o755 if content.startswith(b"#!") else 0o644
+    if path.is_file():
+        if path.read_bytes() == content:
+            path.chmod(mode)
+            return
+        path.replace(path.with_name(f"{path.name}~"))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+    path.chmod(mode)
+
+
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
 
 

@@ -181,6 +181,39 @@ _READING = 5.0  # [s] to read the rest of a child's output
 _TAIL = 2000  # bytes
 
 
+def run_briefly(
+    command: Sequence[str], environment: Mapping[str, str], timeout: float = 20.0
+) -> subprocess.CompletedProcess[bytes] | None:
+    """Run a program that asks about this machine; return None if it could not be started, or took too long.
+
+    Args:
+        command: program and arguments.
+        environment: complete environment of the program.
+        timeout: bound [s].
+    """
+    try:
+        return subprocess.run(  # noqa: S603
+            command,
+            env=dict(environment),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=timeout,
+            check=False,
+            start_new_session=True,  # else a Ctrl-C on the terminal would make it fail
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+
+
+def sourced_environment(setup: Path, environment: Mapping[str, str]) -> dict[str, str] | None:
+    """Return the environment after bash has sourced a file; None if that is not possible."""
+    ran = run_briefly(["/bin/bash", "-c", '. "$0" >/dev/null 2>&1; exec env -0', str(setup)], environment)
+    if ran is None:
+        return None
+    pairs = (each.partition("=") for each in ran.stdout.decode(errors="replace").split("\0"))
+    return {key: value for key, _, value in pairs if key}
+
+
 def own_program(module: str, *arguments: str) -> list[str]:
     """Return the command that runs `main` of a Cellwright module, from the same installation as this process.
 

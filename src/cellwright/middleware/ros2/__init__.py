@@ -1,1 +1,4 @@
-"""ROS 2: the bridge, its host in the process of a served cell or robot, and the packages."""
+"""ROS 2: a bridge presents a cell or robot to ROS 2; it runs under an interpreter that has rclpy.
+
+Packages of interfaces come from the definitions in `cellwright.middleware.messages`, and are built once for a machine.
+"""

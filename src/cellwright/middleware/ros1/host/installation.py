@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.util.errors import UsageError
+from cellwright.util.process import run_briefly, sourced_environment
 
 PYTHON_VARIABLE = "CELLWRIGHT_ROS1_PYTHON"
 """Environment variable: the interpreter that takes precedence over all others."""
@@ -22,7 +22,6 @@ HOW_TO_GET_IT = (
 """End of a sentence that begins with the missing part."""
 
 _LOOK = "import importlib.util, sys; sys.exit(importlib.util.find_spec('rospy') is None)"
-_TIMEOUT = 20.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -74,33 +73,15 @@ def _installation(python: str, environment: Mapping[str, str]) -> Installation:
 def _sourced(root: Path, environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
     """Yield the environment after each installation's own setup, the newest first by name."""
     for setup in sorted(root.glob("*/setup.bash"), reverse=True):
-        if not (setup.parent / "bin" / "rosmaster").exists():  # ROS 2 installs itself there too
-            continue
-        ran = _run(["/bin/bash", "-c", '. "$0" >/dev/null 2>&1; exec env -0', str(setup)], environment)
-        if ran is not None:
-            pairs = (each.partition("=") for each in ran.stdout.decode(errors="replace").split("\0"))
-            yield {key: value for key, _, value in pairs if key}
+        if (setup.parent / "bin" / "rosmaster").exists():  # ROS 2 installs itself there too
+            sourced = sourced_environment(setup, environment)
+            if sourced is not None:
+                yield sourced
 
 
 def _has_rospy(python: str, environment: Mapping[str, str]) -> bool:
-    ran = _run([python, "-c", _LOOK], environment)
+    ran = run_briefly([python, "-c", _LOOK], environment)
     return ran is not None and ran.returncode == 0
-
-
-def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.CompletedProcess[bytes] | None:
-    """Run a program; return None if it could not be started, or took too long."""
-    try:
-        return subprocess.run(  # noqa: S603
-            command,
-            env=dict(environment),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=_TIMEOUT,
-            check=False,
-            start_new_session=True,  # else a Ctrl-C on the terminal would make it fail
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_tri
 from cellwright.middleware.messages.types import sources
 from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.util.errors import UnknownNameError
+from cellwright.util.files import update_file
 
 IO_TELEOP = "io_teleop_robot_control_node"
 PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", IO_TELEOP, "osrf_gear")
@@ -87,20 +88,7 @@ def write_package(package: str, folder: Path, programs: Path) -> None:
     name with a tilde; files that do not belong to the package stay.
     """
     for path, content in package_files(package, programs).items():
-        write_file(folder / path, content)
-
-
-def write_file(path: Path, content: bytes) -> None:
-    """Write a file unless it is up to date; another file in its place is kept with a tilde."""
-    mode = 0o755 if content.startswith(b"#!") else 0o644
-    if path.is_file():
-        if path.read_bytes() == content:
-            path.chmod(mode)
-            return
-        path.replace(path.with_name(f"{path.name}~"))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(content)
-    path.chmod(mode)
+        update_file(folder / path, content)
 
 
 def write_programs(folder: Path, python: Path) -> None:

@@ -1,4 +1,4 @@
-"""Tree: a folder with everything that a shell needs to use ROS's tools on a cell, and the lines that set its variables.
+"""Tree: a folder with everything that a shell needs to use ROS's tools on a cell, and the shell's variables.
 
 - share/    the packages, and stubs of packages that ROS's tools would not see   -> ROS_PACKAGE_PATH
 - python/   modules of messages, and ariac_example                              -> PYTHONPATH
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shlex
 import shutil
 import subprocess
 import tempfile
@@ -24,14 +23,12 @@ from cellwright._package import VERSION
 from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
 from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
-
-SHELLS = ("sh", "fish")  # syntaxes of the lines; bash and zsh understand `sh` as well
+from cellwright.util.files import user_folder
 
 
 def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
     """Return the default folder of trees."""
-    base = variables.get("XDG_CACHE_HOME", "")
-    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "cellwright" / "ros1"
+    return user_folder("XDG_CACHE_HOME", ".cache", variables) / "ros1"
 
 
 def ensure_tree(ros: RosSystem, folder: Path) -> Path:
@@ -102,19 +99,6 @@ def variables(tree: Path, ros: RosSystem, present: Mapping[str, str] = os.enviro
 def _is_of_a_tree(entry: str, folder: Path) -> bool:
     path = Path(entry)
     return path.parent.parent == folder and path.name in ("share", "python", "bin")
-
-
-def shell_lines(values: Mapping[str, str], shell: str) -> str:
-    """Return lines that set variables, for one of `SHELLS` to evaluate."""
-    lines = []
-    for name, value in values.items():
-        if shell == "fish":
-            parts = value.split(os.pathsep) if name == "PATH" else [value]
-            quoted = ("'" + part.replace("\\", "\\\\").replace("'", "\\'") + "'" for part in parts)
-            lines.append(" ".join(["set -gx", name, *quoted]))
-        else:
-            lines.append(f"export {name}={shlex.quote(value)}")
-    return "\n".join(lines)
 
 
 _TIMEOUT = 120.0  # timeout of one generator [s]

@@ -18,6 +18,7 @@ from pathlib import Path
 from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
 from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
+from cellwright.util.files import update_file
 
 GROUP, GROUP_OF_ROBOTS = "ariac", "io_teleop"  # folders among the sources: of Cellwright's packages, of a robot's node
 
@@ -131,4 +132,4 @@ def build(ros: RosSystem, folder: Path) -> None:
 def _write(path: Path, text: str) -> None:
     if path.is_symlink():  # from catkin_init_workspace
         path.unlink()
-    contents.write_file(path, text.encode())
+    update_file(path, text.encode())

@@ -1,0 +1,184 @@
+"""Environment of our own: a folder with a Python that has ROS 2 from pinned wheels, and our interfaces.
+
+`python -m cellwright.middleware.ros2.packages.environment` makes it; `scripts/install-ros2` runs that, after it has
+installed missing tools.
+
+- `requirements/DISTRIBUTION.txt` pins every package, so that pip resolves nothing.
+- The interfaces come as one wheel, built once and kept in the user's cache.
+- A file in the folder names its contents. It is written last, and so a folder without it is incomplete.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import platform
+import shutil
+import sys
+import time
+import venv
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from cellwright.middleware.ros2.packages.build import (
+    REQUIREMENTS,
+    MissingToolsError,
+    Report,
+    build_wheel,
+    pip,
+    requirements,
+    wheel_path,
+)
+from cellwright.util.errors import UsageError
+from cellwright.util.files import user_folder, write_atomic
+
+DISTRIBUTIONS = ("jazzy", "kilted")
+"""ROS 2 distributions that wheels exist of, the default first."""
+
+FOLDER_VARIABLE = "CELLWRIGHT_ROS2_HOME"
+"""Environment variable: the folder of the environment, in place of one in the user's data."""
+
+RMW = "rmw_fastrtps_cpp"
+"""The only middleware that the wheels have."""
+
+_CONTENTS = "cellwright.json"
+_NEWEST = (3, 14)
+_PYTHON = f"{sys.version_info[0]}.{sys.version_info[1]}"
+
+
+def environment_folder(distribution: str, variables: Mapping[str, str] = os.environ) -> Path:
+    """Return the folder of the environment of a distribution, which need not exist."""
+    if named := variables.get(FOLDER_VARIABLE):
+        return Path(named).expanduser().absolute()
+    return user_folder("XDG_DATA_HOME", ".local/share", variables) / f"ros2-{distribution}"
+
+
+def complete_environments(variables: Mapping[str, str] = os.environ) -> Iterator[tuple[str, Path]]:
+    """Yield the distribution and the folder of each complete environment, the default distribution first."""
+    seen = set()
+    for distribution in DISTRIBUTIONS:
+        folder = environment_folder(distribution, variables)
+        contents = _contents(folder)
+        if folder not in seen and contents.get("interfaces"):
+            seen.add(folder)
+            yield str(contents["distribution"]), folder
+
+
+def install(distribution: str, report: Report, variables: Mapping[str, str] = os.environ) -> Path:
+    """Make the environment of a distribution, or bring it up to date; return its folder.
+
+    Raises:
+        MissingToolsError: the interfaces are not in the cache, and programs to build them are missing. The rest is
+            installed, and another call goes on from there.
+        UsageError: this machine cannot run the wheels, or a step failed.
+    """
+    check_machine(distribution)
+    folder = environment_folder(distribution, variables)
+    wheel = wheel_path(distribution, variables=variables)
+    base = {"distribution": distribution, "requirements": _digest(requirements(distribution)), "python": _PYTHON}
+    if _contents(folder) == base | {"interfaces": wheel.name} and (folder / "bin" / "python").exists():
+        return folder
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with _lock(folder.with_name(f".{folder.name}.lock")):
+            if {**_contents(folder), "interfaces": ""} != base | {"interfaces": ""}:
+                _make(folder, distribution, report)
+                _describe(folder, base | {"interfaces": ""})
+            if not wheel.is_file():
+                build_wheel(distribution, folder, wheel, report)
+            _describe(folder, base | {"interfaces": ""})
+            pip(folder, ["install", "--no-deps", "--force-reinstall", str(wheel)])
+            _describe(folder, base | {"interfaces": wheel.name})
+    except OSError as error:
+        raise UsageError(f"{error.filename or folder}: {error.strerror or error}") from None
+    return folder
+
+
+def check_machine(distribution: str) -> None:
+    """Check that there are wheels for this machine.
+
+    Raises:
+        UsageError: there are none.
+    """
+    if distribution not in DISTRIBUTIONS:
+        raise UsageError(f"{distribution}: no wheels of this ROS 2; give one of {', '.join(DISTRIBUTIONS)}")
+    machine = platform.machine()
+    if sys.platform != "linux" or machine != "x86_64" or sys.version_info[:2] > _NEWEST:
+        raise UsageError(
+            f"wheels of ROS 2 exist for Linux on x86_64 and Python up to {_NEWEST[0]}.{_NEWEST[1]} "
+            f"(got {sys.platform} on {machine}, Python {_PYTHON}); use a ROS 2 distribution instead"
+        )
+
+
+def _make(folder: Path, distribution: str, report: Report) -> None:
+    """Create the environment without our interfaces, in place of an incomplete or outdated one."""
+    started = time.monotonic()
+    if folder.exists() and not (folder / "pyvenv.cfg").is_file() and any(folder.iterdir()):
+        raise UsageError(f"{folder}: is no virtual environment; remove it, or set {FOLDER_VARIABLE}")
+    shutil.rmtree(folder, ignore_errors=True)
+    report(f"ROS 2 {distribution}: installing wheels into {folder}")
+    venv.create(folder, symlinks=True)
+    pip(folder, ["install", "--no-deps", "--requirement", str(REQUIREMENTS / f"{distribution}.txt")])
+    report(f"ROS 2 {distribution}: installed in {time.monotonic() - started:.0f} s")
+
+
+def _contents(folder: Path) -> dict[str, Any]:
+    """Return the description of an environment's contents; empty if there is none."""
+    try:
+        read = json.loads((folder / _CONTENTS).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return read if isinstance(read, dict) else {}
+
+
+def _describe(folder: Path, contents: Mapping[str, str]) -> None:
+    write_atomic(folder / _CONTENTS, json.dumps(contents, indent=1) + "\n")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@contextmanager
+def _lock(path: Path) -> Iterator[None]:
+    """Wait until no other process installs there, and keep others waiting."""
+    import fcntl  # not on Windows, where the rest of this module is loaded too
+
+    with path.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+MISSING_TOOLS = 3
+"""Exit status: programs that build the interfaces are missing."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Install ROS 2 into an environment of its own; return the exit status, 0, 2 or `MISSING_TOOLS`."""
+    parser = argparse.ArgumentParser(prog="install-ros2", description=main.__doc__)
+    parser.add_argument("distribution", nargs="?", default=DISTRIBUTIONS[0], help=" or ".join(DISTRIBUTIONS))
+    distribution = parser.parse_args(arguments).distribution
+    started = time.monotonic()
+
+    def report(line: str) -> None:
+        print(f"install-ros2: {line}", flush=True)  # noqa: T201
+
+    try:
+        folder = install(distribution, report)
+    except MissingToolsError as error:
+        report(str(error))
+        return MISSING_TOOLS
+    except UsageError as error:
+        for line in str(error).splitlines():
+            report(f"error: {line}")
+        return 2
+    report(f"ROS 2 {distribution} is there: {folder} ({time.monotonic() - started:.0f} s)")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
