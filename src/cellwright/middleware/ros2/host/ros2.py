@@ -36,9 +36,9 @@ class Ros2Options:
     arguments: tuple[str, ...] = ()
 
 
-def discovery_variables(environment: Mapping[str, str], discovery: str) -> dict[str, str]:
-    """Return the variables that keep a node's traffic within a range, for an environment of any distribution."""
-    if environment.get("ROS_DISTRO") in ("humble", "galactic", "foxy"):  # they know no ranges
+def discovery_variables(distribution: str, discovery: str) -> dict[str, str]:
+    """Return the variables that keep a node's traffic within a range, for any distribution."""
+    if distribution in ("humble", "galactic", "foxy"):  # they know no ranges
         return {OLD_RANGE_VARIABLE: "1" if discovery == "localhost" else "0"}
     return {RANGE_VARIABLE: discovery.upper()}
 
@@ -66,7 +66,9 @@ class Ros2:
         self._node = node
         self._is_stopped = is_stopped
         found = installations.find(environment)
-        own = discovery_variables(found.environment, self.options.discovery)
+        for note in found.notes:
+            report(note)
+        own = discovery_variables(found.distribution, self.options.discovery)
         asked = found.environment.get(RANGE_VARIABLE, "")
         if RANGE_VARIABLE in own and asked.upper() not in ("", own[RANGE_VARIABLE], "SYSTEM_DEFAULT"):
             report(f"{RANGE_VARIABLE}={asked} is ignored; the range is {self.options.discovery}, see --ros2-range")

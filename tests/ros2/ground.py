@@ -1,0 +1,157 @@
+"""Separate ROS 2 environment: a domain of its own on loopback, with clients and cells."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import cellwright
+from cellwright.middleware.ros2.host.ros2 import discovery_variables
+from tests.processes import Process
+from tests.ros1.client import function_result, function_text
+from tests.ros2.requirement import installation
+from tests.waiting import wait_until
+from tests.warm import warm_start
+
+_PROGRAMS = Path(__file__).parent / "programs"
+_OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "AMENT", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
+_DOMAINS = 30
+"""Domains of a worker: a killed node is seen in its domain for 20 s."""
+
+_numbers = itertools.count()
+
+
+def new_domain() -> int:
+    """Return a domain from 1 to 90 that no other test has used for long; a worker has its own."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 3
+    return 1 + _DOMAINS * worker + next(_numbers) % _DOMAINS
+
+
+class Client(Process):
+    """Running program under the Python of ROS 2: a function that imports everything in its own body."""
+
+    def __init__(
+        self, function: Callable[..., object], arguments: tuple[Any, ...], environment: dict[str, str], folder: Path
+    ) -> None:
+        found = installation()
+        assert found is not None
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / f"{function.__name__}.py"
+        path.write_text(function_text(function))
+        super().__init__([found.python, str(path), json.dumps(arguments)], environment, folder)
+
+    def value(self) -> Any:
+        """Return the function's result, through JSON; a traceback of the client fails the test."""
+        return function_result(self)
+
+
+class Ground:
+    """Environment of one domain. `close` ends everything that was started here."""
+
+    def __init__(self, folder: Path, domain: int | None = None) -> None:
+        self.folder = folder
+        self.domain = new_domain() if domain is None else domain
+        self._started: list[Process] = []
+
+    @property
+    def ros(self) -> dict[str, str]:
+        """Environment variables that lead a program to this domain."""
+        found = installation()
+        assert found is not None
+        return {
+            **discovery_variables(found.distribution, "localhost"),
+            "ROS_DOMAIN_ID": str(self.domain),
+            "ROS_LOG_DIR": str(self.folder / "log"),
+        }
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Whole environment of a client; wrong types of fields are errors there."""
+        found = installation()
+        assert found is not None
+        return {
+            **found.environment,
+            **self.ros,
+            "ROS_PYTHON_CHECK_FIELDS": "1",
+            "PYTHONPATH": os.pathsep.join(filter(None, [str(_PROGRAMS), found.environment.get("PYTHONPATH", "")])),
+            "HOME": str(self.folder),
+        }
+
+    def client(self, function: Callable[..., object], *arguments: Any) -> Client:
+        """Start a function under the Python of ROS 2; it imports all that it uses, and `rclpy_node` for a node."""
+        client = Client(function, arguments, self.environment, self.folder / f"client{len(self._started)}")
+        self._started.append(client)
+        return client
+
+    def cellwright(self, *arguments: str, **more: str) -> Process:
+        """Run the command `cellwright` in this domain, forked from a Python that has loaded it."""
+        where = self.folder / "cell"
+        where.mkdir(parents=True, exist_ok=True)
+        source = str(Path(cellwright.__file__).parents[1])
+        environment = {**os.environ, **self.ros, "PYTHONPATH": source, "COLUMNS": "120", **more}
+        environment.setdefault("CELLWRIGHT_ROS2_PYTHON", installation().python)  # type: ignore[union-attr]
+        process = Process(
+            [sys.executable, "-m", "cellwright", *arguments], environment, where, warm=warm_start()
+        )
+        self._started.append(process)
+        return process
+
+    def serve(self, trial: str, *options: str, **more: str) -> Process:
+        """Start `cellwright serve … --ros2`, and wait until it reports that it is ready."""
+        return self.ready("serve", trial, *options, **more)
+
+    def teleop(self, robot: str, *options: str, **more: str) -> Process:
+        """Start `cellwright teleop … --ros2`, and wait until it reports that it is ready."""
+        return self.ready("teleop", robot, *options, **more)
+
+    def ready(self, command: str, *arguments: str, **more: str) -> Process:
+        """Start a command with `--ros2`, and wait until it reports that it is ready."""
+        name, *options = arguments
+        process = self.cellwright(command, name, "--ros2", "--port", "0", *options, **more)
+        process.wait_for("^ready")
+        return process
+
+    def stop(self, process: Process, number: int = signal.SIGINT) -> str:
+        """End a process by a signal; return its output."""
+        process.signal(number)
+        process.finish()
+        return process.said
+
+    def close(self) -> None:
+        """End what still runs."""
+        for process in reversed(self._started):
+            process.end()
+
+
+def bridge_pid(cell: Process) -> int:
+    """Return the process id of a cell's bridge."""
+
+    def find() -> int:
+        for entry in Path("/proc").iterdir():
+            try:
+                command = (entry / "cmdline").read_bytes().decode(errors="replace") if entry.name.isdigit() else ""
+                family = f"CELLWRIGHT_TEST_FAMILY={cell.family}".encode()
+                if "ros2/bridge/bridge.py" in command and family in (entry / "environ").read_bytes().split(b"\0"):
+                    return int(entry.name)
+            except OSError:
+                continue
+        return 0
+
+    return wait_until(find, "bridge")
+
+
+@contextmanager
+def ground(folder: Path) -> Iterator[Ground]:
+    """Make a domain for tests."""
+    made = Ground(folder)
+    try:
+        yield made
+    finally:
+        made.close()

@@ -1,0 +1,84 @@
+"""A node for programs of tests, under the Python of ROS 2: spins in a thread, and waits for what a test expects."""
+
+from __future__ import annotations
+
+import importlib
+import threading
+import time
+from typing import Any, Callable
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+TIMEOUT = 120.0
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+MANY = QoSProfile(depth=5000)
+
+
+def interface(name: str, kind: str = "msg") -> Any:
+    """Return the class of "package/Name"."""
+    package, last = name.split("/")
+    return getattr(importlib.import_module(f"{package}.{kind}"), last)
+
+
+class Node:
+    """A node; use it in a `with`."""
+
+    def __init__(self, name: str = "tester") -> None:
+        rclpy.init()
+        self.node = rclpy.create_node(name)
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin)
+        self._thread.start()
+
+    def __enter__(self) -> Node:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+    def _spin(self) -> None:
+        try:
+            self.executor.spin()
+        except ExternalShutdownException:
+            pass
+
+    def listen(self, topic: str, type_name: str, qos: Any = 10) -> list[Any]:
+        """Return a list that gets the messages of a topic."""
+        found: list[Any] = []
+        self.node.create_subscription(interface(type_name), topic, found.append, qos)
+        return found
+
+    def publisher(self, topic: str, type_name: str, qos: Any = 100) -> Any:
+        """Return a publisher that has a subscriber."""
+        publisher = self.node.create_publisher(interface(type_name), topic, qos)
+        self.wait(lambda: publisher.get_subscription_count() > 0, f"subscriber of {topic}")
+        return publisher
+
+    def call(self, service: str, type_name: str, **fields: Any) -> Any:
+        """Return the response of a service."""
+        kind = interface(type_name, "srv")
+        client = self.node.create_client(kind, service)
+        assert client.wait_for_service(TIMEOUT), f"no service {service}"
+        return self.result(client.call_async(kind.Request(**fields)))
+
+    def result(self, future: Any) -> Any:
+        """Return the result of a future."""
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        assert done.wait(TIMEOUT), "no answer"
+        return future.result()
+
+    def wait(self, condition: Callable[[], Any], what: str) -> Any:
+        """Wait until a condition holds; return its value."""
+        end = time.monotonic() + TIMEOUT
+        while not (value := condition()):
+            assert time.monotonic() < end, f"no {what}"
+            time.sleep(0.005)
+        return value
