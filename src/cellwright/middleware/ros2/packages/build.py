@@ -51,9 +51,7 @@ def requirements(name: str) -> str:
 
 
 def wheel_path(
-    distribution: str,
-    texts: Mapping[str, Mapping[str, str]] | None = None,
-    variables: Mapping[str, str] = os.environ,
+    distribution: str, texts: Mapping[str, Mapping[str, str]] | None = None, variables: Mapping[str, str] = os.environ
 ) -> Path:
     """Return the path in the cache of the wheel for a distribution and this Python; the file need not exist.
 
@@ -114,7 +112,14 @@ def build_wheel(distribution: str, environment: Path, wheel: Path, report: Repor
         tools, prefix = work / "tools", work / "prefix"
         pip(
             environment,
-            ["install", "--no-deps", "--prefix", str(tools), "--requirement", str(REQUIREMENTS / f"{distribution}-build.txt")],
+            [
+                "install",
+                "--no-deps",
+                "--prefix",
+                str(tools),
+                "--requirement",
+                str(REQUIREMENTS / f"{distribution}-build.txt"),
+            ],
         )
         for folder in (environment, tools):
             _name_own_headers(folder, environment)
@@ -194,7 +199,9 @@ def _build_variables(environment: Path, tools: Path, prefix: Path) -> dict[str, 
     }
 
 
-_HEADERS = re.compile(r"/opt/python/cp\d+-cp\d+/(include/python[\d.]+|lib/python[\d.]+/site-packages/numpy/_core/include)")
+_HEADERS = re.compile(
+    r"/opt/python/cp\d+-cp\d+/(include/python[\d.]+|lib/python[\d.]+/site-packages/numpy/_core/include)"
+)
 """Folders of headers on the machine that built the wheels."""
 
 
@@ -233,7 +240,9 @@ def _pack(prefix: Path, wheel: Path, name: str) -> None:
     contents[f"{information}/RECORD"] = "\n".join([*record, f"{information}/RECORD,,\n"]).encode()
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in contents.items():
-            archive.writestr(zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED)  # without times: equal builds are equal
+            archive.writestr(
+                zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED
+            )  # without times: equal builds are equal
 
 
 def _record_digest(content: bytes) -> str:
@@ -276,5 +285,7 @@ def run(command: Sequence[str], what: str, variables: Mapping[str, str]) -> str:
     except OSError as error:
         raise UsageError(f"{what}: {command[0]}: cannot be started: {error.strerror or error}") from None
     if ran.returncode != 0:
-        raise UsageError("\n".join([f"{what}: {Path(command[0]).name} failed:", *ran.stdout.splitlines()[-_LAST_LINES:]]))
+        raise UsageError(
+            "\n".join([f"{what}: {Path(command[0]).name} failed:", *ran.stdout.splitlines()[-_LAST_LINES:]])
+        )
     return ran.stdout
