@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from cellwright.middleware.ros2.packages.contents import definitions, interface_packages
@@ -21,6 +22,9 @@ from tests.ros2.requirement import installation
 from tests.waiting import TIMEOUT
 
 RECORDED = Path(__file__).parents[3] / "data" / "ros2_type_hashes.json"
+
+OTHERWISE_IN_ROSBAGS = "service_msgs/msg/ServiceEventInfo"
+"""A type with a field of type `char`, which rosbags takes for `uint8`."""
 
 LOADED = """
 import importlib, json, sys
@@ -33,7 +37,8 @@ for package in sys.argv[1:]:
     for path in sorted(Path(get_package_share_directory(package)).glob("*/*")):
         kind = path.parent.name
         if path.suffix == ".json" and kind in ("msg", "srv", "action"):
-            found["hashes"].update((each["type_name"], each["hash_string"]) for each in json.loads(path.read_text())["type_hashes"])
+            for each in json.loads(path.read_text())["type_hashes"]:
+                found["hashes"][each["type_name"]] = each["hash_string"]
         elif path.suffix == f".{kind}":
             loaded = getattr(importlib.import_module(f"{package}.{kind}"), path.stem)
             check_for_type_support(loaded)
@@ -107,14 +112,14 @@ def test_publishers_offer_recorded_hashes() -> None:
 
 def test_recorded_hashes_are_those_of_rosbags() -> None:
     store = get_typestore(Stores.ROS2_JAZZY)
-    messages = {}
+    messages: Typesdict = {}
     for package, texts in definitions().items():
         for path, text in texts.items():
             if path.endswith(".msg"):
                 messages |= get_types_from_msg(text, f"{package}/{path.removesuffix('.msg')}")
     store.register({name: fields for name, fields in messages.items() if name not in store.fielddefs})
     recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
-    known = {name for name in recorded if "/msg/" in name and name in store.fielddefs}
+    known = {name for name in recorded if "/msg/" in name and name in store.fielddefs} - {OTHERWISE_IN_ROSBAGS}
     assert {name: store.hash_rihs01(name) for name in known} == {name: recorded[name] for name in known}
     assert set(messages) <= known
 

@@ -68,8 +68,8 @@ def wheel_path(
             digest.update(f"{package}/{path} {len(content)}\0".encode() + content)
     for name in (distribution, f"{distribution}-build"):
         digest.update(requirements(name).encode())
-    for path in sorted(_GENERATORS.iterdir()):
-        digest.update(path.read_bytes())
+    for generators in sorted(_GENERATORS.iterdir()):
+        digest.update(generators.read_bytes())
     digest.update(repr((_FLAGS, _tag())).encode())
     version = f"1+{distribution}.{digest.hexdigest()[:12]}"
     return user_folder("XDG_CACHE_HOME", ".cache", variables) / "ros2" / f"{_NAME}-{version}-{_tag()}.whl"
@@ -239,9 +239,9 @@ def _pack(prefix: Path, wheel: Path, name: str) -> None:
     record = [f"{path},sha256={_record_digest(content)},{len(content)}" for path, content in contents.items()]
     contents[f"{information}/RECORD"] = "\n".join([*record, f"{information}/RECORD,,\n"]).encode()
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, content in contents.items():
+        for place, content in contents.items():
             archive.writestr(
-                zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED
+                zipfile.ZipInfo(place), content, zipfile.ZIP_DEFLATED
             )  # without times: equal builds are equal
 
 
