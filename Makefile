@@ -1,5 +1,5 @@
-# The two commands: `make run` and `make test`. Everything is installed into .venv, but for
-# ROS 1, and a display and a browser for tests, which come with the system's packages.
+# The two commands: `make run` and `make test`. Everything is installed into .venv, but for ROS 1, and a display and a
+# browser for tests, which come with the system's packages, and ROS 2, which has a folder of its own.
 PYTHON ?= python3
 BIN := .venv/bin
 # A module is compiled when it is first loaded: most of what is installed never is.
@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
 %d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
 
-.PHONY: run lesson test quick dev hooks system ros1 display browser check collected docs bench soak hashes fuzz format clean
+.PHONY: run lesson test quick dev hooks system debian ros1 ros2 display browser check collected docs bench soak hashes fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -25,9 +25,10 @@ run: .venv/.installed
 lesson: ros1 .venv/.installed
 	scripts/lesson
 
-# Packages of the system are fetched while those of Python are, and the tests compiled while types are checked.
+# Packages of the system are fetched while those of Python are, and ROS 2 is built and the tests compiled while types are
+# checked.
 test:
-	$(MAKE) --jobs=2 system check collected
+	$(MAKE) --jobs=3 system check collected
 	$(BIN)/pytest -n $(JOBS)
 
 # What needs no ROS, browser or display, and takes little time.
@@ -42,8 +43,10 @@ hooks: .venv/.installed-dev
 	$(INSTALL) --group hooks
 	$(BIN)/pre-commit install
 
+system: debian ros2
+
 # One after the other, as dpkg wants it.
-system:
+debian:
 	$(MAKE) ros1
 	$(MAKE) display
 	$(MAKE) browser
@@ -55,6 +58,10 @@ collected: .venv/.installed-dev
 # Into the system, and only where that is allowed without asking; tests of it are skipped where it is not.
 ros1:
 	scripts/install-ros1
+
+# Into the user's data, with interfaces that are built once; for tools to build them as ROS 1.
+ros2: .venv/.installed
+	scripts/install-ros2
 
 # Likewise a display that nobody sees, for tests of windows.
 display:

@@ -41,6 +41,12 @@ install_packages() {
         fi
     fi
 
+    # One script at a time: apt waits for dpkg, but not for another one that reads the lists.
+    if command -v flock >/dev/null; then
+        exec 9<"${BASH_SOURCE[0]}"
+        flock 9
+    fi
+
     # A machine of CI is thrown away afterwards: there dpkg need not wait for the disk after each file.
     hasty=()
     [ -z "${CI:-}" ] || hasty=(-o Dpkg::Options::=--force-unsafe-io)
@@ -49,7 +55,7 @@ install_packages() {
     trap 'rm -f "$log"' EXIT
     apt() {
         "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-            apt-get -q -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 "${hasty[@]}" "$@" 2>&1
+            apt-get -q -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 "${hasty[@]}" "$@" 2>&1 9<&-
     }
 
     # One line for every 50 packages that are ready, so that minutes do not pass in silence.

@@ -111,7 +111,7 @@ class Process:
                     return found[after]
                 left = end - time.monotonic()
                 if left <= 0 or not (self.running or self._reading()):
-                    raise AssertionError(self._tell(f"no {pattern!r} within {timeout:g} s"))
+                    raise AssertionError(self.tell(f"no {pattern!r} within {timeout:g} s"))
                 self._changed.wait(min(left, 0.2))
 
     def signal(self, number: int) -> None:
@@ -129,7 +129,7 @@ class Process:
         try:
             status = self._process.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise AssertionError(self._tell(f"still there after {timeout:g} s")) from None
+            raise AssertionError(self.tell(f"still there after {timeout:g} s")) from None
         # a process that it has left behind may hold the pipes
         wait_until(lambda: not self._reading() or self.relatives(), "end of its output")
         for reader in self._readers:
@@ -162,7 +162,8 @@ class Process:
     def _reading(self) -> bool:
         return any(reader.is_alive() for reader in self._readers)
 
-    def _tell(self, what: str) -> str:
+    def tell(self, what: str) -> str:
+        """Return an error with its command and its output."""
         return f"{what}: {' '.join(self.command)}\n-- out --\n{self.out[-4000:]}\n-- err --\n{self.err[-4000:]}"
 
 

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import pytest
 
-MARKERS = {"ros1": "real ROS 1", "browser": "the page", "display": "a real window"}
+MARKERS = {"ros1": "real ROS 1", "ros2": "real ROS 2", "browser": "the page", "display": "a real window"}
 """Markers of tests that need more than Python, and what CI must run of each."""
 
 

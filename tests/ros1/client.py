@@ -62,6 +62,27 @@ def warm_ros() -> WarmStart:
     return warm_start("ROS 1", make)
 
 
+def function_text(function: Callable[..., object]) -> str:
+    """Return a program that calls a function, which imports everything in its own body, and prints its result."""
+    return (
+        # a client gives up first: its traceback has more information than "still there"
+        f"from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = {TIMEOUT / 2}\n"
+        + inspect.getsource(wait_until)
+        + inspect.getsource(has_publisher)
+        + textwrap.dedent(inspect.getsource(function))
+        + _CALL.format(result=_RESULT, name=function.__name__)
+    )
+
+
+def function_result(process: Process) -> Any:
+    """Return the result that such a program has printed; a traceback fails the test."""
+    status = process.finish()
+    lines = [line for line in process.out.splitlines() if line.startswith(_RESULT)]
+    assert (status, len(lines)) == (0, 1), process.tell(f"status {status}")
+    assert "Traceback" not in process.err, process.tell("a traceback")
+    return json.loads(lines[0].removeprefix(_RESULT))
+
+
 class Client(Process):
     """Running client."""
 
@@ -83,14 +104,7 @@ class Client(Process):
         python = ros_python()
         assert python is not None
         if callable(program):
-            text = (
-                # a client gives up first: its traceback has more information than "still there"
-                f"from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = {TIMEOUT / 2}\n"
-                + inspect.getsource(wait_until)
-                + inspect.getsource(has_publisher)
-                + textwrap.dedent(inspect.getsource(program))
-                + _CALL.format(result=_RESULT, name=program.__name__)
-            )
+            text = function_text(program)
             name, said = program.__name__, [json.dumps(arguments)]
         else:
             text, name, said = program, "program", [str(argument) for argument in arguments]
@@ -101,8 +115,4 @@ class Client(Process):
 
     def value(self) -> Any:
         """Return the function's result, through JSON; a traceback of the client fails the test."""
-        status = self.finish()
-        lines = [line for line in self.out.splitlines() if line.startswith(_RESULT)]
-        assert (status, len(lines)) == (0, 1), self._tell(f"status {status}")
-        assert "Traceback" not in self.err, self._tell("a traceback")
-        return json.loads(lines[0].removeprefix(_RESULT))
+        return function_result(self)

@@ -1,6 +1,7 @@
-"""Tests of the scripts that install ROS 1, a display and a browser, with stand-ins for the system's programs."""
+"""Tests of the scripts that install ROS 1, ROS 2, a display and a browser, with stand-ins for the system's programs."""
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -178,3 +179,61 @@ def test_run_packages_hold_no_compiler() -> None:
     run = done.stdout.split()
     assert {"ros-core", "ros-robot-state-publisher"} <= set(run) < set(packages())
     assert not {"catkin", "cmake", "g++"} & set(run)
+
+
+@pytest.fixture
+def ros2(machine: Machine) -> Path:
+    """Return a copy of the script for ROS 2, beside a Python that lacks tools until apt has run."""
+    scripts = machine.folder / "checkout" / "scripts"
+    scripts.mkdir(parents=True)
+    for name in ("install-ros2", "packages.sh"):
+        shutil.copy(SCRIPT.with_name(name), scripts)
+    python = machine.folder / "checkout" / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(f'#!/bin/sh\necho "python $*" >> {machine.calls}\n[ -e {machine.folder}/tools ] || exit 3\n')
+    python.chmod(0o755)
+    machine.program("apt-get", f'case "$*" in *--yes*) : >{machine.folder}/tools;; esac')
+    return scripts / "install-ros2"
+
+
+def test_ros2_installs_tools_only_where_they_are_missing(machine: Machine, ros2: Path) -> None:
+    assert machine.run("kilted", script=ros2, ci=True)[0] == 0
+    assert machine.called("apt-get", "install", "--yes", "ninja-build", "g++") == 1
+    assert machine.called("python", "cellwright.middleware.ros2.packages.environment", "kilted") == 2
+    machine.calls.write_text("")
+    assert machine.run(script=ros2, ci=True) == (0, "")
+    assert machine.called("python") == 1
+    assert not machine.called("apt-get")
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_ros2_without_rights_gets_command_to_type(machine: Machine, ros2: Path, ci: bool) -> None:
+    machine.program("id", "echo 1000")
+    machine.program("sudo", "exit 1")
+    status, said = machine.run(script=ros2, ci=ci)
+    assert status == (1 if ci else 0)
+    assert "as root: apt-get update && apt-get install --no-install-recommends cmake g++ ninja-build" in said
+    assert not machine.called("apt-get")
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_ros2_without_apt_or_environment_says_so(machine: Machine, ros2: Path, ci: bool) -> None:
+    (machine.folder / "apt-get").unlink()
+    status, said = machine.run(script=ros2, ci=ci)
+    assert (status, said) == (
+        ci,
+        "install-ros2: there is no apt-get here; install what is missing, and run this again\n",
+    )
+    shutil.rmtree(machine.folder / "checkout" / ".venv")
+    status, said = machine.run(script=ros2, ci=ci)
+    assert (status, said) == (ci, "install-ros2: there is no .venv here; run: make dev\n")
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_failed_ros2_is_an_error_in_ci_alone(machine: Machine, ros2: Path, ci: bool) -> None:
+    python = machine.folder / "checkout" / ".venv" / "bin" / "python"
+    python.write_text("#!/bin/sh\necho 'install-ros2: error: pip failed:'\nexit 2\n")
+    status, said = machine.run(script=ros2, ci=ci)
+    assert status == ci
+    assert said == "install-ros2: error: pip failed:\ninstall-ros2: ROS 2 is not installed; see above\n"
+    assert not machine.called("apt-get")

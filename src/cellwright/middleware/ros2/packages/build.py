@@ -51,9 +51,7 @@ def requirements(name: str) -> str:
 
 
 def wheel_path(
-    distribution: str,
-    texts: Mapping[str, Mapping[str, str]] | None = None,
-    variables: Mapping[str, str] = os.environ,
+    distribution: str, texts: Mapping[str, Mapping[str, str]] | None = None, variables: Mapping[str, str] = os.environ
 ) -> Path:
     """Return the path in the cache of the wheel for a distribution and this Python; the file need not exist.
 
@@ -70,8 +68,8 @@ def wheel_path(
             digest.update(f"{package}/{path} {len(content)}\0".encode() + content)
     for name in (distribution, f"{distribution}-build"):
         digest.update(requirements(name).encode())
-    for path in sorted(_GENERATORS.iterdir()):
-        digest.update(path.read_bytes())
+    for generators in sorted(_GENERATORS.iterdir()):
+        digest.update(generators.read_bytes())
     digest.update(repr((_FLAGS, _tag())).encode())
     version = f"1+{distribution}.{digest.hexdigest()[:12]}"
     return user_folder("XDG_CACHE_HOME", ".cache", variables) / "ros2" / f"{_NAME}-{version}-{_tag()}.whl"
@@ -114,7 +112,14 @@ def build_wheel(distribution: str, environment: Path, wheel: Path, report: Repor
         tools, prefix = work / "tools", work / "prefix"
         pip(
             environment,
-            ["install", "--no-deps", "--prefix", str(tools), "--requirement", str(REQUIREMENTS / f"{distribution}-build.txt")],
+            [
+                "install",
+                "--no-deps",
+                "--prefix",
+                str(tools),
+                "--requirement",
+                str(REQUIREMENTS / f"{distribution}-build.txt"),
+            ],
         )
         for folder in (environment, tools):
             _name_own_headers(folder, environment)
@@ -194,7 +199,9 @@ def _build_variables(environment: Path, tools: Path, prefix: Path) -> dict[str, 
     }
 
 
-_HEADERS = re.compile(r"/opt/python/cp\d+-cp\d+/(include/python[\d.]+|lib/python[\d.]+/site-packages/numpy/_core/include)")
+_HEADERS = re.compile(
+    r"/opt/python/cp\d+-cp\d+/(include/python[\d.]+|lib/python[\d.]+/site-packages/numpy/_core/include)"
+)
 """Folders of headers on the machine that built the wheels."""
 
 
@@ -232,8 +239,10 @@ def _pack(prefix: Path, wheel: Path, name: str) -> None:
     record = [f"{path},sha256={_record_digest(content)},{len(content)}" for path, content in contents.items()]
     contents[f"{information}/RECORD"] = "\n".join([*record, f"{information}/RECORD,,\n"]).encode()
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, content in contents.items():
-            archive.writestr(zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED)  # without times: equal builds are equal
+        for place, content in contents.items():
+            archive.writestr(
+                zipfile.ZipInfo(place), content, zipfile.ZIP_DEFLATED
+            )  # without times: equal builds are equal
 
 
 def _record_digest(content: bytes) -> str:
@@ -276,5 +285,7 @@ def run(command: Sequence[str], what: str, variables: Mapping[str, str]) -> str:
     except OSError as error:
         raise UsageError(f"{what}: {command[0]}: cannot be started: {error.strerror or error}") from None
     if ran.returncode != 0:
-        raise UsageError("\n".join([f"{what}: {Path(command[0]).name} failed:", *ran.stdout.splitlines()[-_LAST_LINES:]]))
+        raise UsageError(
+            "\n".join([f"{what}: {Path(command[0]).name} failed:", *ran.stdout.splitlines()[-_LAST_LINES:]])
+        )
     return ran.stdout

@@ -74,7 +74,7 @@ def build(folder: Path, environment: Mapping[str, str] = os.environ) -> None:
     """
     check_build_tools(environment)
     ran = subprocess.run(
-        ["colcon", "build"],
+        ["colcon", "build"],  # noqa: S607
         cwd=folder,
         env=dict(environment) | {"PWD": str(folder.absolute())},
         stdin=subprocess.DEVNULL,

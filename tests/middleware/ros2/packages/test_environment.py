@@ -1,0 +1,193 @@
+"""Environment of our own: complete or not used, up to date, and made by one process at a time."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from cellwright.middleware.ros2.packages import environment
+from cellwright.middleware.ros2.packages.build import MissingToolsError, requirements
+from cellwright.middleware.ros2.packages.environment import (
+    DISTRIBUTIONS,
+    FOLDER_VARIABLE,
+    check_machine,
+    complete_environments,
+    environment_folder,
+    install,
+    main,
+)
+from cellwright.util.errors import UsageError
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there are wheels of ROS 2 for Linux alone")
+
+
+class Machine:
+    """Stand-ins for pip and the builder of interfaces, in a home of their own."""
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+        self.variables = {"XDG_DATA_HOME": str(home / "data"), "XDG_CACHE_HOME": str(home / "cache")}
+        self.steps: list[str] = []
+        self.failing = ""
+        self.error: BaseException = UsageError("pip failed:\nno network")
+
+    def pip(self, folder: Path, arguments: Sequence[str]) -> None:
+        self.step("wheels" if "--requirement" in arguments else "interfaces")
+        assert (folder / "bin" / "python").exists()
+
+    def build(self, distribution: str, folder: Path, wheel: Path, _report: object) -> None:
+        self.step("build")
+        assert (folder / "pyvenv.cfg").is_file()
+        wheel.parent.mkdir(parents=True, exist_ok=True)
+        wheel.touch()
+
+    def step(self, name: str) -> None:
+        self.steps.append(name)
+        if self.failing == name:
+            raise self.error
+
+    def install(self, distribution: str = "jazzy") -> list[str]:
+        """Install, and return the steps."""
+        self.steps.clear()
+        install(distribution, lambda _: None, self.variables)
+        return self.steps
+
+    @property
+    def complete(self) -> list[tuple[str, Path]]:
+        return list(complete_environments(self.variables))
+
+
+@pytest.fixture
+def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Machine:
+    made = Machine(tmp_path)
+    monkeypatch.setattr(environment, "pip", made.pip)
+    monkeypatch.setattr(environment, "build_wheel", made.build)
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
+    return made
+
+
+def test_second_installation_does_nothing(machine: Machine) -> None:
+    assert machine.install() == ["wheels", "build", "interfaces"]
+    assert machine.complete == [("jazzy", machine.home / "data" / "cellwright" / "ros2-jazzy")]
+    assert machine.install() == []
+
+
+def test_wheel_in_cache_is_not_built_again(machine: Machine) -> None:
+    machine.install()
+    machine.variables["XDG_DATA_HOME"] = str(machine.home / "other")
+    assert machine.install() == ["wheels", "interfaces"]
+
+
+@pytest.mark.parametrize("error", [UsageError("pip failed:\nno network"), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    ("failing", "then"),
+    [("wheels", ["wheels", "build", "interfaces"]), ("build", ["build", "interfaces"]), ("interfaces", ["interfaces"])],
+)
+def test_interrupted_installation_is_incomplete_and_continued(
+    machine: Machine, failing: str, then: list[str], error: BaseException
+) -> None:
+    machine.failing, machine.error = failing, error
+    with pytest.raises(type(error)):
+        machine.install()
+    assert machine.complete == []
+    machine.failing = ""
+    assert machine.install() == then
+    assert len(machine.complete) == 1
+
+
+def test_failed_update_of_interfaces_is_incomplete(machine: Machine) -> None:
+    machine.install()
+    file = machine.complete[0][1] / "cellwright.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"interfaces": "older.whl"}))
+    machine.failing = "interfaces"
+    with pytest.raises(UsageError, match="no network"):
+        machine.install()
+    assert machine.complete == []
+    machine.failing = ""
+    assert machine.install() == ["interfaces"]
+
+
+def test_other_pins_make_environment_again(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine.install()
+    kept = machine.complete[0][1] / "kept"
+    kept.touch()
+    monkeypatch.setattr(environment, "requirements", lambda name: f"{requirements(name)}more==1\n")
+    assert machine.install() == ["wheels", "interfaces"]
+    assert not kept.exists()
+
+
+def test_each_distribution_has_its_folder(machine: Machine) -> None:
+    machine.install("kilted")
+    machine.install("jazzy")
+    assert [distribution for distribution, _ in machine.complete] == [*DISTRIBUTIONS]
+    machine.variables[FOLDER_VARIABLE] = str(machine.home / "mine")
+    machine.install("kilted")
+    assert machine.complete == [("kilted", machine.home / "mine")]
+    assert environment_folder("jazzy", machine.variables) == machine.home / "mine"
+
+
+def test_folder_with_other_files_is_not_removed(machine: Machine) -> None:
+    mine = machine.home / "mine"
+    (mine / "work").mkdir(parents=True)
+    machine.variables[FOLDER_VARIABLE] = str(mine)
+    with pytest.raises(UsageError, match=f"{mine}: is no virtual environment; remove it, or set {FOLDER_VARIABLE}"):
+        machine.install()
+    assert (mine / "work").is_dir()
+
+
+def test_unwritable_folder_is_named(machine: Machine) -> None:
+    (machine.home / "data").touch()
+    with pytest.raises(UsageError, match=f"{machine.home}/data.*: (Not a directory|File exists)"):
+        machine.install()
+
+
+def test_machine_without_wheels_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(UsageError, match="humble: no wheels of this ROS 2; give one of jazzy, kilted"):
+        check_machine("humble")
+    monkeypatch.setattr("platform.machine", lambda: "aarch64")
+    with pytest.raises(UsageError, match=r"Linux on x86_64 and Python up to 3\.14 \(got linux on aarch64, Python 3\."):
+        check_machine("jazzy")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (None, 0, "install-ros2: ROS 2 jazzy is there: /there (0 s)\n"),
+        (MissingToolsError("requires g++; install what is missing"), 3, "install-ros2: requires g++; install what is"),
+        (
+            UsageError("pip failed:\nno network"),
+            2,
+            "install-ros2: error: pip failed:\ninstall-ros2: error: no network\n",
+        ),
+    ],
+)
+def test_exit_status_tells_missing_tools_from_errors(
+    error: UsageError | None,
+    status: int,
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def installed(*_: object) -> Path:
+        if error is not None:
+            raise error
+        return Path("/there")
+
+    monkeypatch.setattr(environment, "install", installed)
+    assert main([]) == status
+    assert capsys.readouterr().out.startswith(said)
+
+
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+def test_pins_are_exact_and_of_one_list(distribution: str) -> None:
+    lists = [requirements(name).splitlines() for name in (distribution, f"{distribution}-build")]
+    pinned = [line.split("==") for each in lists for line in each]
+    assert all(len(pin) == 2 and pin[1] for pin in pinned)
+    assert len({name.lower() for name, _ in pinned}) == len(pinned) > 80
+    assert {"ros-rclpy", "ros-rmw-fastrtps-cpp", "ros-sensor-msgs", "ros-trajectory-msgs"} <= {
+        name for name, _ in pinned
+    }
