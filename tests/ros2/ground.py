@@ -14,7 +14,7 @@ from typing import Any
 
 import cellwright
 from cellwright.middleware.ros2.host.ros2 import discovery_variables
-from tests.processes import Process
+from tests.processes import Process, name_of
 from tests.ros1.client import function_result, function_text
 from tests.ros2.requirement import installation
 from tests.waiting import wait_until
@@ -97,9 +97,7 @@ class Ground:
         source = str(Path(cellwright.__file__).parents[1])
         environment = {**os.environ, **self.ros, "PYTHONPATH": source, "COLUMNS": "120", **more}
         environment.setdefault("CELLWRIGHT_ROS2_PYTHON", installation().python)  # type: ignore[union-attr]
-        process = Process(
-            [sys.executable, "-m", "cellwright", *arguments], environment, where, warm=warm_start()
-        )
+        process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where, warm=warm_start())
         self._started.append(process)
         return process
 
@@ -127,24 +125,16 @@ class Ground:
     def close(self) -> None:
         """End what still runs."""
         for process in reversed(self._started):
-            process.end()
+            if process.running:
+                process.signal(signal.SIGINT)  # a killed node stays in the graph of its domain for 20 s
+                process.finish()
 
 
 def bridge_pid(cell: Process) -> int:
     """Return the process id of a cell's bridge."""
-
-    def find() -> int:
-        for entry in Path("/proc").iterdir():
-            try:
-                command = (entry / "cmdline").read_bytes().decode(errors="replace") if entry.name.isdigit() else ""
-                family = f"CELLWRIGHT_TEST_FAMILY={cell.family}".encode()
-                if "ros2/bridge/bridge.py" in command and family in (entry / "environ").read_bytes().split(b"\0"):
-                    return int(entry.name)
-            except OSError:
-                continue
-        return 0
-
-    return wait_until(find, "bridge")
+    return wait_until(
+        lambda: next((pid for pid in cell.relatives() if "ros2/bridge/bridge.py" in name_of(pid)), 0), "bridge"
+    )
 
 
 @contextmanager

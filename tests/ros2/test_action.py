@@ -1,0 +1,70 @@
+"""Action of the arm: goals of ROS 2 succeed, are cancelled, replaced and rejected."""
+
+from typing import Any
+
+import pytest
+
+from tests.ros2.ground import Ground
+
+pytest_plugins = ["tests.ros2.fixtures"]
+pytestmark = pytest.mark.ros2
+
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+"""Codes of action_msgs/GoalStatus."""
+
+
+def send_goals() -> dict[str, Any]:
+    """Send goals to the arm; return what became of them."""
+    from action_msgs.msg import GoalStatus
+    from control_msgs.action import FollowJointTrajectory
+    from rclpy.action import ActionClient
+    from rclpy_node import Node
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    joints = ["linear_arm_actuator_joint", "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint"]
+    joints += ["wrist_1_joint", "wrist_2_joint", "wrist_3_joint"]
+
+    def goal(rail: float, seconds: int, names: list[str] = joints) -> Any:
+        made = FollowJointTrajectory.Goal()
+        point = JointTrajectoryPoint(positions=[rail, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0][: len(names)])
+        point.time_from_start.sec = seconds
+        made.trajectory = JointTrajectory(joint_names=names, points=[point])
+        return made
+
+    with Node() as me:
+        client = ActionClient(me.node, FollowJointTrajectory, "/ariac/arm/follow_joint_trajectory")
+        assert client.wait_for_server(60.0)
+        feedback: list[Any] = []
+        first = me.result(client.send_goal_async(goal(0.3, 1), feedback_callback=feedback.append))
+        done = me.result(first.get_result_async())
+        second = me.result(client.send_goal_async(goal(0.0, 30)))
+        me.wait(lambda: second.status == GoalStatus.STATUS_EXECUTING, "execution")
+        ended = second.get_result_async()
+        cancelled = me.result(second.cancel_goal_async())
+        third = me.result(client.send_goal_async(goal(0.0, 30)))
+        replaced = third.get_result_async()
+        fourth = me.result(client.send_goal_async(goal(0.1, 1)))
+        unknown = me.result(client.send_goal_async(goal(0.0, 1, ["nonsense"])))
+        multi = goal(0.0, 1)
+        multi.multi_dof_trajectory.joint_names = ["base"]
+        result = {
+            "done": [done.status, done.result.error_code],
+            "feedback": list(feedback[-1].feedback.desired.positions),
+            "cancelled": [len(cancelled.goals_canceling), me.result(ended).status],
+            "replaced": [me.result(replaced).status, me.result(fourth.get_result_async()).status],
+            "accepted": [unknown.accepted, me.result(client.send_goal_async(multi)).accepted],
+        }
+        client.destroy()
+        return result
+
+
+def test_goals_succeed_are_cancelled_replaced_and_rejected(domain: Ground) -> None:
+    cell = domain.serve("lesson", "-d")
+    found = domain.client(send_goals).value()
+    assert found["done"] == [SUCCEEDED, 0]
+    assert found["feedback"][1] == pytest.approx(3.14, abs=0.05)
+    assert found["cancelled"] == [1, CANCELED]
+    assert found["replaced"] == [ABORTED, SUCCEEDED]
+    assert found["accepted"] == [False, False]
+    cell.wait_for("unknown joint 'nonsense'")
+    cell.wait_for("multi_dof_trajectory is not supported here")
