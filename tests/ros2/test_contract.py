@@ -1,4 +1,4 @@
-"""Interface for ROS 2 clients: names, types, quality of service and rates; expected by tests/data/gear_ros1_cases.json."""
+"""Interface for ROS 2 clients: names, types, quality of service and rates of tests/data/gear_ros1_cases.json."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -103,7 +103,7 @@ def count_messages(topics: dict[str, list[Any]], seconds: int) -> dict[str, int]
             length = Duration(sec=int(duration), nanosec=round(duration % 1 * 1e9))
             answer = me.call("/cellwright/step", "cellwright_msgs/Step", duration=length)
             assert answer.success, answer.message
-            return dict(zip(answer.topics, answer.sent))
+            return dict(zip(answer.topics, answer.sent, strict=True))
 
         before = me.wait(lambda: (sent := step(0.002)) and all(name in sent for name in ("/clock",)) and sent, "sent")
         me.wait(lambda: len(found["/clock"]) > 0, "clock")

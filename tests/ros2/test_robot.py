@@ -26,7 +26,7 @@ def drive(joint: str, target: float) -> dict[str, Any]:
             if not states:
                 return False
             newest = states[-1]
-            return abs(newest.position[list(newest.name).index(joint)] - target) < 0.02
+            return bool(abs(newest.position[list(newest.name).index(joint)] - target) < 0.02)
 
         me.wait(is_there, "arrival")
         nodes = [name for name, space in me.node.get_node_names_and_namespaces()]

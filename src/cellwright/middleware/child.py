@@ -169,7 +169,7 @@ def start_bridge(
         bridge: a client of the server.
         kind: what it leads to, in a word.
         serve: serves clients for some time [s].
-        is_stopped: tells that nobody waits for it any more.
+        is_stopped: returns whether the session has been stopped.
 
     Raises:
         UsageError: it has ended, or is not ready after `READY_LIMIT`.

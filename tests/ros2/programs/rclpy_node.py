@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import threading
 import time
@@ -45,10 +46,8 @@ class Node:
         rclpy.try_shutdown()
 
     def _spin(self) -> None:
-        try:
+        with contextlib.suppress(ExternalShutdownException):
             self.executor.spin()
-        except ExternalShutdownException:
-            pass
 
     def listen(self, topic: str, type_name: str, qos: Any = 10) -> list[Any]:
         """Return a list that gets the messages of a topic."""

@@ -339,7 +339,7 @@ class Encoding(NamedTuple):
 
 
 MAX_TRAILING = 8
-"""Bytes behind a message in which rclpy pads it (measured in Jazzy); the library tolerates three by itself."""
+"""Bytes behind a message in which rclpy pads it (measured in Jazzy); the library tolerates three on its own."""
 
 
 def to_ros2(message: Message) -> bytes:

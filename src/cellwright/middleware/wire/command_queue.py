@@ -57,7 +57,7 @@ class CommandQueue:
             return count
 
     def take(self, sender: str, data: bytes, connection: object = None) -> None:
-        """Take a message of a node; its count begins anew with another `connection`."""
+        """Take a message of a node; its count starts again with another `connection`."""
         with self._lock:
             dropped = 0
             while self._waiting and self._is_full(len(data)):

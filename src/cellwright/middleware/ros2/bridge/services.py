@@ -1,8 +1,7 @@
 """Services of the bridge: calls forwarded to the cell, and lockstep time as a service.
 
-ROS 2 has no way to fail a call. Where the cell refuses a request or gives no answer, the caller gets a response with
-`success` false and the reason, if the type has such fields, and else one with every field at its default; the reason is
-reported.
+ROS 2 has no way to fail a call. If the cell refuses a request or gives no answer, the caller gets a response with
+`success` false and the reason. A type without such fields has its defaults then. The reason is reported.
 """
 
 from __future__ import annotations
