@@ -25,6 +25,7 @@ from rospy.impl.tcpros_pubsub import TCPROSSub
 
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES
+from cellwright.middleware.wire.relay import GraphGoneError
 
 MAX_REQUEST_BYTES = 1 << 20  # longest request; those of nodes and masters have some hundreds of bytes
 
@@ -225,7 +226,7 @@ _LOOPBACK = ("localhost", "::1")
 _RETRY = 0.25
 
 
-class MasterGoneError(MissingError):
+class MasterGoneError(GraphGoneError):
     """The master does not answer; the text has its address."""
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import struct
-import threading
 import warnings
 from typing import Any, Callable
 from urllib.parse import urlparse
@@ -14,17 +13,13 @@ from rosgraph.network import ROSHandshakeException, decode_ros_handshake_header
 
 from cellwright.middleware.ros1.bridge.message_bytes import has_header
 from cellwright.middleware.ros1.bridge.node import Master
-from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import PROTOCOL
+from cellwright.middleware.wire.relay import CLOCK, STEP, PublishedTopic, ServiceGoneError, SubscribedTopic
 
 CONNECT_TIMEOUT = 5.0  # time for the other node to answer the handshake [s]
 _LENGTH = struct.Struct("<I")
 _LONGEST = 16 << 20
-
-
-class ServiceGoneError(Exception):
-    """The service cannot be reached; the text has the reason."""
 
 
 class ServiceClient:
@@ -132,7 +127,6 @@ def _read(connection: socket.socket, size: int) -> bytes:
     return bytes(data)
 
 
-CLOCK = "/clock"
 _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
@@ -180,20 +174,13 @@ def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str
     }
 
 
-class SubscribedTopic:
-    """Topic with any number of the client's subscriptions.
-
-    Threads of rospy call `deliver` with their numbers and a message.
-    """
+class Ros1Subscription(SubscribedTopic):
+    """Subscription in ROS 1, whose messages rospy's threads bring."""
 
     def __init__(self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]) -> None:
-        self.name = name
-        self._deliver = deliver
-        self._numbers: tuple[int, ...] = ()
-        self._changed = threading.Condition()
+        super().__init__(name, deliver)
         self._header: Any = None
-        self._received = 0
-        self._latched: bytes | None = None
+        self._count = 0
         self._subscriber = rospy.Subscriber(name, raw_type(type_name or ANY), self._take, tcp_nodelay=True)
 
     @property
@@ -201,48 +188,21 @@ class SubscribedTopic:
         """True if a publisher has answered the handshake, and so sends messages."""
         return any(connection.header for connection in self._subscriber.impl.connections)
 
-    @property
-    def is_wanted(self) -> bool:
-        """True if there is a subscription."""
-        return bool(self._numbers)
-
-    def add(self, number: int) -> None:
-        """Add a subscription; a latched message comes at once."""
-        with self._changed:
-            self._numbers = (*self._numbers, number)
-            if self._latched is not None:
-                self._deliver((number,), self._latched)
-
-    def remove(self, number: int) -> bool:
-        """Remove a subscription; return whether it was one of this topic."""
-        with self._changed:
-            was_there = number in self._numbers
-            self._numbers = tuple(each for each in self._numbers if each != number)
-        return was_there
-
-    def wait_for(self, count: int, timeout: float) -> bool:
-        """Wait until `count` messages have come since the connection to the publisher; False after `timeout` [s]."""
-        with self._changed:
-            return self._changed.wait_for(lambda: self._received >= count, timeout)
-
     def close(self) -> None:
         """Unsubscribe."""
         self._subscriber.unregister()
 
     def _take(self, message: Any) -> None:
         header = message._connection_header
-        with self._changed:
+        with self._changed:  # each publisher has a thread
             if header is not self._header:
-                self._header, self._received = header, 0
-            self._received += 1
-            if header.get("latching") == "1":
-                self._latched = message.data
-            self._deliver(self._numbers, message.data)
-            self._changed.notify_all()
+                self._header, self._count = header, 0
+            self._count += 1
+            self.take(message.data, self._count, is_latched=header.get("latching") == "1")
 
 
-class PublishedTopic:
-    """Topic that the client publishes."""
+class Ros1Publication(PublishedTopic):
+    """Publication in ROS 1."""
 
     def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:
         self.name = name
