@@ -46,7 +46,7 @@ Over = Annotated[
     str | None,
     option(
         "TRANSPORT",
-        "Run the agent in its own process, connected to the cell over a `socket` or over `ros1`.",
+        "Run the agent in its own process, connected to the cell over a `socket`, `ros1` or `ros2`.",
         PROCESSES,
     ),
 ]
@@ -175,8 +175,8 @@ def run(
     page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
     if over is None and lockstep:
         options.refuse("--lockstep requires --over (for example --over socket); in-process runs are always lockstep")
-    if over not in (None, "socket", "ros1"):
-        options.refuse(f"--over {over}: give socket or ros1")
+    if over not in (None, "socket", "ros1", "ros2"):
+        options.refuse(f"--over {over}: give socket, ros1 or ros2")
     rate = options.speed(speed or ("max" if page is None and (over is None or lockstep) else "1"))
     run_options = RunOptions(
         listen=listen or (),
@@ -203,6 +203,7 @@ def run(
         serve=ServerOptions(port=0) if over else False,
         view=page or False,
         ros1=over == "ros1",
+        ros2=over == "ros2",
         record=kept and replace(kept, is_varied=vary),
         video=filmed,
         log=log_file,

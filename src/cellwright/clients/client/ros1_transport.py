@@ -7,7 +7,7 @@ their publisher; the cell logs them, and continues.
 
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,53 @@ _START_TIME = 15.0  # [s], for its own start
 _LEAVING = 2.0
 
 
-class Ros1Transport(SocketTransport):
+class RelayTransport(SocketTransport):
+    """Transport through a relay, a process of its own that `command` starts.
+
+    Args:
+        command: program and arguments; it prints the port when it is ready.
+        environment: of the relay; this process's own by default.
+        node: absolute name of the client's node.
+        encoding: of messages, `ros1` or `ros2`.
+        timeout: longest wait [s] for a simulator to appear.
+
+    Raises:
+        UsageError: the relay cannot be started, or it found no simulator.
+    """
+
+    knows_all_topics = False
+
+    def __init__(
+        self, command: Sequence[str], environment: Mapping[str, str] | None, *, node: str, encoding: str, timeout: float
+    ) -> None:
+        try:
+            self._relay = ChildProcess(
+                list(command),
+                environment=environment,
+                stderr=tempfile.TemporaryFile(),  # noqa: SIM115 (closed with the process)
+            )
+        except OSError as error:
+            raise UsageError(f"{command[0]} cannot be started: {error.strerror or error}") from None
+        try:
+            super().__init__(("127.0.0.1", self._port(timeout + _START_TIME)), node=node, encoding=encoding)
+        except BaseException:
+            self._relay.end(_LEAVING)
+            raise
+
+    def close(self) -> None:
+        """Disconnect from the cell; the relay ends."""
+        super().close()
+        self._relay.end(_LEAVING)
+
+    def _port(self, timeout: float) -> int:
+        """Return the port that the relay prints when it is ready."""
+        word, _, port = self._relay.ready_line(timeout).partition(" ")
+        if word == "ready" and port.isdigit():
+            return int(port)
+        raise UsageError(self._relay.last_output() or f"the relay is not ready after {timeout:g} s")
+
+
+class Ros1Transport(RelayTransport):
     """Transport to a cell in ROS 1.
 
     Args:
@@ -48,22 +94,9 @@ class Ros1Transport(SocketTransport):
         timeout: float = 30.0,
         sign: str = "/clock",
     ) -> None:
-        try:
-            self._relay = ChildProcess(
-                [python, str(PROGRAM), f"--node={node}", f"--wait={timeout}", f"--sign={sign}"],
-                environment=environment,
-                stderr=tempfile.TemporaryFile(),  # noqa: SIM115 (closed with the process)
-            )
-        except OSError as error:
-            raise UsageError(f"{python} cannot be started: {error.strerror or error}") from None
         self._declared: set[str] = set()
-        try:
-            super().__init__(("127.0.0.1", self._port(timeout + _START_TIME)), node=node, encoding="ros1")
-        except BaseException:
-            self._relay.end(_LEAVING)
-            raise
-
-    knows_all_topics = False
+        command = [python, str(PROGRAM), f"--node={node}", f"--wait={timeout}", f"--sign={sign}"]
+        super().__init__(command, environment, node=node, encoding="ros1", timeout=timeout)
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; a refusal by the cell is not reported."""
@@ -75,15 +108,3 @@ class Ros1Transport(SocketTransport):
             )
             self._declared.add(name)
         super().publish(topic, message)
-
-    def close(self) -> None:
-        """Disconnect from the cell; the relay ends."""
-        super().close()
-        self._relay.end(_LEAVING)
-
-    def _port(self, timeout: float) -> int:
-        """Return the port that the relay prints when it is ready."""
-        word, _, port = self._relay.ready_line(timeout).partition(" ")
-        if word == "ready" and port.isdigit():
-            return int(port)
-        raise UsageError(self._relay.last_output() or f"the relay is not ready after {timeout:g} s")

@@ -39,7 +39,7 @@ _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process w
 class SocketConnection:
     """Connection to a server as the node `node`: sends requests, and hands every other frame to `on_frame`.
 
-    Messages have the encoding `encoding`, `cdr` or `ros1`. The server has `timeout` [s] to accept the connection and to
+    Messages have the encoding `encoding`, one of `messages.ENCODINGS`. The server has `timeout` [s] to accept the connection and to
     greet; `key` is the server's key for its own page.
 
     Raises:
@@ -233,7 +233,7 @@ _POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock tic
 class SocketTransport:
     """Transport to a cell served at an address (host and port), which sees it as the node `node`.
 
-    Messages have the encoding that `encoding` names, `cdr` or `ros1`.
+    Messages have the encoding that `encoding` names, one of `messages.ENCODINGS`.
 
     Raises:
         UsageError: no server answers there.
@@ -241,9 +241,7 @@ class SocketTransport:
 
     def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
         self.node = node
-        self._read, self._write = (
-            (messages.from_ros1, messages.to_ros1) if encoding == "ros1" else (messages.from_cdr, messages.to_cdr)
-        )
+        self._write, self._read = messages.ENCODINGS[encoding]
         self._deliveries: dict[int, Callback] = {}
         self._mail: deque[tuple[Callback, bytes]] = deque()
         self._connection = SocketConnection(address, node=node, encoding=encoding, on_frame=self._take)

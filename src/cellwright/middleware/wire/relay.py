@@ -170,6 +170,7 @@ class Relay:
         self._welcome = welcome
         self._now = int(welcome["time"])
         self._types = {topic["name"]: topic["type"] for topic in welcome["topics"]}
+        self._sources = {topic["name"] for topic in welcome["topics"] if topic["publishers"]}
         self._command_names = {topic["name"] for topic in welcome["topics"] if topic["subscribers"]}
         self._services = {service["name"] for service in welcome["services"]}
         self._subscribed: dict[str, SubscribedTopic] = {}
@@ -191,8 +192,10 @@ class Relay:
         self._loop.stop(0)
 
     def _look_after(self) -> None:
-        """Check that the cell still exists; end if it has signed off, or if the graph and its clock are gone."""
+        """Look for topics that are awaited, and check that the cell still exists; end if it has signed off, or if the graph and its clock are gone."""
         try:
+            for name in self._subscribed.keys() - self._sources:
+                self._sources |= {name} if self._subscribed[name].is_connected else set()
             self._looks = _MAX_LOOKS if self._graph.is_over() else 0
         except GraphGoneError:
             topic = self._subscribed.get(CLOCK)
@@ -265,9 +268,9 @@ class Relay:
             topic = self._graph.subscribe(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
             self._subscribed[name] = topic
         topic.add(frame.number)
-        if self._types.get(frame.name):  # an unknown topic is awaited without limit
-            _wait(lambda: topic.is_connected)
-            if self._lockstep:
+        if frame.name in self._sources:  # another one is awaited without limit
+            is_connected = _wait(lambda: topic.is_connected)
+            if self._lockstep and is_connected:
                 self._graph.settle(topic)
         return Frame(FrameKind.DONE, frame.number)
 

@@ -37,7 +37,7 @@ class AgentProcess(ChildProcess):
     """Runs an agent in a process of its own, which ends with this process or with its connection to the cell.
 
     Args:
-        over: its connection to the cell, `socket` or `ros1`.
+        over: its connection to the cell, `socket`, `ros1` or `ros2`.
         level: log level from which on the agent's log lines are passed on.
         on_message: receives each line that the process prints, in another thread.
         environment: variables for the process, besides those of this one.
@@ -144,7 +144,7 @@ class RemoteAgent(Program):
         self.agent, self.level, self.on_message = agent, level, on_message
 
     def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let the agent work until the run is over; it connects over ROS 1 if the session is a node there.
+        """Let the agent work until the run is over; it connects over ROS if the session is a node there.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
@@ -155,7 +155,8 @@ class RemoteAgent(Program):
             raise UsageError("agent: a RemoteAgent requires a session that serves clients; pass serve=True")
         if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
-        over, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
+        ros = session.ros or session.ros2
+        over = "socket" if ros is None else "ros2" if session.ros is None else "ros1"
         child = AgentProcess(
             self.agent,
             server.address,
@@ -163,7 +164,7 @@ class RemoteAgent(Program):
             over=over,
             level=self.level,
             on_message=self.on_message,
-            environment=more,
+            environment=None if ros is None else ros.for_programs,
         )
         has_connected = False
 
@@ -177,7 +178,7 @@ class RemoteAgent(Program):
         session.loop.timeout = _EXIT_TIMEOUT
         try:
             # over a socket no time passes before the agent has connected
-            while session.ros is None and child.is_running and not (has_connected or session.stop.is_requested):
+            while over == "socket" and child.is_running and not (has_connected or session.stop.is_requested):
                 server.wait(_POLL_PERIOD)
                 has_connected = NODE in server.clients
             session.loop.pacer.begin()

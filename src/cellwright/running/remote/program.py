@@ -18,6 +18,7 @@ from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.ros1_transport import Ros1Transport
+from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.ros1.host import installation
 from cellwright.running.run import agent_traceback, call_agent
@@ -75,6 +76,11 @@ def main(arguments: Sequence[str]) -> None:
         if over == "ros1":
             ros = installation.find()
             transport: SocketTransport = Ros1Transport(ros.python, node=node, environment=ros.environment)
+        elif over == "ros2":
+            from cellwright.middleware.ros2.host import installation as ros2
+
+            found = ros2.find()
+            transport = Ros2Transport(found.python, node=node, environment=found.environment)
         else:
             transport = SocketTransport((host, int(port)), node=node)
     except RunEndedError:  # the run was a short one

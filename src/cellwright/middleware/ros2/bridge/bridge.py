@@ -111,18 +111,20 @@ class Bridge:
             if topic["direction"] == "in"
         }
         out = sorted((topic for topic in topics if topic["direction"] == "out"), key=lambda each: each["name"] == CLOCK)
+        sent: dict[str, int] = {}
         calls = CellCall(ros, link, sender)
         self._services: list[Any] = [CellService(ros, loop, calls, service) for service in welcome["services"]]
         self._actions = [TrajectoryAction(ros, loop, link, sender, action) for action in welcome["actions"]]
         self._publications = [
             (ClockPublication if topic["name"] == CLOCK and not in_lockstep else Publication)(
-                ros, link, topic, in_lockstep=in_lockstep
+                ros, link, topic, sent, in_lockstep=in_lockstep
             )
             for topic in out
         ]
         if in_lockstep:
+            published = {each.name: each for each in self._publications}
             steps_look.append(StepQueue(loop, link, self._commands))
-            self._services.append(StepService(ros, loop, steps_look[0], sender, self._commands, self._publications))
+            self._services.append(StepService(ros, loop, steps_look[0], sender, self._commands, published, sent))
 
     def _describe(self, ros: RosNode, description: str) -> None:
         """Publish the robot's description for programs of ROS 2, which expect a latched topic."""

@@ -7,7 +7,8 @@ ROS 2 has no way to fail a call. If the cell refuses a request or gives no answe
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Mapping
 from typing import Any
 
 from rclpy.serialization import deserialize_message
@@ -15,13 +16,14 @@ from rclpy.serialization import deserialize_message
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
 from cellwright.middleware.ros2.bridge.topics import CommandTopic, Publication, as_bytes
-from cellwright.middleware.wire.command_queue import Step, StepQueue
+from cellwright.middleware.wire.command_queue import MESSAGE_TIMEOUT, Step, StepQueue
 from cellwright.middleware.wire.connection import LinkClient
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 STEP_SERVICE, STEP_TYPE = "/cellwright/step", "cellwright_msgs/Step"
 NANOSECONDS = 1_000_000_000
+_NAP = 0.002  # [s]
 
 
 class CellCall:
@@ -85,9 +87,12 @@ class CellService:
 class StepService:
     """Service that lets time pass in lockstep, after the caller's messages.
 
+    A request names topics with numbers. For one that the cell receives it is the number of messages that the cell must
+    have: those before the caller's first, and the caller's. For one that the cell publishes it is the number of
+    subscribers that must be known, so that they miss nothing.
+
     A response names each topic with the number of its messages so far: those that were published, which subscribers
-    find as the sequence number of a message, and those that the cell has received. A caller counts its own messages on
-    top of what had been received before its first.
+    find as the sequence number of a message, and those that the cell has received.
     """
 
     def __init__(
@@ -97,7 +102,8 @@ class StepService:
         steps: StepQueue,
         sender: str,
         commands: Mapping[str, CommandTopic],
-        publications: Sequence[Publication],
+        publications: Mapping[str, Publication],
+        sent: Mapping[str, int],
     ) -> None:
         self._ros = ros
         self._loop = loop
@@ -105,6 +111,7 @@ class StepService:
         self._sender = sender
         self._commands = commands
         self._publications = publications
+        self._sent = sent
         self._class = interface_class(STEP_TYPE, "srv")
         self._service = ros.node.create_service(
             self._class, relative(STEP_SERVICE), self._serve, callback_group=ros.group
@@ -120,13 +127,13 @@ class StepService:
             if name in self._commands and self._ros.node.count_publishers(relative(name)) > 1:
                 response.message = f"{name} has several publishers; in lockstep one node commands a topic"
                 return response
+        wanted = dict(zip(names, counts or [0] * len(names), strict=True))
+        subscribed = {name: wanted.pop(name) for name in names if name in self._publications}
+        if late := await self._known(subscribed):
+            response.message = f"subscribers of {late} are not known within {MESSAGE_TIMEOUT:g} s"
+            return response
         future, resolve = self._ros.awaited()
-        step = Step(
-            self._sender,
-            duration,
-            dict(zip(names, counts or [0] * len(names), strict=True)),
-            lambda failure, now: resolve((failure, now, self._counts())),
-        )
+        step = Step(self._sender, duration, wanted, lambda failure, now: resolve((failure, now, self._counts())))
         self._loop.call(self._steps.add, step)
         failure, now, sent = await future
         response.success, response.message = not failure, failure
@@ -134,6 +141,24 @@ class StepService:
         response.topics, response.sent = [name for name, _ in sent], [count for _, count in sent]
         return response
 
+    async def _known(self, subscribed: dict[str, int]) -> str:
+        """Wait until so many subscribers of each topic are known; return the topic of which they are not, or ""."""
+        if not subscribed:
+            return ""
+        future, resolve = self._ros.awaited()
+        end = time.monotonic() + MESSAGE_TIMEOUT
+
+        def look() -> None:
+            late = [name for name, count in subscribed.items() if not self._publications[name].is_ready_for(count)]
+            if not late or time.monotonic() > end:
+                resolve(late[0] if late else "")
+            else:
+                self._loop.later(_NAP, look)
+
+        self._loop.call(look)
+        late: str = await future
+        return late
+
     def _counts(self) -> list[tuple[str, int]]:
-        published = [(each.name, each.published) for each in self._publications if each.published]
-        return published + [(name, topic.handed_over(self._sender)) for name, topic in self._commands.items()]
+        received = ((name, topic.handed_over(self._sender)) for name, topic in self._commands.items())
+        return [*received, *self._sent.items()]

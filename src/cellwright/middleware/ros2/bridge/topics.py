@@ -30,12 +30,18 @@ _NANOSECONDS = 1_000_000_000
 
 
 class Publication:
-    """Topic of the cell, published in ROS 2; `published` counts its messages, as subscribers see it."""
+    """Topic of the cell, published in ROS 2.
 
-    def __init__(self, ros: RosNode, link: LinkClient, topic: dict[str, Any], *, in_lockstep: bool) -> None:
+    `sent` has the number of messages by topic, as subscribers see it; the topic of the newest message comes last.
+    """
+
+    def __init__(
+        self, ros: RosNode, link: LinkClient, topic: dict[str, Any], sent: dict[str, int], *, in_lockstep: bool
+    ) -> None:
         self.name: str = topic["name"]
-        self.published = 0
         self._link = link
+        self._sent = sent
+        self._is_listening = False
         self._class = interface_class(topic["type"], "msg")
         self._is_values = is_values(topic["type"])
         self._always = bool(topic["latch"])
@@ -54,6 +60,11 @@ class Publication:
         if self._always:
             self._listen()
 
+    def is_ready_for(self, subscribers: int) -> bool:
+        """Return whether so many subscribers are known, and get all that the cell publishes from now on."""
+        self.look()
+        return self._is_listening and self._publisher.get_subscription_count() >= subscribers
+
     def look(self) -> None:
         """Subscribe to the topic of the cell, or end this, by whether it has subscribers in ROS 2."""
         if self._always:
@@ -63,13 +74,16 @@ class Publication:
             self._listen()
         elif not has_subscribers and self._subscription is not None:
             self._link.unsubscribe(self._subscription)
-            self._subscription = None
+            self._subscription, self._is_listening = None, False
 
     def _listen(self) -> None:
-        self._subscription = self._link.subscribe(self.name, "", self._publish, _ignore)
+        self._subscription = self._link.subscribe(self.name, "", self._publish, self._answered)
+
+    def _answered(self, answer: Frame) -> None:
+        self._is_listening = self._is_listening or answer.number == self._subscription
 
     def _publish(self, payload: bytes) -> None:
-        self.published += 1
+        self._sent[self.name] = self._sent.pop(self.name, 0) + 1
         self._publisher.publish(fill(self._class(), json.loads(payload)) if self._is_values else payload)
 
 
@@ -118,7 +132,3 @@ def as_bytes(message: Any, type_name: str) -> bytes:
     """Return a message of ROS 2 for the cell."""
     data: bytes = json.dumps(values_of(message)).encode() if is_values(type_name) else serialize_message(message)
     return data
-
-
-def _ignore(_frame: Frame) -> None:
-    """Ignore the answer to a subscription."""

@@ -1,0 +1,328 @@
+"""Relay between a client without rclpy and a cell in ROS 2; run by the path of this file under a Python with rclpy.
+
+It waits for a simulator, and then prints `ready PORT`: one client may connect there. A simulator is present while
+/clock has a publisher, or another topic that an option names as its sign.
+
+In lockstep a step waits for what the client has published, and the client for what the cell has published. Both count
+by the numbers that ROS 2 gives the messages of a publisher.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import threading
+import time
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+if __name__ == "__main__":
+    # Cellwright and its dependencies are not installed here: load only these parts of it.
+    sys.path[:] = [folder for folder in sys.path if folder != str(Path(__file__).parent)]
+    cellwright = types.ModuleType("cellwright")
+    cellwright.__path__ = [str(Path(__file__).resolve().parents[3])]
+    sys.modules["cellwright"] = cellwright
+
+from rclpy.serialization import deserialize_message
+
+from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values
+from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
+from cellwright.middleware.ros2.bridge.services import NANOSECONDS, STEP_TYPE
+from cellwright.middleware.ros2.bridge.topics import as_bytes
+from cellwright.middleware.wire.event_loop import EventLoop, MissingError
+from cellwright.middleware.wire.frames import PROTOCOL
+from cellwright.middleware.wire.relay import (
+    CLOCK,
+    STEP,
+    Graph,
+    PublishedTopic,
+    ServiceGoneError,
+    SubscribedTopic,
+    serve_one,
+)
+
+DEPTH = 1000
+"""Messages that may wait on a topic, either way."""
+
+_NAP = 0.02
+_SETTLING = 5.0  # time for a subscription to be known to the publisher [s]
+_OF_EVERY_NODE = (
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "get_type_description",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+)
+_HIDDEN = "/_action/"
+
+
+class Ros2Graph(Graph):
+    """Graph of a domain."""
+
+    encoding = "ros2"
+
+    def __init__(self, ros: RosNode, sign: str) -> None:
+        self._ros = ros
+        self._sign = relative(sign)
+        self._services: dict[str, Any] = {}
+        self._types: dict[str, str] = {}
+        self._base: dict[str, int] = {}
+        """Messages that the cell had received on each topic before this client's first."""
+
+    def discover(self, end: float) -> dict[str, Any]:
+        """Wait for the simulator until `end` of the monotonic clock; return WELCOME, without the time.
+
+        Raises:
+            MissingError: there is none.
+        """
+        node = self._ros.node
+        while not node.count_publishers(self._sign):
+            if time.monotonic() > end:
+                raise MissingError(f"no simulator in this domain of ROS 2: /{self._sign} has no publisher")
+            time.sleep(_NAP)
+        names = {name: kinds[0] for name, kinds in node.get_service_names_and_types() if _HIDDEN not in name}
+        self._types = {
+            name: kind.replace("/srv/", "/")
+            for name, kind in names.items()
+            if name.rpartition("/")[2] not in _OF_EVERY_NODE
+        }
+        topics = [
+            {
+                "name": name,
+                "type": kinds[0].replace("/msg/", "/"),
+                "direction": "out" if node.count_publishers(name) else "in",
+                "publishers": [info.node_name for info in node.get_publishers_info_by_topic(name)],
+                "subscribers": [info.node_name for info in node.get_subscriptions_info_by_topic(name)],
+            }
+            for name, kinds in node.get_topic_names_and_types()
+            if _HIDDEN not in name
+        ]
+        return {
+            "protocol": PROTOCOL,
+            "cellwright": "",
+            "trial": "",
+            "timestep": [0, 1],
+            "lockstep": STEP in self._types,
+            "competition": None,
+            "topics": topics,
+            "services": [{"name": name, "type": kind, "node": ""} for name, kind in self._types.items()],
+        }
+
+    def now(self, end: float, *, in_lockstep: bool) -> int:
+        """Return simulation time [ns]; 0 if nothing publishes it.
+
+        Raises:
+            MissingError: it stands still until `end` of the monotonic clock.
+        """
+        if in_lockstep:
+            _, now, sent = self.step(0, {})
+            self._base = dict(sent)
+            return now
+        node = self._ros.node
+        if not node.count_publishers(relative(CLOCK)):
+            return 0
+        clocks: list[Any] = []
+        subscription = node.create_subscription(
+            interface_class("rosgraph_msgs/Clock", "msg"), relative(CLOCK), clocks.append, 10
+        )
+        while not clocks:
+            if time.monotonic() > end:
+                raise MissingError(f"simulation time stands still: no message on {CLOCK}")
+            time.sleep(_NAP / 10)
+        node.destroy_subscription(subscription)
+        return int(clocks[-1].clock.sec * NANOSECONDS + clocks[-1].clock.nanosec)
+
+    def is_over(self) -> bool:
+        """True if the sign has no publisher any more."""
+        return not self._ros.node.count_publishers(self._sign)
+
+    def subscribe(
+        self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]
+    ) -> SubscribedTopic:
+        """Subscribe to a topic."""
+        return Ros2Subscription(self._ros, name, type_name, deliver)
+
+    def advertise(self, name: str, type_name: str) -> PublishedTopic:
+        """Begin to publish."""
+        return Ros2Publication(self._ros, name, type_name, self._base.get(name, 0))
+
+    def settle(self, topic: SubscribedTopic) -> None:
+        """Wait until the cell knows of a subscription, and its latched message has come."""
+        count = self._ros.node.count_subscribers(relative(topic.name))
+        failure, _, sent = self.step(0, {topic.name: count})
+        before = dict(sent).get(topic.name, 0)
+        if not failure and isinstance(topic, Ros2Subscription):
+            topic.settle(before)
+
+    def call(self, name: str, request: bytes, timeout: float | None) -> tuple[bool, bytes]:
+        """Call a service; ROS 2 has no way to tell that it failed."""
+        type_name = self._types[name]
+        kind = interface_class(type_name, "srv")
+        message = (
+            fill(kind.Request(), json.loads(request))
+            if is_values(type_name)
+            else deserialize_message(request, kind.Request)
+        )
+        return True, as_bytes(self._answer(name, kind, message, timeout), type_name)
+
+    def step(self, duration: int, counts: dict[str, int]) -> tuple[str, int, list[tuple[str, int]]]:
+        """Let time pass in lockstep."""
+        kind = interface_class(STEP_TYPE, "srv")
+        request = kind.Request(topics=list(counts), published=list(counts.values()))
+        request.duration.sec, request.duration.nanosec = divmod(duration, NANOSECONDS)
+        answer = self._answer(STEP, kind, request, None)
+        now = answer.time.sec * NANOSECONDS + answer.time.nanosec
+        failure = "" if answer.success else answer.message or "step failed"
+        return failure, now, list(zip(answer.topics, answer.sent, strict=True))
+
+    def _answer(self, name: str, kind: Any, request: Any, timeout: float | None) -> Any:
+        client = self._services.get(name)
+        if client is None:
+            client = self._services[name] = self._ros.node.create_client(
+                kind, relative(name), callback_group=self._ros.group
+            )
+        if not client.wait_for_service(_SETTLING):
+            raise ServiceGoneError(f"there is no service {name}")
+        done = threading.Event()
+        future = client.call_async(request)
+        future.add_done_callback(lambda _: done.set())
+        end = None if timeout is None else time.monotonic() + timeout
+        while not done.wait(1.0):
+            if self.is_over():
+                raise ServiceGoneError(f"{name} has ended before its answer")
+            if end is not None and time.monotonic() > end:
+                raise ServiceGoneError(
+                    f"{name} has not answered within {timeout:g} s: over ROS 2 in lockstep, time stands during a "
+                    "call, so a service that takes time cannot answer"
+                )
+        return future.result()
+
+
+class Ros2Subscription(SubscribedTopic):
+    """Subscription in ROS 2; a message's number is that of its publisher.
+
+    A topic that does not exist yet has no type: it is looked for again.
+    """
+
+    def __init__(
+        self, ros: RosNode, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]
+    ) -> None:
+        super().__init__(name, deliver)
+        self._ros = ros
+        self._type = type_name
+        self._is_latched = False
+        self._subscription: Any = None
+        self._begin()
+
+    def _begin(self) -> None:
+        """Subscribe with the quality of service of the publishers, if the type is known."""
+        publishers = self._ros.node.get_publishers_info_by_topic(self.name)
+        self._type = self._type or next((info.topic_type.replace("/msg/", "/") for info in publishers), "")
+        if not self._type:
+            return
+        self._is_latched = any(info.qos_profile.durability.name == "TRANSIENT_LOCAL" for info in publishers)
+        is_reliable = all(info.qos_profile.reliability.name == "RELIABLE" for info in publishers)
+        self._subscription = self._ros.node.create_subscription(
+            interface_class(self._type, "msg"),
+            relative(self.name),
+            self._take,
+            quality(is_reliable=is_reliable, is_transient_local=self._is_latched, depth=DEPTH),
+            raw=not is_values(self._type),
+            callback_group=self._ros.group,
+        )
+
+    @property
+    def is_connected(self) -> bool:
+        """True if a publisher is known."""
+        if self._subscription is None:
+            self._begin()
+        return bool(self._ros.node.count_publishers(relative(self.name)))
+
+    def settle(self, before: int) -> None:
+        """Do not wait for the messages before the subscription, of which only a latched one comes."""
+        with self._changed:
+            self._received = max(self._received, 0 if self._is_latched else before)
+        if self._is_latched and before:
+            self.wait_for(before, _SETTLING)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        if self._subscription is not None:
+            self._ros.node.destroy_subscription(self._subscription)
+
+    def _take(self, message: Any, info: Any) -> None:
+        data = as_bytes(message, self._type) if is_values(self._type) else message
+        number = info["publication_sequence_number"]
+        self.take(data, number, is_latched=self._is_latched)
+
+
+class Ros2Publication(PublishedTopic):
+    """Publication in ROS 2; `base` messages came from others before."""
+
+    def __init__(self, ros: RosNode, name: str, type_name: str, base: int) -> None:
+        self.name = name
+        self.type = type_name
+        self.published = base
+        self._class = interface_class(type_name, "msg")
+        self._is_values = is_values(type_name)
+        qos = quality(is_reliable=True, is_transient_local=False, depth=DEPTH)
+        self._publisher = ros.node.create_publisher(self._class, relative(name), qos)
+
+    @property
+    def is_connected(self) -> bool:
+        """True if it has a subscriber."""
+        return bool(self._publisher.get_subscription_count())
+
+    def publish(self, data: bytes) -> None:
+        """Send a message."""
+        self.published += 1
+        self._publisher.publish(fill(self._class(), json.loads(data)) if self._is_values else data)
+
+
+class RelayProcess:
+    """This process, as a node; it waits `timeout` [s] for a simulator."""
+
+    def __init__(self, node: str, timeout: float, sign: str) -> None:
+        self._node = node
+        self._end = time.monotonic() + timeout
+        self._sign = sign
+        self._ros: RosNode | None = None
+
+    def run(self) -> None:
+        """Serve a client; then end the process."""
+        run_process(self._serve, after=self._leave)
+
+    def _serve(self) -> int:
+        loop = EventLoop()
+        ros = self._ros = RosNode(self._node, [])
+        ros.start()
+        graph = Ros2Graph(ros, self._sign)
+        welcome = graph.discover(self._end)
+        welcome["time"] = graph.now(self._end, in_lockstep=welcome["lockstep"])
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: loop.stop(0))
+        loop.wake_by_signals()
+        return serve_one(loop, graph, welcome)
+
+    def _leave(self) -> None:
+        if self._ros is not None:
+            self._ros.close()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="relay", description="Connect a client to a cell in ROS 2.")
+    parser.add_argument("--node", metavar="/NODE", default="/agent", help="name of the client's node (%(default)s)")
+    parser.add_argument(
+        "--wait", metavar="S", type=float, default=30.0, help="timeout for a simulator to appear (%(default)s)"
+    )
+    parser.add_argument(
+        "--sign", metavar="/TOPIC", default=CLOCK, help="topic that a present simulator publishes (%(default)s)"
+    )
+    options = parser.parse_args()
+    RelayProcess(options.node, options.wait, options.sign).run()
