@@ -71,3 +71,12 @@ def test_unknown_shell_and_missing_ros_are_refused(cellwright: CommandLine, monk
     assert ran.status == 2
     assert ran.err.startswith(f"error: {PYTHON_VARIABLE} is /nowhere/python3, which has no rclpy; ")
     assert len(ran.err.splitlines()) == 1
+
+
+@pytest.mark.ros2
+def test_evaluated_output_gives_shell_the_real_ros(cellwright: CommandLine) -> None:
+    lines = cellwright("ros2-env").out
+    program = "import rclpy; from osrf_gear.msg import Order; print(Order().order_id == '')"
+    shell = ["bash", "-c", 'eval "$1"; python3 -c "$2"', "bash", lines, program]
+    ran = subprocess.run(shell, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    assert (ran.stdout, ran.stderr) == ("True\n", "")

@@ -74,9 +74,10 @@ def test_missing_installation_error_has_instructions(machine: Machine) -> None:
 def test_python_named_by_variable_is_used_alone(machine: Machine) -> None:
     machine.own("jazzy")
     good, bad = machine.python("good", answer(wheel="9.1.2")), machine.python("bad", "exit 1")
+    silent, odd = machine.python("silent", "exit 0"), machine.python("odd", "echo 3")
     found = find(machine.shell | {PYTHON_VARIABLE: good}, root=machine.root)
     assert (found.python, found.distribution) == (good, "kilted")
-    for name in (bad, "/no/such/python"):
+    for name in (bad, silent, odd, "/no/such/python"):
         with pytest.raises(UsageError, match=f"{PYTHON_VARIABLE} is {name}, which has no rclpy"):
             find(machine.shell | {PYTHON_VARIABLE: name}, root=machine.root)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from cellwright.middleware.ros2.packages.environment import (
     main,
 )
 from cellwright.util.errors import UsageError
+from tests.waiting import TIMEOUT
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there are wheels of ROS 2 for Linux alone")
 
@@ -130,6 +132,34 @@ def test_each_distribution_has_its_folder(machine: Machine) -> None:
     assert environment_folder("jazzy", machine.variables) == machine.home / "mine"
 
 
+def test_broken_interpreter_makes_environment_again(machine: Machine) -> None:
+    machine.install()
+    (machine.complete[0][1] / "bin" / "python").unlink()
+    assert machine.install() == ["wheels", "interfaces"]
+
+
+def test_second_installer_waits_for_the_first(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines: list[str] = []
+    is_waiting = threading.Event()
+
+    def report(line: str) -> None:
+        lines.append(line)
+        is_waiting.set()
+
+    def pip(folder: Path, arguments: Sequence[str]) -> None:
+        if "--requirement" in arguments:
+            second.start()
+            assert is_waiting.wait(TIMEOUT)
+        machine.pip(folder, arguments)
+
+    second = threading.Thread(target=install, args=("jazzy", report, machine.variables))
+    monkeypatch.setattr(environment, "pip", pip)
+    machine.install()
+    second.join(TIMEOUT)
+    assert lines == ["waiting for another installation into the same folder"]
+    assert machine.steps == ["wheels", "build", "interfaces"]
+
+
 def test_folder_with_other_files_is_not_removed(machine: Machine) -> None:
     mine = machine.home / "mine"
     (mine / "work").mkdir(parents=True)
@@ -163,10 +193,11 @@ def test_machine_without_wheels_is_refused(monkeypatch: pytest.MonkeyPatch) -> N
             2,
             "install-ros2: error: pip failed:\ninstall-ros2: error: no network\n",
         ),
+        (KeyboardInterrupt(), 1, "install-ros2: interrupted; the next call continues\n"),
     ],
 )
 def test_exit_status_tells_missing_tools_from_errors(
-    error: UsageError | None,
+    error: BaseException | None,
     status: int,
     said: str,
     monkeypatch: pytest.MonkeyPatch,

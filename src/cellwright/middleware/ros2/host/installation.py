@@ -131,12 +131,15 @@ def _asked(python: str, environment: Mapping[str, str]) -> Installation | None:
     ran = run_briefly([python, "-c", _LOOK, *interface_packages()], environment)
     if ran is None or ran.returncode != 0:
         return None
-    answer: dict[str, Any] = json.loads(ran.stdout.splitlines()[-1])
-    wheel = str(answer["wheel"])
+    try:
+        answer: dict[str, Any] = json.loads(ran.stdout.splitlines()[-1])
+        wheel, missing = str(answer["wheel"]), tuple(answer["missing"])
+    except (IndexError, KeyError, TypeError, ValueError):  # a program of another kind has this name
+        return None
     distribution = environment.get("ROS_DISTRO") or ""
     if wheel:
         distribution = _OF_WHEEL.get(wheel.partition(".")[0], "")
-    found = Installation(python, environment, distribution, tuple(answer["missing"]))
+    found = Installation(python, environment, distribution, missing)
     rmw = environment.get("RMW_IMPLEMENTATION", "")
     if not wheel or rmw in ("", RMW):
         return found

@@ -110,24 +110,14 @@ def build_wheel(distribution: str, environment: Path, wheel: Path, report: Repor
     with tempfile.TemporaryDirectory(prefix="cellwright-ros2-") as name:
         work = Path(name)
         tools, prefix = work / "tools", work / "prefix"
-        pip(
-            environment,
-            [
-                "install",
-                "--no-deps",
-                "--prefix",
-                str(tools),
-                "--requirement",
-                str(REQUIREMENTS / f"{distribution}-build.txt"),
-            ],
-        )
+        listed = REQUIREMENTS / f"{distribution}-build.txt"
+        pip(environment, ["install", "--no-deps", "--prefix", str(tools), "--requirement", str(listed)])
         for folder in (environment, tools):
             _name_own_headers(folder, environment)
         variables = _build_variables(environment, tools, prefix)
-        built = {}
-        for package, seconds in _in_order(lambda package: _build(package, work, environment, variables)):
-            built[package] = seconds
-            report(f"interfaces: {package} built in {seconds:.0f} s ({len(built)} of {len(definitions())})")
+        built = _in_order(lambda package: _build(package, work, environment, variables))
+        for number, (package, seconds) in enumerate(built, start=1):
+            report(f"interfaces: {package} built in {seconds:.0f} s ({number} of {len(definitions())})")
         with replacement_path(wheel) as unfinished:
             _pack(prefix, unfinished, wheel.name)
     report(f"interfaces: built in {time.monotonic() - started:.0f} s, {wheel.stat().st_size / 1e6:.1f} MB: {wheel}")

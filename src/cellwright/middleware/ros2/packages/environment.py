@@ -80,19 +80,22 @@ def install(distribution: str, report: Report, variables: Mapping[str, str] = os
     folder = environment_folder(distribution, variables)
     wheel = wheel_path(distribution, variables=variables)
     base = {"distribution": distribution, "requirements": _digest(requirements(distribution)), "python": _PYTHON}
-    if _contents(folder) == base | {"interfaces": wheel.name} and (folder / "bin" / "python").exists():
+    whole = base | {"interfaces": wheel.name}
+    if _contains(folder, whole):
         return folder
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with _lock(folder.with_name(f".{folder.name}.lock")):
-            if {**_contents(folder), "interfaces": ""} != base | {"interfaces": ""}:
+        with _lock(folder.with_name(f".{folder.name}.lock"), report):
+            if _contains(folder, whole):  # another process has installed it meanwhile
+                return folder
+            if not _contains(folder, base):
                 _make(folder, distribution, report)
-                _describe(folder, base | {"interfaces": ""})
+                _describe(folder, base)
             if not wheel.is_file():
                 build_wheel(distribution, folder, wheel, report)
-            _describe(folder, base | {"interfaces": ""})
+            _describe(folder, base)
             pip(folder, ["install", "--no-deps", "--force-reinstall", str(wheel)])
-            _describe(folder, base | {"interfaces": wheel.name})
+            _describe(folder, whole)
     except OSError as error:
         raise UsageError(f"{error.filename or folder}: {error.strerror or error}") from None
     return folder
@@ -126,6 +129,11 @@ def _make(folder: Path, distribution: str, report: Report) -> None:
     report(f"ROS 2 {distribution}: installed in {time.monotonic() - started:.0f} s")
 
 
+def _contains(folder: Path, wanted: Mapping[str, str]) -> bool:
+    """Return True if an environment has a working interpreter, and its contents include the wanted ones."""
+    return wanted.items() <= _contents(folder).items() and (folder / "bin" / "python").exists()
+
+
 def _contents(folder: Path) -> dict[str, Any]:
     """Return the description of an environment's contents; empty if there is none."""
     try:
@@ -144,12 +152,16 @@ def _digest(text: str) -> str:
 
 
 @contextmanager
-def _lock(path: Path) -> Iterator[None]:
+def _lock(path: Path, report: Report) -> Iterator[None]:
     """Wait until no other process installs there, and keep others waiting."""
     import fcntl  # not on Windows, where the rest of this module is loaded too
 
     with path.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            report("waiting for another installation into the same folder")
+            fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 
@@ -158,7 +170,7 @@ MISSING_TOOLS = 3
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Install ROS 2 into an environment of its own; return the exit status, 0, 2 or `MISSING_TOOLS`."""
+    """Install ROS 2 into an environment of its own; return the exit status: 0, 1, 2 or `MISSING_TOOLS`."""
     parser = argparse.ArgumentParser(prog="install-ros2", description=main.__doc__)
     parser.add_argument("distribution", nargs="?", default=DISTRIBUTIONS[0], help=" or ".join(DISTRIBUTIONS))
     distribution = parser.parse_args(arguments).distribution
@@ -172,6 +184,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MissingToolsError as error:
         report(str(error))
         return MISSING_TOOLS
+    except KeyboardInterrupt:
+        report("interrupted; the next call continues")
+        return 1
     except UsageError as error:
         for line in str(error).splitlines():
             report(f"error: {line}")
