@@ -233,8 +233,13 @@ class CullingCheck:
                 continue
             self.found.touches += 1
             one, other = pair[0][2], pair[1][2]
-            if abs(one - other) > SAME_IMPULSE * max(one, other) + MIN_IMPULSE:
-                number = self._bodies.tolist().index(body)
+            if abs(one - other) <= SAME_IMPULSE * max(one, other) + MIN_IMPULSE:
+                continue
+            began = min(each[0] for each in pair) >= tick - tick % WINDOW
+            faster = self._strays(number, self._starts[-1 if began else 0])[1]
+            if faster * float(self._model.body_mass[body]) > CHAOS * abs(one - other):
+                self.found.chaos[self._parts[number].name] += 1  # it jams, and chatters in one of several ways
+            else:
                 self._report(
                     f"{self._name(body)} [{number}] is first touched with {one:.4f} N s, {other:.4f} N s without"
                 )
