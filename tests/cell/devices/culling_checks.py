@@ -1,8 +1,9 @@
 """Checks of a cell with culling, tick by tick, against one without that continues from the same state.
 
 Impacts amplify any difference, so that two whole runs part for good reasons. Here the cell without culling takes the
-state of the other every `WINDOW` ticks, and everything in it collides. A difference larger than `MAX_OFF` is chaos only
-if the cell without culling differs as much from itself, shaken by `SHAKE`. `drift` compares whole runs.
+state of the other every `WINDOW` ticks, and everything in it collides. A difference larger than `MAX_OFF` is chaos if
+it began, from equal states, with equal contacts in both: then the solver's rounding made it. Else it is chaos only if
+the cell without culling differs as much from itself, shaken by `SHAKE`. `drift` compares whole runs.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ SHAKE = np.array((1e-5, 1e-5, 1e-5, 5e-4, 5e-4, 5e-4))
 """Changes of velocities [m/s, rad/s] that show how much impacts amplify."""
 SHAKE_EVERY, SHAKEN = 5, 24  # ticks, runs; each second run is shaken a tenth as much
 TIMESTEP = 0.002  # [s]
+SAME = 1e-9  # [m]: a part that is further off has parted
 MIN_DEPTH = 1e-6  # [m], of a contact that must not be missed
 FIRST = 10
 """Ticks of a first touch over which its impulse counts."""
@@ -70,6 +72,9 @@ class CullingCheck:
         self._movable = self._model.body_treeid >= 0
         self._touched = {True: self._no_touches(), False: self._no_touches()}
         self._starts: deque[State] = deque(maxlen=2)
+        self._parted: dict[int, bool] = {}
+        """For each part that has parted in this window: whether its contacts in that step were equal."""
+        self._parted_before: dict[int, bool] = {}
 
     def run(self) -> Findings:
         """Play the scene to its end; return what was found."""
@@ -79,6 +84,7 @@ class CullingCheck:
                 self._check_support()
                 self._starts.append(copy_of(self.culled))
                 continue_from(self.full, self._starts[-1])
+                self._parted_before, self._parted = self._parted, {}
             self.culled.command()
             self.full.command()
             before = np.array(self.culled.simulation.data.qpos)
@@ -86,6 +92,7 @@ class CullingCheck:
             self.culled.cell.step()
             self.full.cell.step()
             self._count()
+            self._note_parting()
             self._check_contacts(before, was_awake)
             self._check_places()
             self._check_touches()
@@ -170,6 +177,22 @@ class CullingCheck:
                 f"{self._name(body)} has nothing below it; {'glides' if out[body] and awake[body] else 'sleeps'}"
             )
 
+    def _note_parting(self) -> None:
+        """Note parts that have just parted, and whether both runs had the same contacts of them in this step."""
+        culled, full = self.culled.simulation.data, self.full.simulation.data
+        off = np.linalg.norm(culled.qpos[self._rows] - full.qpos[self._rows], axis=1)
+        for number in np.flatnonzero(off > SAME).tolist():
+            if number not in self._parted:
+                one, other = (
+                    {
+                        frozenset(pair)
+                        for pair in data.contact.geom.tolist()
+                        if self._bodies[number] in self._body_of[pair]
+                    }
+                    for data in (culled, full)
+                )
+                self._parted[number] = bool(one) and one == other
+
     def _check_places(self) -> None:
         """Report parts that have moved otherwise than without culling, and not by chaos."""
         off = np.linalg.norm(
@@ -179,12 +202,16 @@ class CullingCheck:
             part = self._parts[number]
             if part.name not in self.culled.cell.parts.in_play:
                 continue
-            if self._strays(number, self._starts[-1], self.culled.tick)[0] > CHAOS * off[number]:
+            if (
+                self._parted.get(number)
+                or self._strays(number, self._starts[-1], self.culled.tick)[0] > CHAOS * off[number]
+            ):
                 self.found.chaos[part.name] += 1
             else:
                 self._report(f"{part.name} is {off[number] * 1e3:.3f} mm off after {self.culled.tick % WINDOW} ticks")
         if (off > MAX_OFF).any():
             continue_from(self.full, copy_of(self.culled))
+            self._parted_before, self._parted = self._parted, {}
 
     def _strays(self, number: int, start: State, first: int) -> tuple[float, float]:
         """Return how far a part strays without culling, from a start, when what is awake is shaken on the way.
@@ -247,7 +274,8 @@ class CullingCheck:
                 continue
             first = min(each[0] for each in pair)
             start = self._starts[-1 if first > tick - tick % WINDOW else 0]
-            if self._strays(number, start, first)[1] > CHAOS * abs(one - other):
+            has_parted = self._parted.get(number) or self._parted_before.get(number)
+            if has_parted or self._strays(number, start, first)[1] > CHAOS * abs(one - other):
                 self.found.chaos[self._parts[number].name] += 1  # it jams, and chatters in one of several ways
             else:
                 self._report(
