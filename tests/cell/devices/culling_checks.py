@@ -1,8 +1,9 @@
 """Checks of a cell with culling, tick by tick, against one without that continues from the same state.
 
 Impacts amplify any difference, so that two whole runs part for good reasons. Here the cell without culling takes the
-state of the other every `WINDOW` ticks, and everything in it collides. A difference larger than `MAX_OFF` is chaos only
-if the cell without culling differs as much from itself, shaken by `SHAKE`. `drift` compares whole runs.
+state of the other every `WINDOW` ticks, and everything in it collides. A difference larger than `MAX_OFF` is chaos if
+it began, from equal states, with equal contacts in both: then the solver's rounding made it. Else it is chaos only if
+the cell without culling differs as much from itself, shaken by `SHAKE`. `drift` compares whole runs.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ CHAOS = 0.1
 SHAKE = np.array((1e-5, 1e-5, 1e-5, 5e-4, 5e-4, 5e-4))
 """Changes of velocities [m/s, rad/s] that show how much impacts amplify."""
 SHAKE_EVERY, SHAKEN = 5, 24  # ticks, runs; each second run is shaken a tenth as much
+TIMESTEP = 0.002  # [s]
+SAME = 1e-9  # [m]: a part that is further off has parted
 MIN_DEPTH = 1e-6  # [m], of a contact that must not be missed
 FIRST = 10
 """Ticks of a first touch over which its impulse counts."""
@@ -69,6 +72,9 @@ class CullingCheck:
         self._movable = self._model.body_treeid >= 0
         self._touched = {True: self._no_touches(), False: self._no_touches()}
         self._starts: deque[State] = deque(maxlen=2)
+        self._parted: dict[int, bool] = {}
+        """For each part that has parted in this window: whether its contacts in that step were equal."""
+        self._parted_before: dict[int, bool] = {}
 
     def run(self) -> Findings:
         """Play the scene to its end; return what was found."""
@@ -78,6 +84,7 @@ class CullingCheck:
                 self._check_support()
                 self._starts.append(copy_of(self.culled))
                 continue_from(self.full, self._starts[-1])
+                self._parted_before, self._parted = self._parted, {}
             self.culled.command()
             self.full.command()
             before = np.array(self.culled.simulation.data.qpos)
@@ -85,6 +92,7 @@ class CullingCheck:
             self.culled.cell.step()
             self.full.cell.step()
             self._count()
+            self._note_parting()
             self._check_contacts(before, was_awake)
             self._check_places()
             self._check_touches()
@@ -169,6 +177,22 @@ class CullingCheck:
                 f"{self._name(body)} has nothing below it; {'glides' if out[body] and awake[body] else 'sleeps'}"
             )
 
+    def _note_parting(self) -> None:
+        """Note parts that have just parted, and whether both runs had the same contacts of them in this step."""
+        culled, full = self.culled.simulation.data, self.full.simulation.data
+        off = np.linalg.norm(culled.qpos[self._rows] - full.qpos[self._rows], axis=1)
+        for number in np.flatnonzero(off > SAME).tolist():
+            if number not in self._parted:
+                one, other = (
+                    {
+                        frozenset(pair)
+                        for pair in data.contact.geom.tolist()
+                        if self._bodies[number] in self._body_of[pair]
+                    }
+                    for data in (culled, full)
+                )
+                self._parted[number] = bool(one) and one == other
+
     def _check_places(self) -> None:
         """Report parts that have moved otherwise than without culling, and not by chaos."""
         off = np.linalg.norm(
@@ -178,34 +202,53 @@ class CullingCheck:
             part = self._parts[number]
             if part.name not in self.culled.cell.parts.in_play:
                 continue
-            if self._strays(number, self._starts[-1])[0] > CHAOS * off[number]:
+            if (
+                self._parted.get(number)
+                or self._strays(number, self._starts[-1], self.culled.tick)[0] > CHAOS * off[number]
+            ):
                 self.found.chaos[part.name] += 1
             else:
                 self._report(f"{part.name} is {off[number] * 1e3:.3f} mm off after {self.culled.tick % WINDOW} ticks")
         if (off > MAX_OFF).any():
             continue_from(self.full, copy_of(self.culled))
+            self._parted_before, self._parted = self._parted, {}
 
-    def _strays(self, number: int, start: State) -> tuple[float, float]:
-        """Return how far a part strays [m, m/s] without culling, from a start, when what is awake is shaken on the way.
+    def _strays(self, number: int, start: State, first: int) -> tuple[float, float]:
+        """Return how far a part strays without culling, from a start, when what is awake is shaken on the way.
+
+        The second figure is how much the impulse on it since the tick `first` varies [m, N s].
 
         A part that rides the belt trembles, and the solver ends a violent contact in one of several ways. So the shakes
         are of the size of this trembling or smaller, and repeated: a part that jams may take one of two ways, and few
         shakes all the same one.
         """
-        dof, ends = self._parts[number].dof, []
+        body, ends = self._bodies[number], []
         for seed in range(1 + SHAKEN):
             run, by = SceneRun(self.scene, culling=False), np.random.default_rng(seed)
             continue_from(run, start)
-            data = run.simulation.data
+            impulse = 0.0
             while run.tick < self.culled.tick:
                 if seed and run.tick % SHAKE_EVERY == 0:
                     shake_awake(run, by, 1.0 if seed % 2 else 0.1)
                 run.step()
-            ends.append((data.qpos[self._rows[number]].copy(), data.qvel[dof : dof + 3].copy()))
-        away, faster = (
-            max(float(np.linalg.norm(each - first)) for each in rest) for first, *rest in zip(*ends, strict=True)
+                if first <= run.tick < first + FIRST:
+                    impulse += self._forces(run).get(body, 0.0) * TIMESTEP
+            ends.append((run.simulation.data.qpos[self._rows[number]].copy(), impulse))
+        away, push = (
+            max(float(np.linalg.norm(each - unshaken)) for each in rest) for unshaken, *rest in zip(*ends, strict=True)
         )
-        return away, faster
+        return away, push
+
+    def _forces(self, run: SceneRun) -> dict[int, float]:
+        """Return the forces [N] of contacts among movable bodies on each of them."""
+        data = run.simulation.data
+        pairs, rows = self._body_of[data.contact.geom], data.contact.efc_address
+        moving = self._movable[pairs].all(axis=1) & (rows >= 0)
+        forces: dict[int, float] = {}
+        for (one, other), row in zip(pairs[moving].tolist(), rows[moving].tolist(), strict=True):
+            for body in (one, other):
+                forces[body] = forces.get(body, 0.0) + float(data.efc_force[row])
+        return forces
 
     def _no_touches(self) -> dict[int, tuple[int, int, float]]:
         """Return no touches yet: body -> first and last tick of a touch, impulse of its first ticks [N s]."""
@@ -215,26 +258,26 @@ class CullingCheck:
         """Report first touches of parts, by others or the arm, that push otherwise than without culling."""
         tick = self.culled.tick
         for is_culled, run in ((True, self.culled), (False, self.full)):
-            data, touched = run.simulation.data, self._touched[is_culled]
-            pairs, rows = self._body_of[data.contact.geom], data.contact.efc_address
-            moving = self._movable[pairs].all(axis=1) & (rows >= 0)
-            forces: dict[int, float] = {}
-            for (one, other), row in zip(pairs[moving].tolist(), rows[moving].tolist(), strict=True):
-                for body in (one, other):
-                    forces[body] = forces.get(body, 0.0) + float(data.efc_force[row])
-            for body, force in forces.items():
+            touched = self._touched[is_culled]
+            for body, force in self._forces(run).items():
                 first, last, impulse = touched.get(body, (tick, tick, 0.0))
                 if tick - last > APART:
                     first, impulse = tick, 0.0
-                touched[body] = (first, tick, impulse + force * 0.002 * (tick - first < FIRST))
+                touched[body] = (first, tick, impulse + force * TIMESTEP * (tick - first < FIRST))
         for number, body in enumerate(self._bodies.tolist()):
             pair = [self._touched[side].get(body, (-1, -1, 0.0)) for side in (True, False)]
             if tick - min(each[0] for each in pair) != FIRST + 1 or abs(pair[0][0] - pair[1][0]) > 1:
                 continue
             self.found.touches += 1
             one, other = pair[0][2], pair[1][2]
-            if abs(one - other) > SAME_IMPULSE * max(one, other) + MIN_IMPULSE:
-                number = self._bodies.tolist().index(body)
+            if abs(one - other) <= SAME_IMPULSE * max(one, other) + MIN_IMPULSE:
+                continue
+            first = min(each[0] for each in pair)
+            start = self._starts[-1 if first > tick - tick % WINDOW else 0]
+            has_parted = self._parted.get(number) or self._parted_before.get(number)
+            if has_parted or self._strays(number, start, first)[1] > CHAOS * abs(one - other):
+                self.found.chaos[self._parts[number].name] += 1  # it jams, and chatters in one of several ways
+            else:
                 self._report(
                     f"{self._name(body)} [{number}] is first touched with {one:.4f} N s, {other:.4f} N s without"
                 )
