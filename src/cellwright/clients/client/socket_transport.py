@@ -39,8 +39,8 @@ _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process w
 class SocketConnection:
     """Connection to a server as the node `node`: sends requests, and hands every other frame to `on_frame`.
 
-    Messages have the encoding `encoding`, one of `messages.ENCODINGS`. The server has `timeout` [s] to accept the connection and to
-    greet; `key` is the server's key for its own page.
+    Messages have the encoding `encoding`, one of `messages.ENCODINGS`. The server has `timeout` [s] to accept the
+    connection and to greet; `key` is the server's key for its own page.
 
     Raises:
         UsageError: no server answers there, or it is no cell.

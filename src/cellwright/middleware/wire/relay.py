@@ -192,7 +192,7 @@ class Relay:
         self._loop.stop(0)
 
     def _look_after(self) -> None:
-        """Look for topics that are awaited, and check that the cell still exists; end if it has signed off, or if the graph and its clock are gone."""
+        """Look for awaited topics, and end if the cell has signed off, or if the graph and its clock are gone."""
         try:
             for name in self._subscribed.keys() - self._sources:
                 self._sources |= {name} if self._subscribed[name].is_connected else set()

@@ -142,7 +142,7 @@ class StepService:
         return response
 
     async def _known(self, subscribed: dict[str, int]) -> str:
-        """Wait until so many subscribers of each topic are known; return the topic of which they are not, or ""."""
+        """Wait until these numbers of subscribers are known; return a topic of which they are not, or ""."""
         if not subscribed:
             return ""
         future, resolve = self._ros.awaited()

@@ -61,7 +61,7 @@ class Publication:
             self._listen()
 
     def is_ready_for(self, subscribers: int) -> bool:
-        """Return whether so many subscribers are known, and get all that the cell publishes from now on."""
+        """Return whether this number of subscribers is known, and they get all that the cell publishes from now on."""
         self.look()
         return self._is_listening and self._publisher.get_subscription_count() >= subscribers
 
