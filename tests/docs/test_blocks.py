@@ -81,6 +81,8 @@ def check_command(command: Any, words: list[str], line: str) -> None:
         assert words[0] in inner, f"no such command: {line}"
         check_command(command.get_command(None, words[0]), words[1:], line)
         return
+    if "--ros-args" in words:  # what follows is rclpy's
+        words = words[: words.index("--ros-args")]
     options = {name for each in command.params for name in (*each.opts, *each.secondary_opts)}
     for word in words:
         name = word.strip("[](),").partition("=")[0]

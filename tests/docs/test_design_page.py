@@ -46,7 +46,11 @@ def test_order_of_table_equals_import_layers() -> None:
 @pytest.mark.parametrize(
     ("contract", "opened", "known"),
     [
-        ("Bridges load nothing else of Cellwright", ("middleware",), {"middleware.wire", "middleware.ros1"}),
+        (
+            "Bridges load nothing else of Cellwright",
+            ("middleware",),
+            {"middleware.wire", "middleware.ros1", "middleware.ros2"},
+        ),
         (
             "A robot held by a node of ROS loads the wire and the errors alone",
             ("middleware", "clients", "util"),
@@ -56,7 +60,7 @@ def test_order_of_table_equals_import_layers() -> None:
 )
 def test_import_contract_forbids_all_other_packages(contract: str, opened: tuple[str, ...], known: set[str]) -> None:
     rooms = (within() - set(opened)).union(*map(within, opened)) - known
-    if "middleware.ros1" in known:
-        rooms |= within("middleware.ros1") - {"middleware.ros1.bridge"}
+    for ros in known & {"middleware.ros1", "middleware.ros2"}:
+        rooms |= within(ros) - {f"{ros}.bridge"}
     forbidden = {name for name in CONTRACTS[contract]["forbidden_modules"] if name.startswith("cellwright.")}
     assert forbidden == {f"cellwright.{name}" for name in rooms}

@@ -77,6 +77,8 @@ def report_ready(session: Session) -> None:
     line = ready_line(session.node.name, session.server, session.rate.speed)
     if session.ros is not None:
         line += f", ROS 1 at {session.ros.master.uri}"
+    if session.ros2 is not None:
+        line += f", ROS 2 in domain {session.ros2.domain}"
         line += "" if session.target.identity is None else f" as {session.target.identity.node}"
     session.on_message(line + session.target.ready_note())
 

@@ -70,7 +70,7 @@ def test_agent_works_served_cell_with_connect(cellwright: CommandLine, agents: s
         (["--connect", "127.0.0.1:1"], "no server answers at 127.0.0.1:1: "),
         (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the process that serves the cell"),
         (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the process that serves the cell"),
-        (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
+        (["lesson", "--over", "pigeon"], "--over pigeon: give socket, ros1 or ros2"),
         (["lesson", "--lockstep"], "--lockstep requires --over"),
         (["lesson", "--over", "socket", "--agent", "missing"], "unknown agent 'missing'"),
         ([], "no trial given"),

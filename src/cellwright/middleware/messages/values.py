@@ -2,8 +2,8 @@
 
 `control_msgs` has other fields in ROS 2: a state has `reference` and `feedback` in place of `desired` and `actual`, a
 goal has parts for joints with several degrees of freedom. The bridge fills a message of its own distribution by name:
-it ignores what that lacks, and what only that has stays at its default. In a goal, fields that are unknown here must be
-empty.
+it ignores what that lacks, and what only that has stays at its default. So do readers here, but in a goal fields that
+are unknown here must be empty: to ignore them would change the motion.
 """
 
 import json
@@ -61,39 +61,42 @@ def from_values(data: bytes | memoryview, message_class: type[M]) -> M:
     """Return the message in a JSON object; fields that it lacks have their defaults.
 
     Raises:
-        MessageError: the bytes are no JSON object, a field does not fit, or one is not empty that the type lacks.
+        MessageError: the bytes are no JSON object, a field does not fit, or of a goal one is not empty that the type
+            lacks.
     """
     name = message_class.__msgtype__
     try:
         values = json.loads(bytes(data))
     except (ValueError, RecursionError) as error:
         raise MessageError(f"invalid {short_name(name)} in {len(data)} bytes: {error}") from None
-    message: Any = _built(values, name, "")
+    message: Any = _built(values, name, "", is_whole=name.endswith("Goal"))
     return checked(message)  # type: ignore[no-any-return]
 
 
-def _built(values: Any, name: str, where: str) -> Any:
+def _built(values: Any, name: str, where: str, *, is_whole: bool) -> Any:
     if not isinstance(values, dict):
         raise MessageError(f"{where or short_name(name)} must be an object (got {values!r:.40})")
-    fields = dict(ros2_store().fielddefs[name][1])
+    renamed = _RENAMED.get(name, {})
+    fields = {renamed.get(key, key): (key, desc) for key, desc in ros2_store().fielddefs[name][1]}
+    place = f"{where}." if where else ""
     for key, value in values.items():
-        if key not in fields and not _is_empty(value):
-            raise MessageError(f"{where}{'.' if where else ''}{key} is not supported here; leave it empty")
+        if key not in fields and is_whole and not _is_empty(value):
+            raise MessageError(f"{place}{key} is not supported here; leave it empty")
     given = {
-        normalize_fieldname(key): _member(values[key], desc, f"{where}{'.' if where else ''}{key}")
+        normalize_fieldname(own): _member(values[key], desc, f"{place}{key}", is_whole=is_whole)
         if key in values
         else _default(desc)
-        for key, desc in fields.items()
+        for key, (own, desc) in fields.items()
     }
     return message_type(name)(**given)
 
 
-def _member(value: Any, desc: FieldDesc, where: str) -> Any:
+def _member(value: Any, desc: FieldDesc, where: str, *, is_whole: bool) -> Any:
     match desc:
         case (Nodetype.NAME, name):
-            return _built(value, str(name), where)
+            return _built(value, str(name), where, is_whole=is_whole)
         case (Nodetype.SEQUENCE | Nodetype.ARRAY, ((Nodetype.NAME, name), _)) if isinstance(value, list):
-            return [_built(each, str(name), f"{where}[{index}]") for index, each in enumerate(value)]
+            return [_built(each, str(name), f"{where}[{index}]", is_whole=is_whole) for index, each in enumerate(value)]
     return value
 
 
@@ -101,7 +104,7 @@ def _default(desc: FieldDesc) -> Any:
     """Return the value of a field that was not given; `checked` gives it its form."""
     match desc:
         case (Nodetype.NAME, name):
-            return _built({}, str(name), "")
+            return _built({}, str(name), "", is_whole=False)
         case (Nodetype.SEQUENCE, _):
             return []
         case (Nodetype.ARRAY, (member, length)):

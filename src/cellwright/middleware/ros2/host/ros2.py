@@ -75,6 +75,7 @@ class Ros2:
         self._installation = replace(found, environment={**found.environment, **own})
         self.for_programs: Mapping[str, str] = own
         """Environment that leads a program of ROS 2 to the same nodes."""
+        self.domain = found.environment.get("ROS_DOMAIN_ID") or "0"
         self._bridge: BridgeProcess | None = None
         self._delay = RestartDelay()
         self._again = 0.0
