@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.cell.interface.rows import CONTROLLER_NAMES
 from tests.processes import Process
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
@@ -13,6 +14,11 @@ pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ros2.md").read_text(encoding="utf-8")
+
+
+def test_table_of_names_is_that_of_the_cell() -> None:
+    table = PAGE[PAGE.index("| name of 2017 |") :].partition("\n\n")[0]
+    assert dict(re.findall(r"^\| `([^`]+)` \| `([^`]+)` \|$", table, re.MULTILINE)) == CONTROLLER_NAMES
 
 
 def test_program_of_page_starts_competition(domain: Ground) -> None:

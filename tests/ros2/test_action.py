@@ -13,8 +13,8 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """Codes of action_msgs/GoalStatus."""
 
 
-def send_goals() -> dict[str, Any]:
-    """Send goals to the arm; return what became of them."""
+def send_goals(name: str) -> dict[str, Any]:
+    """Send goals to the arm's action; return what became of them."""
     from action_msgs.msg import GoalStatus
     from control_msgs.action import FollowJointTrajectory
     from rclpy.action import ActionClient
@@ -32,7 +32,7 @@ def send_goals() -> dict[str, Any]:
         return made
 
     with Node() as me:
-        client = ActionClient(me.node, FollowJointTrajectory, "/ariac/arm/follow_joint_trajectory")
+        client = ActionClient(me.node, FollowJointTrajectory, name)
         assert client.wait_for_server(60.0)
         feedback: list[Any] = []
         first = me.result(client.send_goal_async(goal(0.3, 1), feedback_callback=feedback.append))
@@ -58,9 +58,13 @@ def send_goals() -> dict[str, Any]:
         return result
 
 
-def test_goals_succeed_are_cancelled_replaced_and_rejected(domain: Ground) -> None:
-    cell = domain.serve("lesson", "-d")
-    found = domain.client(send_goals).value()
+@pytest.mark.parametrize(
+    ("names", "action"),
+    [("both", "/ariac/arm/follow_joint_trajectory"), ("ros2_control", "/arm_controller/follow_joint_trajectory")],
+)
+def test_goals_succeed_are_cancelled_replaced_and_rejected(domain: Ground, names: str, action: str) -> None:
+    cell = domain.serve("lesson", "-d", "--ros2-names", names)
+    found = domain.client(send_goals, action).value()
     assert found["done"] == [SUCCEEDED, 0]
     assert found["feedback"][1] == pytest.approx(3.14, abs=0.05)
     assert found["cancelled"] == [1, CANCELED]

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell.interface.rows import FOLLOW, rows
+from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, rows
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.interface.table import EndpointKind
@@ -65,12 +65,16 @@ def ask_graph() -> dict[str, Any]:
 
 
 def test_graph_has_names_of_contract_only(graph: dict[str, Any]) -> None:
-    topics = [name for name in graph["topics"] if not name.startswith(OWN) and "/_action/" not in name]
-    assert sorted(topics) == sorted(TOPICS)
+    topics = {name for name in graph["topics"] if not name.startswith(OWN) and "/_action/" not in name}
+    others = {other for name, other in CONTROLLER_NAMES.items() if name in TOPICS}
+    assert topics == {*TOPICS, *others}
+    for name, other in CONTROLLER_NAMES.items():
+        for kind in ("topics", "services"):
+            assert graph[kind].get(other) == graph[kind].get(name)
     services = [name for name in graph["services"] if name.startswith("/ariac/") and "/_action/" not in name]
     assert sorted(services) == sorted(SERVICES)
     actions = [name for name in graph["topics"] if name.endswith("/_action/status")]
-    assert actions == [f"{FOLLOW}/_action/status"]
+    assert sorted(actions) == sorted(f"{name}/_action/status" for name in (FOLLOW, CONTROLLER_NAMES[FOLLOW]))
 
 
 @pytest.mark.parametrize("name", sorted(TOPICS))

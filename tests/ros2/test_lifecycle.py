@@ -153,6 +153,45 @@ def test_cells_of_two_domains_and_namespaces_are_apart(domain: Ground, tmp_path:
     assert not any(name.startswith("/cell1") for name in there)
 
 
+def names_of_topics() -> list[str]:
+    from rclpy_node import Node
+
+    with Node() as me:
+        me.wait(lambda: "cellwright" in me.node.get_node_names(), "node")
+        return [name for name, _ in me.node.get_topic_names_and_types()]
+
+
+def test_cell_has_names_of_choice(domain: Ground, tmp_path: Path) -> None:
+    with ground(tmp_path / "other") as other:
+        domain.serve("lesson", "--ros2-names", "2017")
+        other.serve("lesson", "--ros2-names", "ros2_control")
+        old, new = (set(each.client(names_of_topics).value()) for each in (domain, other))
+    names = {"/joint_states", "/arm_controller/joint_trajectory", "/arm_controller/controller_state"}
+    assert not old & names
+    assert names <= new
+    assert {"/ariac/joint_states", "/ariac/arm/command"} <= old
+    assert not {"/ariac/joint_states", "/ariac/arm/command"} & new
+    assert "/ariac/orders" in old & new
+
+
+def hear_recording() -> list[float]:
+    """Return positions of the rail, as a recording has them."""
+    from rclpy_node import Node
+
+    with Node() as me:
+        states = me.listen("/joint_states", "sensor_msgs/JointState")
+        me.wait(lambda: len(states) > 5, "states")
+        return [each.position[list(each.name).index("linear_arm_actuator_joint")] for each in states]
+
+
+@pytest.mark.slow
+def test_recording_is_played_to_programs(domain: Ground) -> None:
+    made = domain.cellwright("run", "lesson", "--agent", "lesson", "--until", "3", "--record", "run.mcap")
+    made.finish()
+    domain.ready("replay", "run.mcap", "--loop")
+    assert len(domain.client(hear_recording).value()) > 5
+
+
 def publish_another_type() -> None:
     from rclpy_node import Node, interface
 
@@ -188,6 +227,7 @@ def test_cell_ends_cleanly(domain: Ground, number: signal.Signals) -> None:
 def test_missing_interface_and_unknown_range_are_refused(domain: Ground) -> None:
     for arguments, reason in (
         (("serve", "lesson", "--ros2", "--ros2-range", "far"), "--ros2-range far: give localhost or subnet"),
+        (("serve", "lesson", "--ros2", "--ros2-names", "all"), "--ros2-names all: give both, 2017 or ros2_control"),
         (("serve", "lesson", "--ros2-range", "subnet"), "--ros2-range requires --ros2"),
         (("serve", "lesson", "--ros-args", "-r", "__ns:=/a"), "--ros-args requires --ros2"),
     ):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cellwright.cli import options, output
 from cellwright.cli.main import argument, flag, option, ros_arguments
 from cellwright.cli.options import in_range, refuse
-from cellwright.middleware.ros2.host.ros2 import RANGES, Ros2Options
+from cellwright.middleware.ros2.host.ros2 import NAMES, RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import VIEWS, camera_of
@@ -91,6 +91,14 @@ Ros2Range = Annotated[
         "RANGE",
         f"Where ROS 2 looks for other nodes: {' or '.join(f'`{each}`' for each in RANGES)}. "
         f"Default: `{RANGES[0]}`, this machine alone.",
+        NETWORK,
+    ),
+]
+Ros2Names = Annotated[
+    str | None,
+    option(
+        "NAMES",
+        "Names of joint states and of the arm's controller in ROS 2: `2017`, `ros2_control` or `both` (default).",
         NETWORK,
     ),
 ]
@@ -226,15 +234,19 @@ def _video_size(text: str) -> tuple[int, int]:
     return size
 
 
-def ros2_options(*, ros2: bool, discovery: str | None) -> Ros2Options | bool:
+def ros2_options(*, ros2: bool, discovery: str | None, names: str | None = None) -> Ros2Options | bool:
     """Return the options of the node in ROS 2, with the command line's arguments for it; False for no node."""
     if not ros2:
-        if discovery is not None or ros_arguments:
-            options.refuse(f"{'--ros-args' if discovery is None else '--ros2-range'} requires --ros2")
+        given = {"--ros2-range": discovery, "--ros2-names": names, "--ros-args": ros_arguments or None}
+        for name, value in given.items():
+            if value is not None:
+                options.refuse(f"{name} requires --ros2")
         return False
     if discovery not in (None, *RANGES):
         options.refuse(f"--ros2-range {discovery}: give {' or '.join(RANGES)}")
-    return Ros2Options(discovery or RANGES[0], tuple(ros_arguments))
+    if names not in (None, *NAMES):
+        options.refuse(f"--ros2-names {names}: give {', '.join(NAMES[:-1])} or {NAMES[-1]}")
+    return Ros2Options(discovery or RANGES[0], names or NAMES[0], tuple(ros_arguments))
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:

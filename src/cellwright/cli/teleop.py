@@ -340,6 +340,7 @@ def teleop(
     ros1: arguments.Ros1 = False,
     ros2: arguments.Ros2 = False,
     ros2_range: arguments.Ros2Range = None,
+    ros2_names: arguments.Ros2Names = None,
     node: NodeName = NODE,
     view: arguments.View = False,
     view_host: arguments.ViewHost = None,
@@ -475,7 +476,7 @@ def teleop(
         serve=ServerOptions(host, port),
         view=page or False,
         ros1=ros1,
-        ros2=arguments.ros2_options(ros2=ros2, discovery=ros2_range),
+        ros2=arguments.ros2_options(ros2=ros2, discovery=ros2_range, names=ros2_names),
         record=kept,
         video=filmed,
     )

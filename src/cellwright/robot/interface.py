@@ -84,6 +84,9 @@ IO_TELEOP = (
 )
 # fmt: on
 
+CONTROLLER_NAMES = {"/io_teleop/joint_states": "/joint_states"}
+"""Names in ROS 2 for programs of ros2_control, by the name of io_teleop."""
+
 JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Direction.IN and row.type in (JOINTS, POSES))
 """Topics whose messages are joint targets. Their indices in this order are part of the saved state."""
 

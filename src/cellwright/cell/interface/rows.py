@@ -25,6 +25,15 @@ AGVS = ("1", "2")
 FOLLOW = "/ariac/arm/follow_joint_trajectory"
 INTENTION = "/cellwright/intention"
 
+CONTROLLER_NAMES = {
+    "/ariac/joint_states": "/joint_states",
+    "/ariac/arm/command": "/arm_controller/joint_trajectory",
+    "/ariac/arm/state": "/arm_controller/controller_state",
+    "/ariac/arm/query_state": "/arm_controller/query_state",
+    FOLLOW: "/arm_controller/follow_joint_trajectory",
+}
+"""Names in ROS 2 for programs of ros2_control, such as MoveIt, by the name of 2017."""
+
 TOPIC, SERVICE, ACTION = EndpointKind.TOPIC, EndpointKind.SERVICE, EndpointKind.ACTION
 EACH_STEP, ON_EVENT = Timing.EACH_STEP, Timing.ON_EVENT
 ALWAYS, WITH_ARM, WITH_AGVS, EACH_AGV = Availability.ALWAYS, Availability.ARM, Availability.AGVS, Availability.EACH_AGV

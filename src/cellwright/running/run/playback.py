@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from cellwright.cell.interface import rows as cell
 from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.ros1.host.ros1 import Identity
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
+from cellwright.robot import interface as robot
 from cellwright.running.run.targets import SessionState, Target
 from cellwright.util.errors import UsageError
 
@@ -40,6 +43,7 @@ class PlaybackTarget(Target):
     node: Recorded
     # supplies the time; frames are those of the recording
     identity = Identity(REPLAY_NODE, "recording", makes_frames=False)
+    controller_names = MappingProxyType({**cell.CONTROLLER_NAMES, **robot.CONTROLLER_NAMES})
 
     def __init__(
         self,

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from cellwright.config.robot.config import RobotConfig
@@ -15,7 +16,7 @@ from cellwright.config.robot.urdf_file import read_text
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.robot.interface import NODE, ros_parameters
+from cellwright.robot.interface import CONTROLLER_NAMES, NODE, ros_parameters
 from cellwright.robot.node import RobotNode
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp, save_robot_picture
 from cellwright.robot.services import RobotServices
@@ -45,6 +46,7 @@ class RobotTarget(Target):
     """
 
     acts, stopped = "drive the robot", "the node has stopped"
+    controller_names = MappingProxyType(CONTROLLER_NAMES)
     node: RobotNode
 
     def __init__(self, make: Callable[[], RobotNode], *, node: str = NODE, sim_time: bool = False) -> None:

@@ -226,6 +226,7 @@ class Session(SessionState):
                     self.notice,
                     lambda: self.stop.is_requested,
                     node=CELL_NODE if target.identity in (None, SIMULATOR) else target.identity.node,
+                    others=target.controller_names,
                     options=None if self._ros2 is True else self._ros2,
                 )
             )

@@ -13,10 +13,12 @@ from datetime import UTC, datetime
 from fractions import Fraction
 from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.competition import is_done
+from cellwright.cell.interface.rows import CONTROLLER_NAMES
 from cellwright.cell.kitting.effects import Effect
 from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.robot import robots
@@ -261,6 +263,9 @@ class Target(ABC):
         offer_viewer_services(session.server, self.node, self.panel, self.control)
         session.server.offer("cellwright/parameters", lambda _request: self.ros_parameters())
 
+    controller_names: Mapping[str, str] = MappingProxyType({})
+    """Names that ros2_control has for topics and services, by their own."""
+
     def ros_parameters(self) -> dict[str, Any]:
         """Parameters of its node: for the parameter server of ROS 1, and of the node in ROS 2."""
         return {}
@@ -322,6 +327,7 @@ class CellTarget(Target):
     """
 
     acts, stopped, runs_from_start = "drive the cell", "the cell has stopped", True
+    controller_names = MappingProxyType(CONTROLLER_NAMES)
     node: Cell
 
     def __init__(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -13,7 +13,6 @@ from rclpy.task import Future
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
 from cellwright.middleware.wire.connection import LinkClient
-from cellwright.middleware.wire.event_loop import EventLoop
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 SUCCEEDED = 3
@@ -21,11 +20,12 @@ SUCCEEDED = 3
 
 
 class TrajectoryAction:
-    """Action of the cell, served in ROS 2. A goal has an identifier of its own on the bus."""
+    """Action of the cell, served in ROS 2 under each of `names`. A goal has an identifier of its own on the bus."""
 
-    def __init__(self, ros: RosNode, loop: EventLoop, link: LinkClient, sender: str, action: dict[str, Any]) -> None:
+    def __init__(
+        self, ros: RosNode, link: LinkClient, sender: str, action: dict[str, Any], names: Sequence[str]
+    ) -> None:
         self._ros = ros
-        self._loop = loop
         self._link = link
         self._sender = sender
         self._name: str = action["name"]
@@ -36,15 +36,18 @@ class TrajectoryAction:
         self._results: dict[str, tuple[Future, Callable[[Any], None]]] = {}
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
-        self._server = ActionServer(
-            ros.node,
-            self._class,
-            relative(self._name),
-            self._execute,
-            goal_callback=self._take_goal,
-            cancel_callback=self._take_cancel,
-            callback_group=ros.group,
-        )
+        self._servers = [
+            ActionServer(
+                ros.node,
+                self._class,
+                relative(name),
+                self._execute,
+                goal_callback=self._take_goal,
+                cancel_callback=self._take_cancel,
+                callback_group=ros.group,
+            )
+            for name in names
+        ]
 
     def end(self) -> None:
         """Abort all goals: the cell is gone."""

@@ -26,6 +26,7 @@ from std_msgs.msg import String
 
 from cellwright.middleware.ros2.bridge.actions import TrajectoryAction
 from cellwright.middleware.ros2.bridge.graph import TypeWatch
+from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
 from cellwright.middleware.ros2.bridge.services import CellCall, CellService, StepService
@@ -43,10 +44,18 @@ _LOOK_PERIOD = 0.05  # time between two looks for subscribers [s]
 
 
 class Bridge:
-    """A cell as a node of ROS 2; `arguments` are rclpy's."""
+    """A cell as a node of ROS 2.
 
-    def __init__(self, address: tuple[str, int], node: str, arguments: list[str]) -> None:
+    Args:
+        address: host and port of the server.
+        node: absolute name of the node.
+        names: other names in ROS 2 for names of the cell.
+        arguments: rclpy's.
+    """
+
+    def __init__(self, address: tuple[str, int], node: str, names: dict[str, list[str]], arguments: list[str]) -> None:
         self._address = address
+        self._names = names
         self._name = node
         self._arguments = arguments
         self._loop = EventLoop()
@@ -70,7 +79,8 @@ class Bridge:
         self._offer(ros, self._link.welcome)
         self._parameters = NodeParameters(ros, self._link, parameters, state.get("speed"))
         self._describe(ros, description_of(parameters))
-        self._watch = TypeWatch(ros, self._loop, [*(each.name for each in self._publications), *self._commands])
+        topics = [*(each.name for each in self._publications), *self._commands]
+        self._watch = TypeWatch(ros, self._loop, [name for each in topics for name in self._names.get(each, [each])])
         ros.start()
         if not self._link.welcome["lockstep"]:
             self._link.keep_up(lambda: False)
@@ -94,8 +104,7 @@ class Bridge:
     def _offer(self, ros: RosNode, welcome: dict[str, Any]) -> None:
         """Advertise topics, services and actions; the clock last: for programs it is the sign that all are there."""
         loop, link, in_lockstep, sender = self._loop, self._link, bool(welcome["lockstep"]), self._name
-        within = tuple(f"{action['name']}/" for action in welcome["actions"])
-        topics = [topic for topic in welcome["topics"] if not topic["name"].startswith(within)]
+        topics = [topic for topic in welcome["topics"] if not is_of_actionlib(topic["type"])]
         steps_look: list[StepQueue] = []
         self._commands = {
             topic["name"]: CommandTopic(
@@ -103,6 +112,7 @@ class Bridge:
                 loop,
                 link,
                 topic,
+                self._named(topic),
                 sender,
                 limit=None if in_lockstep else COMMAND_QUEUE,
                 on_handed_over=(lambda: loop.call(steps_look[0].look)) if in_lockstep else None,
@@ -113,11 +123,15 @@ class Bridge:
         out = sorted((topic for topic in topics if topic["direction"] == "out"), key=lambda each: each["name"] == CLOCK)
         sent: dict[str, int] = {}
         calls = CellCall(ros, link, sender)
-        self._services: list[Any] = [CellService(ros, loop, calls, service) for service in welcome["services"]]
-        self._actions = [TrajectoryAction(ros, loop, link, sender, action) for action in welcome["actions"]]
+        self._services: list[Any] = [
+            CellService(ros, loop, calls, service, self._named(service)) for service in welcome["services"]
+        ]
+        self._actions = [
+            TrajectoryAction(ros, link, sender, action, self._named(action)) for action in welcome["actions"]
+        ]
         self._publications = [
             (ClockPublication if topic["name"] == CLOCK and not in_lockstep else Publication)(
-                ros, link, topic, sent, in_lockstep=in_lockstep
+                ros, link, topic, self._named(topic), sent, in_lockstep=in_lockstep
             )
             for topic in out
         ]
@@ -125,6 +139,10 @@ class Bridge:
             published = {each.name: each for each in self._publications}
             steps_look.append(StepQueue(loop, link, self._commands))
             self._services.append(StepService(ros, loop, steps_look[0], sender, self._commands, published, sent))
+
+    def _named(self, described: dict[str, Any]) -> list[str]:
+        """Return the names in ROS 2 of what WELCOME describes."""
+        return self._names.get(described["name"], [described["name"]])
 
     def _describe(self, ros: RosNode, description: str) -> None:
         """Publish the robot's description for programs of ROS 2, which expect a latched topic."""
@@ -154,6 +172,9 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="bridge", description="Present a served cell or robot as a node of ROS 2.")
     parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="address of the server")
     parser.add_argument("--name", metavar="/NODE", default="/cellwright", help="name of the node (%(default)s)")
+    parser.add_argument(
+        "--names", metavar="JSON", type=json.loads, default={}, help="lists of names in ROS 2, by name of the cell"
+    )
     position = sys.argv.index("--ros-args") if "--ros-args" in sys.argv else len(sys.argv)
     options = parser.parse_args(sys.argv[1:position])
-    Bridge(options.connect, options.name, sys.argv[position:]).run()
+    Bridge(options.connect, options.name, options.names, sys.argv[position:]).run()

@@ -28,6 +28,13 @@ def interface_class(name: str, kind: str) -> Any:
         raise MissingError(f"ROS 2 has no {package}/{kind}/{last}: {error}; {HOW_TO_GET_IT}") from None
 
 
+def is_of_actionlib(type_name: str) -> bool:
+    """Return whether a message belongs to an action of ROS 1; in ROS 2 actions have messages of their own."""
+    return type_name.startswith("actionlib_msgs/") or type_name.endswith(
+        ("ActionGoal", "ActionResult", "ActionFeedback")
+    )
+
+
 def is_values(type_name: str) -> bool:
     """Return whether messages of a type pass as JSON values: their fields are not those of the cell's definition."""
     return type_name.partition("/")[0] in VALUE_PACKAGES

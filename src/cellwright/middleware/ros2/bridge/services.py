@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.serialization import deserialize_message
@@ -53,17 +53,20 @@ class CellCall:
 
 
 class CellService:
-    """Service of the cell, served in ROS 2."""
+    """Service of the cell, served in ROS 2 under each of `names`."""
 
-    def __init__(self, ros: RosNode, loop: EventLoop, calls: CellCall, service: Mapping[str, Any]) -> None:
+    def __init__(
+        self, ros: RosNode, loop: EventLoop, calls: CellCall, service: Mapping[str, Any], names: Sequence[str]
+    ) -> None:
         self._name: str = service["name"]
         self._type: str = service["type"]
         self._calls = calls
         self._class = interface_class(self._type, "srv")
         self._refusals = ThrottledLog(loop, "{count} x {subject}")
-        self._service = ros.node.create_service(
-            self._class, relative(self._name), self._serve, callback_group=ros.group
-        )
+        self._services = [
+            ros.node.create_service(self._class, relative(name), self._serve, callback_group=ros.group)
+            for name in names
+        ]
 
     async def _serve(self, request: Any, response: Any) -> Any:
         answer = await self._calls.ask(self._name, self._type, as_bytes(request, self._type))
@@ -124,7 +127,7 @@ class StepService:
             response.message = f"topics and published must have the same length (got {len(names)} and {len(counts)})"
             return response
         for name in names:
-            if name in self._commands and self._ros.node.count_publishers(relative(name)) > 1:
+            if name in self._commands and self._commands[name].count_publishers() > 1:
                 response.message = f"{name} has several publishers; in lockstep one node commands a topic"
                 return response
         wanted = dict(zip(names, counts or [0] * len(names), strict=True))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 from rclpy.serialization import serialize_message
@@ -30,13 +31,20 @@ _NANOSECONDS = 1_000_000_000
 
 
 class Publication:
-    """Topic of the cell, published in ROS 2.
+    """Topic of the cell, published in ROS 2 under each of `names`.
 
     `sent` has the number of messages by topic, as subscribers see it; the topic of the newest message comes last.
     """
 
     def __init__(
-        self, ros: RosNode, link: LinkClient, topic: dict[str, Any], sent: dict[str, int], *, in_lockstep: bool
+        self,
+        ros: RosNode,
+        link: LinkClient,
+        topic: dict[str, Any],
+        names: Sequence[str],
+        sent: dict[str, int],
+        *,
+        in_lockstep: bool,
     ) -> None:
         self.name: str = topic["name"]
         self._link = link
@@ -47,15 +55,12 @@ class Publication:
         self._always = bool(topic["latch"])
         wanted = topic["qos"]
         depth = max(wanted["depth"], len(topic["publishers"]) if self._always else 1)
-        self._publisher = ros.node.create_publisher(
-            self._class,
-            relative(self.name),
-            quality(
-                is_reliable=wanted["reliable"],
-                is_transient_local=wanted["transient_local"],
-                depth=max(depth, LOCKSTEP_DEPTH) if in_lockstep and not self._always else depth,
-            ),
+        qos = quality(
+            is_reliable=wanted["reliable"],
+            is_transient_local=wanted["transient_local"],
+            depth=max(depth, LOCKSTEP_DEPTH) if in_lockstep and not self._always else depth,
         )
+        self._publishers = [ros.node.create_publisher(self._class, relative(name), qos) for name in names]
         self._subscription: int | None = None
         if self._always:
             self._listen()
@@ -63,18 +68,21 @@ class Publication:
     def is_ready_for(self, subscribers: int) -> bool:
         """Return whether this number of subscribers is known, and they get all that the cell publishes from now on."""
         self.look()
-        return self._is_listening and self._publisher.get_subscription_count() >= subscribers
+        return self._is_listening and self._count_subscribers() >= subscribers
 
     def look(self) -> None:
         """Subscribe to the topic of the cell, or end this, by whether it has subscribers in ROS 2."""
         if self._always:
             return
-        has_subscribers = self._publisher.get_subscription_count() > 0
+        has_subscribers = self._count_subscribers() > 0
         if has_subscribers and self._subscription is None:
             self._listen()
         elif not has_subscribers and self._subscription is not None:
             self._link.unsubscribe(self._subscription)
             self._subscription, self._is_listening = None, False
+
+    def _count_subscribers(self) -> int:
+        return sum(publisher.get_subscription_count() for publisher in self._publishers)
 
     def _listen(self) -> None:
         self._subscription = self._link.subscribe(self.name, "", self._publish, self._answered)
@@ -84,7 +92,9 @@ class Publication:
 
     def _publish(self, payload: bytes) -> None:
         self._sent[self.name] = self._sent.pop(self.name, 0) + 1
-        self._publisher.publish(fill(self._class(), json.loads(payload)) if self._is_values else payload)
+        message = fill(self._class(), json.loads(payload)) if self._is_values else payload
+        for publisher in self._publishers:
+            publisher.publish(message)
 
 
 class ClockPublication(Publication):
@@ -102,27 +112,40 @@ class ClockPublication(Publication):
 
 
 class CommandTopic(CommandQueue):
-    """Topic that the cell receives, subscribed to in ROS 2. ROS 2 does not tell who has sent a message."""
+    """Topic that the cell receives, subscribed to in ROS 2 under each of `names`. Who has sent a message is unknown."""
 
     def __init__(
-        self, ros: RosNode, loop: EventLoop, link: LinkClient, topic: dict[str, Any], sender: str, **more: Any
+        self,
+        ros: RosNode,
+        loop: EventLoop,
+        link: LinkClient,
+        topic: dict[str, Any],
+        names: Sequence[str],
+        sender: str,
+        **more: Any,
     ) -> None:
         super().__init__(loop, link, topic["name"], topic["type"], **more)
         wanted = topic["qos"]
         self._sender = sender
+        self._node = ros.node
+        self._names = [relative(name) for name in names]
         self._is_values = is_values(topic["type"])
-        self._subscription = ros.node.create_subscription(
-            interface_class(topic["type"], "msg"),
-            relative(self.name),
-            self._take,
-            quality(
-                is_reliable=wanted["reliable"],
-                is_transient_local=False,
-                depth=LOCKSTEP_DEPTH if more.get("limit", 0) is None else wanted["depth"],
-            ),
-            raw=not self._is_values,
-            callback_group=ros.group,
+        qos = quality(
+            is_reliable=wanted["reliable"],
+            is_transient_local=False,
+            depth=LOCKSTEP_DEPTH if more.get("limit", 0) is None else wanted["depth"],
         )
+        message_class = interface_class(topic["type"], "msg")
+        self._subscriptions = [
+            ros.node.create_subscription(
+                message_class, relative(name), self._take, qos, raw=not self._is_values, callback_group=ros.group
+            )
+            for name in names
+        ]
+
+    def count_publishers(self) -> int:
+        """Return the number of nodes that may command it."""
+        return sum(self._node.count_publishers(name) for name in self._names)
 
     def _take(self, message: Any) -> None:
         self.take(self._sender, json.dumps(values_of(message)).encode() if self._is_values else message)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -20,6 +21,9 @@ RANGE_VARIABLE, OLD_RANGE_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCAL
 RANGES = ("localhost", "subnet")
 """How far other nodes are looked for: on this machine, or in its network."""
 
+NAMES = ("both", "2017", "ros2_control")
+"""Names of joint states and of the arm's controller: those of the contract, those of ros2_control, or both."""
+
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros2" / "bridge" / "bridge.py"
 
 
@@ -29,10 +33,12 @@ class Ros2Options:
 
     Attributes:
         discovery: one of `RANGES`.
+        names: one of `NAMES`.
         arguments: rclpy's own, without `--ros-args`: `("-r", "__ns:=/cell1")`.
     """
 
     discovery: str = "localhost"
+    names: str = "both"
     arguments: tuple[str, ...] = ()
 
 
@@ -46,7 +52,8 @@ def discovery_variables(distribution: str, discovery: str) -> dict[str, str]:
 class Ros2:
     """Presents a served cell or robot in ROS 2. Close it, or use it in a `with`: this ends the bridge.
 
-    `report` takes a line about a failure or a recovery; no call waits once it `is_stopped`.
+    `report` takes a line about a failure or a recovery; no call waits once it `is_stopped`. `others` are the names that
+    ros2_control has, by name of the contract.
 
     Raises:
         UsageError: there is no ROS 2, or it lacks interfaces.
@@ -59,11 +66,18 @@ class Ros2:
         environment: Mapping[str, str] | None = None,
         *,
         node: str = CELL_NODE,
+        others: Mapping[str, str] | None = None,
         options: Ros2Options | None = None,
     ) -> None:
         self.report = report
         self.options = options or Ros2Options()
         self._node = node
+        if self.options.names == "2017":
+            others = {}
+        self._names = {
+            name: [other] if self.options.names == "ros2_control" else [name, other]
+            for name, other in (others or {}).items()
+        }
         self._is_stopped = is_stopped
         found = installations.find(environment)
         for note in found.notes:
@@ -147,7 +161,7 @@ class Ros2:
             bridge.stop()
 
     def _start(self) -> BridgeProcess:
-        arguments = [f"--name={self._node}"]
+        arguments = [f"--name={self._node}", f"--names={json.dumps(self._names)}"]
         if self.options.arguments:
             arguments += ["--ros-args", *self.options.arguments]
         self._bridge = BridgeProcess(
