@@ -43,7 +43,9 @@ hooks: .venv/.installed-dev
 	$(INSTALL) --group hooks
 	$(BIN)/pre-commit install
 
-system: debian ros2
+# ROS 2 last: pip installs it, which the tools of tests upgrade first.
+system: debian .venv/.installed-dev
+	scripts/install-ros2
 
 # One after the other, as dpkg wants it.
 debian:
