@@ -117,7 +117,7 @@ def check(ran: subprocess.CompletedProcess[str], status: int) -> subprocess.Comp
 EVERYTHING = """
 import importlib, pkgutil, sys, cellwright
 for module in pkgutil.walk_packages(cellwright.__path__, "cellwright."):
-    if not any(part in module.name for part in ("ros1.bridge", "ros1.packages.data", "__main__")):
+    if not any(part in module.name for part in ("bridge", "packages.data", "__main__")):
         importlib.import_module(module.name)
 from cellwright.running.evaluation import process
 from cellwright.clients.operators import terminal

@@ -72,14 +72,14 @@ def write_result(file: Path, content: str | bytes) -> list[str]:
 
 
 def report_ready(session: Session) -> None:
-    """Print the name, the address and the rate of a served session, and its node in ROS 1."""
+    """Print the name, the address and the rate of a served session, its node in ROS 1, and its domain in ROS 2."""
     assert session.server is not None
     line = ready_line(session.node.name, session.server, session.rate.speed)
     if session.ros is not None:
         line += f", ROS 1 at {session.ros.master.uri}"
+        line += "" if session.target.identity is None else f" as {session.target.identity.node}"
     if session.ros2 is not None:
         line += f", ROS 2 in domain {session.ros2.domain}"
-        line += "" if session.target.identity is None else f" as {session.target.identity.node}"
     session.on_message(line + session.target.ready_note())
 
 

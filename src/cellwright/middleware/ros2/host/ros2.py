@@ -11,7 +11,6 @@ from typing import Self
 
 from cellwright._package import FOLDER
 from cellwright.middleware.child import BridgeProcess, RestartDelay, describe_exit, start_bridge
-from cellwright.middleware.ros2.host import installation as installations
 from cellwright.util.errors import UsageError
 
 CELL_NODE = "/cellwright"
@@ -69,6 +68,8 @@ class Ros2:
         others: Mapping[str, str] | None = None,
         options: Ros2Options | None = None,
     ) -> None:
+        from cellwright.middleware.ros2.host import installation as installations  # slow to load
+
         self.report = report
         self.options = options or Ros2Options()
         self._node = node

@@ -109,11 +109,11 @@ def check_machine(distribution: str) -> None:
     """
     if distribution not in DISTRIBUTIONS:
         raise UsageError(f"{distribution}: no wheels of this ROS 2; give one of {', '.join(DISTRIBUTIONS)}")
-    machine = platform.machine()
-    if sys.platform != "linux" or machine != "x86_64" or sys.version_info[:2] > _NEWEST:
+    system, machine = sys.platform, platform.machine()
+    if system != "linux" or machine != "x86_64" or sys.version_info[:2] > _NEWEST:
         raise UsageError(
             f"wheels of ROS 2 exist for Linux on x86_64 and Python up to {_NEWEST[0]}.{_NEWEST[1]} "
-            f"(got {sys.platform} on {machine}, Python {_PYTHON}); use a ROS 2 distribution instead"
+            f"(got {system} on {machine}, Python {_PYTHON}); use a ROS 2 distribution instead"
         )
 
 
