@@ -32,6 +32,7 @@ from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.interface import NODE
 from cellwright.robot.node import RobotNode
+from cellwright.robot.ros2_control import ros2_control_xacro
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
 from cellwright.running.run import ServerOptions, Session, SessionResult, versions
@@ -254,6 +255,14 @@ CheckDriver = Annotated[
         SIMULATION,
     ),
 ]
+Ros2Control = Annotated[
+    bool,
+    flag(
+        "--ros2-control",
+        "Print a xacro file with which ros2_control, and so MoveIt, drives this robot over its topics, and stop.",
+        arguments.NETWORK,
+    ),
+]
 Gui = Annotated[bool, flag("--gui", "Show the robot in MuJoCo's window.", OUTPUT)]
 InitDebug = Annotated[
     bool, flag("--init-debug", "Show it in MuJoCo's window with a slider for each joint, under `Control`.", OUTPUT)
@@ -341,6 +350,7 @@ def teleop(
     ros2: arguments.Ros2 = False,
     ros2_range: arguments.Ros2Range = None,
     ros2_names: arguments.Ros2Names = None,
+    ros2_control: Ros2Control = False,
     node: NodeName = NODE,
     view: arguments.View = False,
     view_host: arguments.ViewHost = None,
@@ -374,6 +384,10 @@ def teleop(
         # safer: hold when the operator is silent, refuse a jump at the start
         cellwright teleop qinglong --watchdog 0.5 --start-guard 0.8
 
+        # for ROS 2 programs, and for MoveIt over ros2_control
+        cellwright teleop qinglong --ros2
+        cellwright teleop qinglong --ros2-control > qinglong.ros2_control.xacro
+
         # check its motion, and print a table of findings
         cellwright teleop qinglong --check
 
@@ -386,6 +400,9 @@ def teleop(
     Exit status: 0 stopped as requested; 1 the simulation became unstable, a requested file is incomplete, or a check
     failed; 2 bad input, and nothing was started.
     """
+    if ros2_control:
+        typer.echo(ros2_control_xacro(load_robot(robot, output.warn)), nl=False)
+        raise typer.Exit(DONE)
     factor = options.speed(("max" if lockstep else "1") if speed is None else speed)
     if factor != 1.0 and not (sim_time or lockstep):
         options.refuse(f"--speed {speed} requires --sim-time")
