@@ -58,6 +58,7 @@ class RosNode:
         self.group = ReentrantCallbackGroup()
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
+        sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
         self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
 
     def awaited(self) -> tuple[Future, Callable[[Any], None]]:
