@@ -31,3 +31,17 @@ def test_removed_bench_command_names_replacement(cellwright: CommandLine) -> Non
     ran = cellwright("bench", "step")
     assert ran.status == 2
     assert ran.err == "error: bench: command removed; run `python -m benchmarks` in a checkout of Cellwright\n"
+
+
+@pytest.mark.parametrize("command", [("trials",), ("serve", "lesson"), ("run", "lesson")])
+def test_ros_arguments_without_ros2_are_refused_and_forgotten(
+    cellwright: CommandLine, command: tuple[str, ...]
+) -> None:
+    ran = cellwright(*command, "--ros-args", "-r", "__ns:=/cell1")
+    assert (ran.status, ran.err) == (2, "error: --ros-args requires --ros2\n")
+    assert cellwright("trials").status == 0
+
+
+def test_words_behind_ros_arguments_are_options_again(cellwright: CommandLine) -> None:
+    ran = cellwright("serve", "--ros2", "--ros-args", "-r", "__ns:=/cell1", "--", "--ros2-range", "far", "lesson")
+    assert (ran.status, ran.err) == (2, "error: --ros2-range far: give localhost or subnet\n")

@@ -66,10 +66,11 @@ def set_parameters() -> dict[str, Any]:
         read_only = Parameter(name="robot_description", value=ParameterValue(type=4, string_value="x"))
         refused = call("set_parameters", "SetParameters", parameters=[read_only])
         negative = call("set_parameters", "SetParameters", parameters=[Parameter(name="speed", value=value(-1.0))])
+        unlimited = call("set_parameters", "SetParameters", parameters=[Parameter(name="speed", value=value(0.0))])
         speed = call("get_parameters", "GetParameters", names=["speed"]).values[0].double_value
         return {
             "names": list(names),
-            "set": [each.results[0].successful for each in (fast, refused, negative)],
+            "set": [each.results[0].successful for each in (fast, refused, negative, unlimited)],
             "speed": speed,
         }
 
@@ -78,8 +79,8 @@ def test_speed_is_settable_and_description_read_only(domain: Ground) -> None:
     domain.serve("lesson", "-d")
     found = domain.client(set_parameters).value()
     assert {"robot_description", "speed"} <= set(found["names"])
-    assert found["set"] == [True, False, False]
-    assert found["speed"] == 4.0
+    assert found["set"] == [True, False, False, True]
+    assert found["speed"] == 0.0
 
 
 def test_speed_is_no_parameter_in_competition(domain: Ground) -> None:

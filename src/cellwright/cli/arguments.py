@@ -237,7 +237,7 @@ def _video_size(text: str) -> tuple[int, int]:
 def ros2_options(*, ros2: bool, discovery: str | None, names: str | None = None) -> Ros2Options | bool:
     """Return the options of the node in ROS 2, with the command line's arguments for it; False for no node."""
     if not ros2:
-        given = {"--ros2-range": discovery, "--ros2-names": names, "--ros-args": ros_arguments or None}
+        given = {"--ros2-range": discovery, "--ros2-names": names}
         for name, value in given.items():
             if value is not None:
                 options.refuse(f"{name} requires --ros2")

@@ -159,16 +159,24 @@ ros_arguments: list[str] = []
 _ROS_ARGUMENTS = "--ros-args"
 
 
+def _split(words: list[str], at: str) -> tuple[list[str], list[str]]:
+    """Return the words before the first `at`, and those behind it."""
+    position = words.index(at) if at in words else len(words)
+    return words[:position], words[position + 1 :]
+
+
 def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
     """Run the command line, None for that of the process; return the exit status.
 
     Errors in the input are printed, a line each.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    if _ROS_ARGUMENTS in arguments:
-        position = arguments.index(_ROS_ARGUMENTS)
-        ros_arguments[:] = arguments[position + 1 :]
-        del arguments[position:]
+    arguments, ros_arguments[:] = _split(arguments, _ROS_ARGUMENTS)
+    ros_arguments[:], behind = _split(ros_arguments, "--")
+    arguments += behind
+    if ros_arguments and "--ros2" not in arguments:
+        sys.stderr.write(f"error: {_ROS_ARGUMENTS} requires --ros2\n")
+        return BAD_INPUT
     try:
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:

@@ -12,6 +12,7 @@ import socket
 import sys
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from typing import Any, Callable
 
@@ -42,7 +43,7 @@ class GraphGoneError(MissingError):
     """Nothing answers in the graph any more; the text says what."""
 
 
-class SubscribedTopic:
+class SubscribedTopic(ABC):
     """Topic with any number of the client's subscriptions. Threads of ROS call `deliver` with their numbers."""
 
     def __init__(self, name: str, deliver: Callable[[tuple[int, ...], bytes], None]) -> None:
@@ -54,9 +55,9 @@ class SubscribedTopic:
         self._latched: bytes | None = None
 
     @property
+    @abstractmethod
     def is_connected(self) -> bool:
         """True if a publisher sends messages."""
-        raise NotImplementedError
 
     @property
     def is_wanted(self) -> bool:
@@ -82,9 +83,9 @@ class SubscribedTopic:
         with self._changed:
             return self._changed.wait_for(lambda: self._received >= count, timeout)
 
+    @abstractmethod
     def close(self) -> None:
         """Unsubscribe."""
-        raise NotImplementedError
 
     def take(self, data: bytes, received: int, *, is_latched: bool) -> None:
         """Take the publisher's message number `received`."""
@@ -96,7 +97,7 @@ class SubscribedTopic:
             self._changed.notify_all()
 
 
-class PublishedTopic:
+class PublishedTopic(ABC):
     """Topic that the client publishes; `published` is the number of messages as the cell counts them."""
 
     name: str
@@ -104,40 +105,41 @@ class PublishedTopic:
     published: int
 
     @property
+    @abstractmethod
     def is_connected(self) -> bool:
         """True if it has a subscriber."""
-        raise NotImplementedError
 
+    @abstractmethod
     def publish(self, data: bytes) -> None:
         """Send a message."""
-        raise NotImplementedError
 
 
-class Graph:
+class Graph(ABC):
     """Nodes, topics and services of a ROS, for a relay; `encoding` is that of messages."""
 
     encoding: str
 
+    @abstractmethod
     def is_over(self) -> bool:
         """True if the simulator has signed off; a GraphGoneError if nothing answers."""
-        raise NotImplementedError
 
+    @abstractmethod
     def subscribe(
         self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]
     ) -> SubscribedTopic:
         """Subscribe to a topic."""
-        raise NotImplementedError
 
-    def settle(self, topic: SubscribedTopic) -> None:
+    def settle(self, topic: SubscribedTopic) -> None:  # noqa: B027 - in ROS 1 the handshake does it
         """Wait in lockstep until all that a subscription is to get from now on will come."""
 
-    def declare(self, type_name: str, description: dict[str, Any]) -> None:
+    def declare(self, type_name: str, description: dict[str, Any]) -> None:  # noqa: B027 - ROS 2 needs none
         """Note a type that the client will publish."""
 
+    @abstractmethod
     def advertise(self, name: str, type_name: str) -> PublishedTopic | None:
         """Begin to publish; None if the type is not declared."""
-        raise NotImplementedError
 
+    @abstractmethod
     def call(self, name: str, request: bytes, timeout: float | None) -> tuple[bool, bytes]:
         """Call a service; return True and the response, or False and the error, which may be empty.
 
@@ -145,8 +147,8 @@ class Graph:
             ServiceGoneError: the service cannot be reached, or has ended before it answered.
             GraphGoneError: nothing answers in the graph.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def step(self, duration: int, counts: dict[str, int]) -> tuple[str, int, list[tuple[str, int]]]:
         """Let time pass in lockstep; errors as of `call`.
 
@@ -158,7 +160,6 @@ class Graph:
             The error, empty for none; simulation time [ns]; numbers of messages of the cell by topic, of which the
             newest is the last.
         """
-        raise NotImplementedError
 
 
 class Relay:

@@ -65,9 +65,12 @@ class TrajectoryAction:
         return GoalResponse.REJECT
 
     async def _take_cancel(self, handle: Any) -> CancelResponse:
-        name = next((name for name, each in self._handles.items() if each is handle), "")
+        begun = next((name for name, each in self._handles.items() if each is handle), "")
+        name = begun or self._accepted.get(id(handle.request), "")
+        if not name:  # without an identifier the cell would cancel everything
+            return CancelResponse.REJECT
         answer = await self._publish("cancel", {"id": name})
-        return CancelResponse.ACCEPT if name and answer.kind is FrameKind.DONE else CancelResponse.REJECT
+        return CancelResponse.ACCEPT if answer.kind is FrameKind.DONE else CancelResponse.REJECT
 
     async def _execute(self, handle: Any) -> Any:
         name = self._accepted.pop(id(handle.request))

@@ -46,7 +46,7 @@ class NodeParameters:
         for parameter in parameters:
             if parameter.name != SPEED or not self._is_declared:
                 continue
-            factor = None if parameter.value == UNLIMITED else parameter.value
+            factor = "max" if parameter.value == UNLIMITED else parameter.value
             answer = self._ask({"action": "speed", "factor": factor})
             if answer is None or answer.kind is not FrameKind.ANSWER:
                 reason = "the cell does not answer" if answer is None else answer.text()

@@ -1,7 +1,8 @@
 """Services of the bridge: calls forwarded to the cell, and lockstep time as a service.
 
 ROS 2 has no way to fail a call. If the cell refuses a request or gives no answer, the caller gets a response with
-`success` false and the reason. A type without such fields has its defaults then. The reason is reported.
+`success` false and the reason. A type without such fields has its defaults then. The cell reports what it refuses, and
+the bridge a service without an answer.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 STEP_SERVICE, STEP_TYPE = "/cellwright/step", "cellwright_msgs/Step"
+NO_ANSWER = "ServiceFailedError"  # error of a service without an answer
 NANOSECONDS = 1_000_000_000
 _NAP = 0.002  # [s]
 
@@ -62,7 +64,7 @@ class CellService:
         self._type: str = service["type"]
         self._calls = calls
         self._class = interface_class(self._type, "srv")
-        self._refusals = ThrottledLog(loop, "{count} x {subject}")
+        self._failures = ThrottledLog(loop, "{count} x {subject}")
         self._services = [
             ros.node.create_service(self._class, relative(name), self._serve, callback_group=ros.group)
             for name in names
@@ -78,7 +80,8 @@ class CellService:
 
     def _failed(self, response: Any, answer: Frame) -> Any:
         reason = " ".join(answer.text().split())
-        self._refusals.count(f"{self._name} gave no answer: {reason}")
+        if answer.name == NO_ANSWER:
+            self._failures.count(f"{self._name} gave no answer: {reason}")
         fields = response.get_fields_and_field_types()
         if fields.get("success") == "boolean":
             response.success = False

@@ -18,7 +18,7 @@ CELL_NODE = "/cellwright"
 
 RANGE_VARIABLE, OLD_RANGE_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
 RANGES = ("localhost", "subnet")
-"""How far other nodes are looked for: on this machine, or in its network."""
+"""Range in which ROS 2 finds other nodes: this machine, or its network."""
 
 NAMES = ("both", "2017", "ros2_control")
 """Names of joint states and of the arm's controller: those of the contract, those of ros2_control, or both."""
