@@ -12,7 +12,7 @@ from tests.ros1.listening import addresses
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the kernel's tables are Linux's")
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.2", "0.0.0.0"])
+@pytest.mark.parametrize("host", ["127.0.0.4", "127.0.0.2", "0.0.0.0"])  # where no other test listens
 def test_addresses_of_this_process_include_listening_socket(host: str) -> None:
     before = addresses(os.getpid())
     assert host not in before
