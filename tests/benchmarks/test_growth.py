@@ -43,4 +43,6 @@ def test_growth_quick_run_yields_bounded_figures_and_curves(monkeypatch: pytest.
     figures = [each for each in found if not isinstance(each, Curve)]
     assert [curve.title for curve in curves] == ["step, parts at rest", "step, parts on the belt", "resident memory"]
     assert [figure.maximum for figure in figures if figure.maximum is not None] == [1.2, 2.0, 1.2, 1.2, 1.2]
-    assert all(figure.value > 0.0 for figure in figures if "one more" not in figure.label)
+    # a slope and a bend compare two short timings: on a busy machine they can have any sign
+    compared = [figure for figure in figures if "one more" in figure.label or "straight line" in figure.label]
+    assert all(figure.value > 0.0 for figure in figures if figure not in compared)
