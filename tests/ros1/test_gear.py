@@ -55,6 +55,8 @@ names = competition.arm_joint_names
 def arrived():
     at = dict(zip(competition.current_joint_state.name, competition.current_joint_state.position))
     return all(abs(at[name] - value) < 0.05 for name, value in zip(names, goal))
+while competition.current_joint_state is None:
+    rospy.sleep(0.02)
 end = rospy.Time.now() + rospy.Duration(100)
 while not arrived():
     assert rospy.Time.now() < end

@@ -134,13 +134,16 @@ class ExternalInput:
 
 
 class PendingResponse:
-    """Pending response of a service: the service answers once, and the caller is notified."""
+    """Pending response of a service: the service answers once, and the caller is notified.
+
+    The response is a message; that of a service of the server itself is a JSON object.
+    """
 
     def __init__(self) -> None:
-        self.response: Message | None = None
-        self._listeners: list[Callable[[Message], None]] = []
+        self.response: Any = None
+        self._listeners: list[Callable[[Any], None]] = []
 
-    def answer(self, response: Message) -> None:
+    def answer(self, response: Any) -> None:
         """Set the response; later ones are ignored."""
         if self.response is None:
             self.response = response
@@ -148,7 +151,7 @@ class PendingResponse:
                 listener(response)
             self._listeners.clear()
 
-    def then(self, listener: Callable[[Message], None]) -> None:
+    def then(self, listener: Callable[[Any], None]) -> None:
         """Call `listener(response)` once the response exists: at once if it does already."""
         if self.response is None:
             self._listeners.append(listener)

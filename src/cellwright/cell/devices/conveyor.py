@@ -201,6 +201,10 @@ class PopulationSchedule(PlainState):
         self._anchor, self._progress = now, self.progress(now)
         self._rate = Fraction(power) / 100
 
+    def brought(self, kind: str) -> int:
+        """Return the number of parts of a type that have been due so far."""
+        return self._clones[kind]
+
     def next_due(self) -> int:
         """Return the time of the next part [ns], unless something changes before; `NEVER` if there is none.
 
@@ -267,7 +271,8 @@ class Population(PopulationSchedule, Device):
     def handle_appear(self) -> None:
         """Place the part that is due on the belt, if the pool still has one."""
         appearance = self.pop(self.simulation.now)
-        if appearance is not None and appearance.in_pool:
+        is_spawned = appearance is not None and appearance.name in self.parts.in_play
+        if appearance is not None and appearance.in_pool and not is_spawned:
             self.parts.appear(appearance.name, SPAWN_FRAME @ appearance.pose)
         self._plan()
 

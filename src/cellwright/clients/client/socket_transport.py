@@ -6,11 +6,12 @@ in real time, it is this machine's own.
 """
 
 import itertools
+import json
 import select
 import socket
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -332,9 +333,10 @@ class SocketTransport:
             answer = self._wait_for(frame.number)
         return self._read(answer.payload, messages.service_type(self._services[service]).response)
 
-    def ask_server(self, service: str) -> dict[str, Any]:
-        """Call a service of the server itself, which answers with a JSON object."""
-        return self._connection.ask(Frame(FrameKind.CALL, self._connection.number(), service, payload=b"{}")).json()
+    def ask_server(self, service: str, request: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Call a service of the server itself, such as "simulation/GetEntities", with a JSON object; return another."""
+        payload = json.dumps(request or {}).encode()
+        return self._connection.ask(Frame(FrameKind.CALL, self._connection.number(), service, payload=payload)).json()
 
     def topics(self) -> dict[str, str]:
         """Return the types of the topics that the cell publishes, by name."""

@@ -128,8 +128,10 @@ MAX_PENDING_ADVANCES = 16
 
 _MAX_NODE_LENGTH = 255
 
-Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any] | tuple[dict[str, Any], bytes]]
-"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA).
+Reply: TypeAlias = dict[str, Any] | tuple[dict[str, Any], bytes]
+
+Extra: TypeAlias = Callable[[dict[str, Any]], Reply | PendingResponse]
+"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA); or it answers later.
 
 It refuses with a CellwrightError.
 """
@@ -272,14 +274,10 @@ class Requests:
             if acts:
                 self._cell.bus.note(ExternalInput(InputKind.EXTRA, frame.name, arguments, frame.node or client.node))
             answer = extra(arguments)
-            if isinstance(answer, dict):
-                reply = Frame(FrameKind.ANSWER, frame.number, payload=json.dumps(answer).encode())
+            if isinstance(answer, PendingResponse):
+                answer.then(partial(self._reply, client, frame))
             else:
-                reply = data_frame(frame.number, *answer)
-            try:
-                client.send(reply)
-            except FrameError as error:
-                raise UsageError(f"{frame.name}: {error}") from None
+                self._reply(client, frame, answer)
             return
         self._cell.simulation.settle_inbox()
         service: ServiceType | None = self._services.get(frame.name)
@@ -293,6 +291,19 @@ class Requests:
             response.then(partial(self._answer, client, frame.number))
         else:
             self._answer(client, frame.number, response)
+
+    def _reply(self, client: ClientConnection, frame: Frame, answer: Any) -> None:
+        """Send the answer of a service of the server, which may be a late one; the client may have left."""
+        if client.is_gone:
+            return
+        if isinstance(answer, dict):
+            reply = Frame(FrameKind.ANSWER, frame.number, payload=json.dumps(answer).encode())
+        else:
+            reply = data_frame(frame.number, *answer)
+        try:
+            client.send(reply)
+        except FrameError as error:
+            raise UsageError(f"{frame.name}: {error}") from None
 
     def _answer(self, client: ClientConnection, number: int, response: Message) -> None:
         """Send an answer, which may be a late one; the client may have left."""

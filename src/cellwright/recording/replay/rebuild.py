@@ -23,6 +23,7 @@ from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.robot.servos import Motion
 from cellwright.util.errors import RecordingError
+from cellwright.viewer.services.entity_services import EntityServices
 
 
 @contextmanager
@@ -134,7 +135,7 @@ def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
         start = folder / "start.npz"
         start.write_bytes(recording.start)
         read_checkpoint(cell.simulation, start)
-    return Rebuilt(cell, close=cell.simulation.close)
+    return Rebuilt(cell, extras=EntityServices(cell).replayed(), close=cell.simulation.close)
 
 
 def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:

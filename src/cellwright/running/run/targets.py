@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from cellwright.rendering.video_options import VideoOptions
     from cellwright.viewer.filming import VideoRecorder
     from cellwright.viewer.services.control import Control
+    from cellwright.viewer.services.entity_services import EntityServices
 
 
 class DescriptionWarning(UserWarning):
@@ -252,6 +253,7 @@ class Target(ABC):
         """Offer the services of a server for pages and other viewers."""
         from cellwright.viewer.services.control import Control, Reset
         from cellwright.viewer.services.scene import offer_viewer_services
+        from cellwright.viewer.services.simulation import SimulationServices
 
         assert session.server is not None
         self.control = Control(
@@ -262,6 +264,18 @@ class Target(ABC):
         )
         offer_viewer_services(session.server, self.node, self.panel, self.control)
         session.server.offer("cellwright/parameters", lambda _request: self.ros_parameters())
+        SimulationServices(
+            self.node.simulation,
+            self.control,
+            world=self.node.name,
+            stop=session.stop,
+            entities=self.entity_services(),
+            hides=self.node.in_competition,
+        ).offer(session.server)
+
+    def entity_services(self) -> EntityServices | None:
+        """Return the services of its entities; None if it has none."""
+        return None
 
     controller_names: Mapping[str, str] = MappingProxyType({})
     """Names that ros2_control has for topics and services, by their own."""
@@ -340,6 +354,12 @@ class CellTarget(Target):
         self._collisions: CollisionWatch | None = None
         self.on_collision: list[Callable[[Collision], None]] = []
         """Called with each collision of the arm that is over."""
+
+    def entity_services(self) -> EntityServices:
+        """Return the services of the cell's entities."""
+        from cellwright.viewer.services.entity_services import EntityServices
+
+        return EntityServices(self.node)
 
     def named_files(self) -> list[Path]:
         """Files of the trial."""

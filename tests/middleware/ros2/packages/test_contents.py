@@ -83,7 +83,9 @@ def test_definitions_are_those_of_messages_but_for_three_types() -> None:
     for name, text in ours.items():
         package, namespace, last = name.split("/")
         assert texts[package][f"{namespace}/{last}.{namespace}"] == in_ros2(text)
-    assert set(texts) == {name.split("/")[0] for name in sources()} - {"std_srvs"} | {"tf2_msgs"}
+    assert set(texts) == {name.split("/")[0] for name in sources()} - {"std_srvs"} | {
+        *("tf2_msgs", "simulation_interfaces")
+    }
 
 
 def test_control_msgs_have_fields_of_ros2() -> None:

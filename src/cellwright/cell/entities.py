@@ -1,0 +1,366 @@
+"""Entities of a cell for programs that inspect or arrange it: the robot, AGVs, trays, furniture and parts by name.
+
+`Entities` reads and changes the cell; `viewer.services` offers it under the names of `simulation_interfaces`. Names of
+parts are those that logical cameras show. All poses are in the world frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from cellwright.cell.devices.logical_camera import collision_geoms
+from cellwright.cell.interface.frames import static_frames
+from cellwright.cell.kitting.fates import Removal
+from cellwright.cell.model.build import WorldPart
+from cellwright.cell.model.clones import clone_name
+from cellwright.cell.model.frames import (
+    AGV_HOMES,
+    AGV_T_TRAY,
+    BELT_SURFACE,
+    BIN_CENTRES,
+    BIN_SURFACE,
+    BIN_YAW,
+    CONVEYOR_SIZE,
+    SPAWN_FRAME,
+    TRAY_SURFACE,
+    load_point,
+)
+from cellwright.config.layout import BIN_WIDTH, TRAY_PLATE
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
+from cellwright.util.pose import Pose, Vector3, normalized
+
+if TYPE_CHECKING:
+    from cellwright.cell.cell import Cell
+
+ARM = "arm"
+"""Name of the robot on its rail."""
+
+CLEARANCE = 0.3
+"""Height [m] of the space over a named pose."""
+
+FARTHEST = 50.0
+"""Largest coordinate [m] of a pose at which a part may be placed."""
+
+MAX_SPEED = 20.0
+"""Largest velocity [m/s, rad/s] that a part may be given along an axis."""
+
+_HIDDEN = "shelf"  # where parts wait that are not in play
+_RAIL = "linear_arm_actuator"
+
+
+class Category(IntEnum):
+    """Category of an entity, as numbered by `simulation_interfaces/EntityCategory`."""
+
+    OBJECT = 0
+    ROBOT = 1
+    HUMAN = 2
+    DYNAMIC_OBJECT = 3
+    STATIC_OBJECT = 4
+
+
+@dataclass(frozen=True)
+class EntityInfo:
+    """Description of an entity."""
+
+    category: Category
+    description: str
+    tags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Box:
+    """Box along the world's axes: lower and upper corner [m]."""
+
+    lower: Vector3
+    upper: Vector3
+
+
+@dataclass(frozen=True)
+class NamedPose:
+    """Place of the cell by name, and the free space over it."""
+
+    name: str
+    pose: Pose
+    description: str
+    tags: tuple[str, ...]
+    space: Box
+
+
+@dataclass(frozen=True)
+class EntityState:
+    """Pose of an entity and its velocity: linear [m/s] and angular [rad/s], in the world frame."""
+
+    pose: Pose
+    linear: Vector3 = (0.0, 0.0, 0.0)
+    angular: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class Entities:
+    """Entities of a cell.
+
+    Example:
+        >>> from cellwright import Cell, load_trial
+        >>> entities = Entities(Cell(load_trial("lesson"), competition=False))
+        >>> entities.info("bin8|gear_part_1").tags
+        ('gear_part',)
+        >>> [round(x, 3) for x in entities.state("agv1").pose.position]
+        [0.3, 3.3, 0.0]
+
+    Args:
+        cell: the cell.
+
+    Attributes:
+        spawned: names of the parts that `spawn` has put into play and that still are, in their order.
+    """
+
+    cell: Cell
+    _infos: dict[str, EntityInfo] = field(default_factory=dict)
+    _spawned: dict[str, None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.cell.simulation.on_reset.append(self._forget)
+
+    @property
+    def spawned(self) -> tuple[str, ...]:
+        """Names of the spawned parts that are in play."""
+        return tuple(name for name in self._spawned if name in self.cell.parts.in_play)
+
+    def names(self) -> list[str]:
+        """Return the names of all entities: robot, AGVs, trays and furniture, then the parts in play."""
+        parts = self.cell.parts
+        return [*self._fixed(), *(part.name for part in parts.all if part.name in parts.in_play)]
+
+    def info(self, name: str) -> EntityInfo:
+        """Return the description of an entity.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        body = self._body(name)
+        if name in self._infos:
+            return self._infos[name]
+        if name in self.cell.parts.by_name:
+            kind = self.cell.parts.part(name).type
+            return EntityInfo(Category.OBJECT, f"part of type {kind}", (kind,))
+        if name == ARM:
+            return EntityInfo(Category.ROBOT, "UR10 on a rail, with a vacuum gripper")
+        if name in AGV_HOMES:
+            return EntityInfo(Category.ROBOT, "AGV that takes a tray away")
+        if self._is_tray(body):
+            return EntityInfo(Category.DYNAMIC_OBJECT, "tray on an AGV", ("tray",))
+        tags = ("bin",) if name in BIN_CENTRES else ()
+        return EntityInfo(Category.STATIC_OBJECT, "bin" if tags else "furniture", tags)
+
+    def set_info(self, name: str, info: EntityInfo) -> None:
+        """Replace the description of an entity; it lasts until the run starts again.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        self._body(name)
+        self._infos[name] = info
+
+    def state(self, name: str) -> EntityState:
+        """Return pose and velocity of an entity.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        body = self._body(name)
+        simulation = self.cell.simulation
+        model, data = simulation.model, simulation.data
+        simulation.refresh()
+        position, quaternion = data.xpos[body].tolist(), data.xquat[body].tolist()
+        pose = Pose(tuple(position), tuple(quaternion))
+        if name in self.cell.parts.by_name:  # a free joint's velocity: linear in the world, angular in the body
+            dof = self.cell.parts.part(name).dof
+            linear, turn = data.qvel[dof : dof + 3].tolist(), data.qvel[dof + 3 : dof + 6].tolist()
+            return EntityState(pose, tuple(linear), pose.rotate(tuple(turn)))
+        if model.body_weldid[body] == 0:
+            return EntityState(pose)
+        velocity = np.zeros(6)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
+        return EntityState(pose, tuple(velocity[3:].tolist()), tuple(velocity[:3].tolist()))
+
+    def set_state(self, name: str, pose: Pose | None, velocity: tuple[Vector3, Vector3] | None) -> None:
+        """Place a part, and set its velocity: linear and angular, in the world frame. None leaves what there is.
+
+        A part that is held or locked is free afterwards. A part that is placed without a velocity is at rest.
+
+        Raises:
+            UnknownNameError: there is no entity of this name.
+            RejectedCommandError: it is no part, or pose or velocity are out of range.
+        """
+        self._body(name)
+        part = self._part(name)
+        before = self.state(name)
+        rest: Vector3 = (0.0, 0.0, 0.0)
+        placed = before.pose if pose is None else _reachable(pose)
+        linear, angular = velocity or ((before.linear, before.angular) if pose is None else (rest, rest))
+        if max(map(abs, (*linear, *angular))) <= MAX_SPEED:  # false for NaN too
+            self.cell.parts.place(part, placed)
+            data = self.cell.simulation.data
+            data.qvel[part.dof : part.dof + 3] = linear
+            data.qvel[part.dof + 3 : part.dof + 6] = placed.inverse().rotate(angular)
+            return
+        raise RejectedCommandError(f"{name}: velocity must be at most {MAX_SPEED:g} (got {linear} and {angular})")
+
+    def bounds(self, name: str) -> Box | None:
+        """Return the box around the solid shapes of an entity; None if it has none, as a sensor's stand.
+
+        Raises:
+            UnknownNameError: there is no entity of this name.
+        """
+        body = self._body(name)
+        model, data = self.cell.simulation.model, self.cell.simulation.data
+        self.cell.simulation.refresh()
+        geoms = collision_geoms(model, body)
+        if not geoms:
+            return None
+        corners = []
+        for geom in geoms:
+            centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
+            turn = data.geom_xmat[geom].reshape(3, 3)
+            middle, reach = data.geom_xpos[geom] + turn @ centre, np.abs(turn) @ half
+            corners += [middle - reach, middle + reach]
+        lower, upper = np.min(corners, axis=0).tolist(), np.max(corners, axis=0).tolist()
+        return Box(tuple(lower), tuple(upper))
+
+    def named_poses(self) -> tuple[NamedPose, ...]:
+        """Return the places of the cell where parts are put: bins, begin of the belt, load points and trays."""
+        found = []
+        for name, (x, y) in BIN_CENTRES.items():
+            pose = Pose.from_rpy((x, y, BIN_SURFACE), (0.0, 0.0, BIN_YAW))
+            found.append(_named(name, pose, "middle of the bin's surface", "bin", (BIN_WIDTH, BIN_WIDTH)))
+        x, y, _ = SPAWN_FRAME.position
+        belt = Pose((x, y, BELT_SURFACE), SPAWN_FRAME.quaternion)
+        found.append(_named("belt_start", belt, "where parts appear on the belt", "belt", (CONVEYOR_SIZE[1],) * 2))
+        for number in self.cell.trays:
+            agv = f"agv{number}"
+            found.append(_named(f"{agv}_load_point", load_point(agv), "station of the AGV", "load_point", TRAY_PLATE))
+            x, y, _ = (AGV_HOMES[agv] @ AGV_T_TRAY).position
+            tray = Pose((x, y, TRAY_SURFACE), AGV_HOMES[agv].quaternion)
+            found.append(_named(f"kit_tray_{number}", tray, "surface of the tray at its station", "tray", TRAY_PLATE))
+        return tuple(found)
+
+    def frames(self) -> Mapping[str, Pose]:
+        """Return the poses of the fixed frames by name; that of the world is "world"."""
+        fixed = {frame.child: frame.pose for frame in static_frames(self.cell.trial) if frame.parent == "world"}
+        return {"world": Pose((0.0, 0.0, 0.0)), **fixed}
+
+    def spawnable(self) -> Mapping[str, int]:
+        """Return the number of parts of each type that wait and can be spawned."""
+        found: dict[str, int] = {}
+        for kind, _ in self._waiting():
+            found[kind] = found.get(kind, 0) + 1
+        return dict(sorted(found.items()))
+
+    def spawn(self, kind: str, name: str, pose: Pose) -> str:
+        """Put a waiting part of a type into play, at rest; return its name.
+
+        Args:
+            kind: part type.
+            name: name of a waiting part of this type; empty takes the last one that the belt would bring.
+            pose: its pose in the world frame.
+
+        Raises:
+            UnknownNameError: no waiting part has this name, or none is of this type.
+            RejectedCommandError: the pose is not finite or too far away.
+        """
+        waiting = list(self._waiting())
+        of_kind = [each for type_, each in waiting if type_ == kind]
+        if not of_kind:
+            raise UnknownNameError("waiting part type", kind, sorted({type_ for type_, _ in waiting}))
+        chosen = name or of_kind[-1]
+        if chosen not in of_kind:
+            raise UnknownNameError(f"waiting part of type {kind}", name, of_kind)
+        self.cell.parts.appear(chosen, _reachable(pose))
+        self._spawned[chosen] = None
+        return chosen
+
+    def delete(self, name: str) -> None:
+        """Take a part out of the cell.
+
+        Raises:
+            UnknownNameError: there is no entity of this name.
+            RejectedCommandError: it is no part.
+        """
+        self._body(name)
+        self.cell.parts.put_away(self._part(name), Removal.CLEARING)
+        self._spawned.pop(name, None)
+        self._infos.pop(name, None)
+
+    def _waiting(self) -> Iterator[tuple[str, str]]:
+        """Yield type and name of each part that is not in play and that the belt has not brought yet."""
+        parts, population = self.cell.parts, self.cell.population
+        for part in parts.world.parts:
+            if part.name not in parts.in_play and not part.pooled:  # the demo tray's come by themselves
+                yield part.type, part.name
+        for short, kind in self.cell.trial.belt_clones():
+            name = clone_name(short)
+            is_ahead = population is None or int(short.rpartition("_")[2]) >= population.brought(kind)
+            if name not in parts.in_play and (is_ahead or name in self._spawned):
+                yield kind, name
+
+    def _part(self, name: str) -> WorldPart:
+        if name not in self.cell.parts.by_name:
+            raise RejectedCommandError(f"{name}: is no part; only parts can be placed or deleted")
+        return self.cell.parts.part(name)
+
+    def _fixed(self) -> dict[str, int]:
+        """Return the engine's bodies of the entities that are no parts, by name."""
+        model = self.cell.simulation.first_model
+        parts = {part.body for part in (*self.cell.parts.world.parts, *self.cell.parts.world.bodies)}
+        found = {}
+        for body in range(1, model.nbody):
+            name = model.body(body).name
+            if (model.body_parentid[body] == 0 and body not in parts and name != _HIDDEN) or self._is_tray(body):
+                found[ARM if name == _RAIL else name] = body
+        return found
+
+    def _is_tray(self, body: int) -> bool:
+        return any(self.cell.simulation.model.body(tray.link).id == body for tray in self.cell.trays.values())
+
+    def _body(self, name: str) -> int:
+        parts = self.cell.parts
+        if name in parts.in_play:
+            return parts.part(name).body
+        fixed = self._fixed()
+        if name not in fixed:
+            raise UnknownNameError("entity", name, self.names())
+        return fixed[name]
+
+    def _forget(self) -> None:
+        self._infos.clear()
+        self._spawned.clear()
+
+
+def _reachable(pose: Pose) -> Pose:
+    """Return a pose with a quaternion of length 1.
+
+    Raises:
+        RejectedCommandError: it is not finite, too far away, or its quaternion has another length.
+    """
+    length = math.hypot(*pose.quaternion)
+    if not pose.is_finite() or max(map(abs, pose.position)) > FARTHEST or abs(length - 1.0) > 1e-3:
+        raise RejectedCommandError(
+            f"pose must be within {FARTHEST:g} m, its quaternion of length 1 (got {pose.position}, {pose.quaternion})"
+        )
+    return Pose(pose.position, normalized(pose.quaternion))
+
+
+def _named(name: str, pose: Pose, description: str, tag: str, size: Sequence[float]) -> NamedPose:
+    x, y, z = pose.position
+    turned = abs(math.sin(pose.yaw)) > math.sqrt(0.5)
+    width, depth = (size[1], size[0]) if turned else (size[0], size[1])
+    lower, upper = (x - width / 2, y - depth / 2, z), (x + width / 2, y + depth / 2, z + CLEARANCE)
+    return NamedPose(name, pose, description, (tag,), Box(lower, upper))

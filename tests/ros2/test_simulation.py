@@ -1,0 +1,154 @@
+"""The standard `simulation_interfaces` over ROS 2: each service, the action with feedback and cancel, competition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from cellwright.middleware.ros2.packages.contents import definitions
+from tests.ros2.ground import Ground, ground
+
+pytestmark = pytest.mark.ros2
+
+GEAR = "bin8|gear_part_1"
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ground]:
+    """The lesson in development mode."""
+    with ground(tmp_path_factory.mktemp("simulation")) as made:
+        made.serve("lesson", "-d")
+        yield made
+
+
+def use_each_service(gear: str) -> dict[str, Any]:
+    """Arrange the cell as a test program does; return what was found."""
+    from geometry_msgs.msg import Pose, PoseStamped
+    from rclpy_node import Node
+    from simulation_interfaces.msg import (
+        EntityCategory,
+        EntityFilters,
+        EntityInfo,
+        EntityState,
+        Result,
+        SimulationState,
+        TagsFilter,
+    )
+
+    found: dict[str, Any] = {}
+    with Node() as me:
+
+        def call(kind: str, /, **fields: Any) -> Any:
+            words = "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in kind)[1:]
+            response = me.call(f"/{words}", f"simulation_interfaces/{kind}", **fields)
+            if hasattr(response, "result"):
+                assert response.result.result == Result.OK, (kind, response.result.error_message)
+            found[kind] = True
+            return response
+
+        features = call("GetSimulatorFeatures").features
+        found["features"] = sorted(features.features)
+        playing, paused = (SimulationState(state=state) for state in (1, 2))
+        assert call("GetSimulationState").state.state == playing.state
+        call("SetSimulationState", state=paused)
+        assert call("GetSimulationState").state.state == paused.state
+        call("StepSimulation", steps=5)
+        names = call("GetEntities", filters=EntityFilters(filter="gear")).entities
+        assert gear in names
+        robots = EntityFilters(categories=[EntityCategory(category=EntityCategory.CATEGORY_ROBOT)])
+        assert list(call("GetEntitiesStates", filters=robots).entities) == ["arm", "agv1", "agv2"]
+        call("SetEntityInfo", entity=gear, info=EntityInfo(description="the first", tags=["mine"]))
+        assert list(call("GetEntityInfo", entity=gear).info.tags) == ["mine"]
+        tagged = EntityFilters(tags=TagsFilter(tags=["mine"]))
+        assert list(call("GetEntities", filters=tagged).entities) == [gear]
+        places = {each.name: each.pose for each in call("GetNamedPoses").poses}
+        corners = call("GetNamedPoseBounds", name="bin7").bounds.points
+        assert corners[0].z > corners[1].z
+        state = EntityState(pose=places["kit_tray_1"])
+        state.header.frame_id = "world"
+        state.pose.position.z += 0.05
+        call("SetEntityState", entity=gear, state=state)
+        now = call("GetEntityState", entity=gear).state
+        assert abs(now.pose.position.y - state.pose.position.y) < 1e-9
+        upper, lower = call("GetEntityBounds", entity=gear).bounds.points
+        assert 0.05 < upper.x - lower.x < 0.1
+        assert [each.uri for each in call("GetSpawnables").spawnables] == ["gear_part"]
+        pose = Pose(position=places["bin7"].position)
+        pose.position.z += 0.1
+        given = call("SpawnEntity", uri="gear_part", initial_pose=PoseStamped(pose=pose)).entity_name
+        assert given in call("GetEntities").entities
+        call("DeleteEntity", entity=given)
+        assert call("GetCurrentWorld").world.name == "lesson"
+        assert len(call("GetAvailableWorlds").worlds) > 20
+        missing = me.call("/get_entity_info", "simulation_interfaces/GetEntityInfo", entity="nothing").result
+        assert missing.result == Result.NOT_FOUND
+        assert "nothing" in missing.error_message
+        call("ResetSimulation")
+        assert list(call("GetEntityInfo", entity=gear).info.tags) == ["gear_part"]
+        call("SetSimulationState", state=playing)
+    return found
+
+
+def test_program_uses_each_service(cell: Ground) -> None:
+    found = cell.client(use_each_service, GEAR).value()
+    services = {path[4:-4] for path in definitions()["simulation_interfaces"] if path.startswith("srv/")}
+    assert services == set(found) - {"features"}
+    assert len(found["features"]) == 27
+
+
+def simulate_steps() -> list[Any]:
+    """Step a paused cell over the action, once to the end and once until a cancel."""
+    from rclpy.action import ActionClient
+    from rclpy_node import Node
+    from simulation_interfaces.action import SimulateSteps
+    from simulation_interfaces.msg import SimulationState
+
+    with Node() as me:
+        steps = ActionClient(me.node, SimulateSteps, "/simulate_steps")
+        assert steps.wait_for_server(60.0)
+        refused = me.result(me.result(steps.send_goal_async(SimulateSteps.Goal(steps=10))).get_result_async())
+        me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=2))
+        counts: list[list[int]] = []
+
+        def note(message: Any) -> None:
+            counts.append([message.feedback.completed_steps, message.feedback.remaining_steps])
+
+        goal = me.result(steps.send_goal_async(SimulateSteps.Goal(steps=120), note))
+        whole = me.result(goal.get_result_async())
+        me.wait(lambda: [120, 0] in counts, "last feedback")
+        goal = me.result(steps.send_goal_async(SimulateSteps.Goal(steps=100_000)))
+        me.result(goal.cancel_goal_async())
+        cancelled = me.result(goal.get_result_async())
+        me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=1))
+        return [[each.status, each.result.result.result] for each in (refused, whole, cancelled)] + counts
+
+
+def test_steps_have_feedback_and_can_be_cancelled(cell: Ground) -> None:
+    succeeded, canceled, aborted = 4, 5, 6
+    assert cell.client(simulate_steps).value() == [
+        *([aborted, 3], [succeeded, 1], [canceled, 1]),
+        *([50, 70], [100, 20], [120, 0]),
+    ]
+
+
+def ask_in_competition(gear: str) -> list[int]:
+    """Return the codes of the standard's answers in a competition."""
+    from rclpy_node import Node
+
+    with Node() as me:
+        return [
+            me.call(f"/get_{name}", f"simulation_interfaces/Get{kind}", **fields).result.result
+            for name, kind, fields in (
+                ("named_poses", "NamedPoses", {}),
+                ("entities", "Entities", {}),
+                ("entity_state", "EntityState", {"entity": gear}),
+            )
+        ]
+
+
+def test_competition_tells_no_poses_of_parts(cell: Ground) -> None:
+    with ground(cell.folder / "competition") as other:
+        other.serve("lesson")
+        assert other.client(ask_in_competition, GEAR).value() == [1, 0, 0]

@@ -1,0 +1,448 @@
+"""Services of `simulation_interfaces`: features, time, entities, spawning, and what a competition refuses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright import load_trial
+from cellwright.cell.cell import Cell
+from cellwright.engine.rate_control import RateControl
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import PendingResponse
+from cellwright.recording.replay.rebuild import Rebuilt
+from cellwright.viewer.services.control import Control, Reset
+from cellwright.viewer.services.entity_services import EntityServices
+from cellwright.viewer.services.simulation import SimulationServices
+from cellwright.viewer.services.simulation_requests import (
+    BOX,
+    FAILED,
+    HULL,
+    INCORRECT_STATE,
+    INVALID_POSE,
+    MAX_FILTER_LENGTH,
+    NAME_INVALID,
+    NAME_NOT_UNIQUE,
+    NAMESPACE_INVALID,
+    NO_RESOURCE,
+    NOT_FOUND,
+    OK,
+    PREFIX,
+    SPAWN_POSE_INVALID,
+    SPAWNED,
+    SPHERE,
+    UNSUPPORTED,
+    UNSUPPORTED_FORMAT,
+    BoundsFields,
+    RequestError,
+    Vector,
+    expression,
+    region,
+)
+
+GEAR = "bin8|gear_part_1"
+IN_BIN7 = {"position": {"x": -0.3, "y": 0.23, "z": 0.9}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+
+
+class Stop:
+    """Stop condition that only notes the request."""
+
+    reason = ""
+
+    def request(self, reason: str) -> None:
+        self.reason = reason
+
+
+class Services:
+    """The lesson's cell with its services, called as a server does."""
+
+    def __init__(self, *, competition: bool = False, lockstep: bool = False, trial: str = "lesson") -> None:
+        self.cell = Cell(load_trial(trial), competition=competition)
+        self.rate = RateControl(None)
+        self.stop = Stop()
+        self.handlers: dict[str, Callable[[dict[str, Any]], Any]] = {}
+        self.acting: set[str] = set()
+        control = Control(self.rate, reset=Reset(self.cell.reset), lockstep=lockstep)
+        entities = EntityServices(self.cell)
+        self.entities = entities.entities
+        SimulationServices(
+            self.cell.simulation, control, world=self.cell.name, stop=self.stop, entities=entities, hides=competition
+        ).offer(self)
+
+    def offer(self, service: str, handler: Callable[..., Any], *, acts: bool = False) -> None:
+        name = service.removeprefix(PREFIX)
+        self.handlers[name] = handler
+        if acts:
+            self.acting.add(name)
+
+    def __call__(self, service: str, /, **request: Any) -> Any:
+        return self.handlers[service](request)
+
+    def code(self, service: str, /, **request: Any) -> tuple[int, str]:
+        result = self(service, **request)["result"]
+        return result["result"], result["error_message"]
+
+
+@pytest.fixture(scope="module")
+def shared() -> Services:
+    """Services for tests that change nothing."""
+    return Services()
+
+
+def test_each_feature_of_development_cell_is_listed(shared: Services) -> None:
+    features = shared("GetSimulatorFeatures")["features"]["features"]
+    assert features == [*range(9), *range(10, 15), *range(20, 27), 31, 32, 33, 42, 44, 45]
+
+
+def test_competition_lists_what_it_answers_only() -> None:
+    services = Services(competition=True)
+    assert services("GetSimulatorFeatures")["features"]["features"] == [2, 3, 24, 42, 44, 45]
+    public = {"GetSimulatorFeatures", "GetSimulationState", "GetCurrentWorld", "GetAvailableWorlds"}
+    public |= {"GetNamedPoses", "GetNamedPoseBounds"}
+    for name in services.handlers.keys() - public:
+        assert services.code(name, entity=GEAR) == (UNSUPPORTED, "not allowed in a competition")
+    for name in public - {"GetSimulatorFeatures"}:
+        assert services.code(name, name="bin1")[0] == OK
+    assert not services.acting
+
+
+def test_entities_are_listed_by_name_category_and_tags(shared: Services) -> None:
+    names = shared("GetEntities")["entities"]
+    assert {"arm", "agv1", "bin1", "conveyor_belt", GEAR} < set(names)
+    assert not any(name.startswith(("clone|", "shelf", "populate")) for name in names)
+    assert len(names) == len(set(names))
+
+    def selected(**filters: Any) -> list[str]:
+        found: list[str] = shared("GetEntities", filters=filters)["entities"]
+        return found
+
+    assert selected(filter="^bin8.*gear") == [name for name in names if name.startswith("bin8|gear")]
+    assert selected(categories=[{"category": 1}]) == ["arm", "agv1", "agv2"]
+    assert selected(tags={"tags": ["gear_part"]}) == [name for name in names if "gear_part" in name]
+    assert selected(tags={"tags": ["gear_part", "bin"], "filter_mode": 1}) == []
+    corners = [{"x": 0.05, "y": 0.6, "z": 2.0}, {"x": -0.65, "y": -0.1, "z": 0.5}]
+    in_box = selected(bounds={"type": BOX, "points": corners})
+    assert in_box
+    assert all(name.startswith("bin7|") for name in in_box)
+
+
+def test_state_of_moving_part_has_velocity_in_world() -> None:
+    services = Services()
+    turned = {**IN_BIN7, "orientation": {"x": 0.0, "y": 0.0, "z": math.sqrt(0.5), "w": math.sqrt(0.5)}}
+    twist = {"linear": {"x": 0.1, "y": 0.2, "z": 0.3}, "angular": {"x": 0.0, "y": 1.0, "z": 0.0}}
+    state = {"header": {"frame_id": "world"}, "pose": turned, "twist": twist}
+    assert services.code("SetEntityState", entity=GEAR, state=state) == (OK, "")
+    found = services("GetEntityState", entity=GEAR)["state"]
+    assert found["pose"]["position"] == pytest.approx(turned["position"])
+    for part in ("linear", "angular"):
+        assert list(found["twist"][part].values()) == pytest.approx(list(twist[part].values()), abs=1e-12)
+    for _ in range(50):
+        services.cell.step()
+    after = services("GetEntityState", entity=GEAR)["state"]["pose"]["position"]
+    assert after["x"] - found["pose"]["position"]["x"] == pytest.approx(0.1 * 0.1, rel=0.02)
+
+
+def test_state_is_set_in_named_frame() -> None:
+    services = Services()
+    pose = {"position": {"x": 0.0, "y": 0.0, "z": 0.2}, "orientation": {"w": 1.0}}
+    state = {"header": {"frame_id": "bin7_frame"}, "pose": pose}
+    assert services.code("SetEntityState", entity=GEAR, state=state)[0] == OK
+    found = services("GetEntityState", entity=GEAR)["state"]["pose"]["position"]
+    assert list(found.values()) == pytest.approx([-0.3, 0.23, 0.92])
+
+
+@pytest.mark.parametrize(
+    ("entity", "state", "code"),
+    [
+        ("nothing", {}, NOT_FOUND),
+        ("bin1", {"pose": IN_BIN7}, FAILED),
+        (GEAR, {"header": {"frame_id": "moon"}}, INVALID_POSE),
+        (GEAR, {"pose": {"position": {"x": 1e9}}}, INVALID_POSE),
+        (GEAR, {"pose": {"position": {"x": math.nan}}}, INVALID_POSE),
+        (GEAR, {"pose": {**IN_BIN7, "orientation": {"w": 0.0}}}, INVALID_POSE),
+        (GEAR, {"pose": IN_BIN7, "twist": {"linear": {"x": 1e6}}}, FAILED),
+        (GEAR, {"pose": "up"}, FAILED),
+    ],
+)
+def test_refused_state_changes_nothing(shared: Services, entity: str, state: Any, code: int) -> None:
+    before = shared.cell.state_hash()
+    found, reason = shared.code("SetEntityState", entity=entity, state=state)
+    assert found == code
+    assert reason
+    assert shared.cell.state_hash() == before
+
+
+def test_bounds_contain_shapes(shared: Services) -> None:
+    bounds = shared("GetEntityBounds", entity="bin1")["bounds"]
+    upper, lower = ([*each.values()] for each in bounds["points"])
+    assert bounds["type"] == BOX
+    assert np.subtract(upper, lower)[:2] == pytest.approx([0.643, 0.643], abs=0.01)  # with its posts
+    assert np.add(upper, lower)[:2] / 2 == pytest.approx([-1.0, -1.33], abs=1e-3)
+    assert shared.code("GetEntityBounds", entity="nothing")[0] == NOT_FOUND
+
+
+def test_named_poses_are_where_parts_are_put(shared: Services) -> None:
+    poses = {each["name"]: each for each in shared("GetNamedPoses")["poses"]}
+    assert set(poses) == {
+        *(f"bin{n}" for n in range(1, 9)),
+        *("belt_start", "agv1_load_point", "agv2_load_point", "kit_tray_1", "kit_tray_2"),
+    }
+    assert [each["name"] for each in shared("GetNamedPoses", tags={"tags": ["tray"]})["poses"]] == [
+        *("kit_tray_1", "kit_tray_2")
+    ]
+    for name, each in poses.items():
+        upper, lower = shared("GetNamedPoseBounds", name=name)["bounds"]["points"]
+        for axis, value in each["pose"]["position"].items():
+            assert lower[axis] <= value <= upper[axis]
+    assert shared.code("GetNamedPoseBounds", name="nowhere")[0] == NOT_FOUND
+
+
+def test_part_placed_on_named_tray_stays_there() -> None:
+    services = Services()
+    poses = {each["name"]: each["pose"] for each in services("GetNamedPoses")["poses"]}
+    pose = poses["kit_tray_1"]
+    pose["position"]["z"] += 0.02
+    assert services.code("SetEntityState", entity=GEAR, state={"pose": pose})[0] == OK
+    for _ in range(600):
+        services.cell.step()
+    assert GEAR in [each.name for each in services.cell.trays[1].contents]
+
+
+def test_info_lasts_until_reset() -> None:
+    services = Services()
+    info = {"category": {"category": 0}, "description": "mine", "tags": ["a", "b"]}
+    assert services.code("SetEntityInfo", entity=GEAR, info=info)[0] == OK
+    assert services("GetEntityInfo", entity=GEAR)["info"] == info
+    assert services("GetEntities", filters={"tags": {"tags": ["b"]}})["entities"] == [GEAR]
+    assert services.code("SetEntityInfo", entity=GEAR, info={"category": {"category": 9}})[0] == FAILED
+    assert services.code("ResetSimulation")[0] == OK
+    assert services("GetEntityInfo", entity=GEAR)["info"]["tags"] == ["gear_part"]
+
+
+def test_deleted_part_waits_and_is_spawned_again() -> None:
+    services = Services()
+    piston = "bin7|piston_rod_part_3"
+    assert [each["uri"] for each in services("GetSpawnables")["spawnables"]] == ["gear_part"]  # the belt's
+    assert services.code("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})[0] == NO_RESOURCE
+    assert services.code("DeleteEntity", entity=piston)[0] == OK
+    assert services.code("DeleteEntity", entity=piston)[0] == NOT_FOUND
+    assert services.code("DeleteEntity", entity="bin1")[0] == FAILED
+    assert [each["uri"] for each in services("GetSpawnables")["spawnables"]] == ["gear_part", "piston_rod_part"]
+    answer = services("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})
+    assert answer["entity_name"] == piston
+    position = services("GetEntityState", entity=piston)["state"]["pose"]["position"]
+    assert position == pytest.approx(IN_BIN7["position"])
+
+
+SAMPLE = "sample"
+CLONES = "populate_conveyor|piston_rod_part_clone_"
+
+
+def test_spawned_clone_is_not_brought_by_belt_again() -> None:
+    services = Services(trial=SAMPLE)
+    waiting = {each["uri"] for each in services("GetSpawnables")["spawnables"]}
+    assert waiting == set(services.entities.spawnable())
+    answer = services("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})
+    name = answer["entity_name"]
+    assert name.startswith(CLONES)
+    assert name in services("GetEntities")["entities"]
+    population = services.cell.population
+    assert population is not None
+    clones = [each for each, kind in services.cell.trial.belt_clones() if kind == "piston_rod_part"]
+    assert name == f"populate_conveyor|{clones[-1]}"
+    services.cell.competition.start()
+    services.cell.simulation.step_until(int(1e9 * (population.entries[-1].time + 8.0)))
+    assert population.brought("piston_rod_part") >= len(clones)
+    position = services("GetEntityState", entity=name)["state"]["pose"]["position"]
+    assert position["x"] == pytest.approx(-0.3, abs=0.1)
+    assert services.code("ResetSimulation", scope=SPAWNED)[0] == OK
+    assert name not in services("GetEntities")["entities"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "code"),
+    [
+        ({"uri": "gear_part", "resource_string": "<sdf/>"}, UNSUPPORTED_FORMAT),
+        ({"entity_resource": {"resource_string": "<sdf/>"}}, UNSUPPORTED_FORMAT),
+        ({"uri": "piston_rod_part", "entity_namespace": "a"}, NAMESPACE_INVALID),
+        ({}, NO_RESOURCE),
+        ({"uri": "anvil"}, NO_RESOURCE),
+        ({"uri": "piston_rod_part", "name": GEAR.replace("8|gear_part", "7|piston_rod_part")}, NAME_NOT_UNIQUE),
+        ({"uri": "piston_rod_part", "name": "mine"}, NAME_INVALID),
+        ({"uri": "piston_rod_part", "initial_pose": {"pose": {"position": {"z": 1e9}}}}, SPAWN_POSE_INVALID),
+        ({"uri": "piston_rod_part", "initial_pose": {"header": {"frame_id": "x"}}}, SPAWN_POSE_INVALID),
+        ({"uri": 3}, FAILED),
+    ],
+)
+def test_refused_spawn_changes_nothing(request_: dict[str, Any], code: int, sample: Services) -> None:
+    before = sample.cell.state_hash()
+    found, reason = sample.code("SpawnEntity", **request_)
+    assert found == code, reason
+    assert sample.cell.state_hash() == before
+
+
+@pytest.fixture(scope="module")
+def sample() -> Services:
+    return Services(trial=SAMPLE)
+
+
+def test_other_name_is_taken_if_renaming_is_allowed() -> None:
+    services = Services()
+    more = {"uri": "gear_part", "allow_renaming": True, "initial_pose": {"pose": IN_BIN7}}
+    given = services("SpawnEntity", name="mine", **more)["entity_name"]
+    assert given.startswith("populate_conveyor|gear_part_clone_")
+    del more["uri"]
+    resource = {"entity_resource": {"uri": "gear_part"}}  # of version 2
+    assert services("SpawnEntity", name=given, **more, **resource)["entity_name"] != given
+
+
+def test_state_is_stopped_playing_or_paused() -> None:
+    services = Services()
+
+    def state() -> int:
+        found: int = services("GetSimulationState")["state"]["state"]
+        return found
+
+    assert state() == 1
+    assert services.code("SetSimulationState", state={"state": 1})[0] == 101
+    assert services.code("SetSimulationState", state={"state": 7})[0] == 102
+    assert services.code("SetSimulationState", state={})[0] == FAILED
+    services.cell.step()
+    assert services.code("SetSimulationState", state={"state": 2})[0] == OK
+    assert (state(), services.rate.is_paused) == (2, True)
+    assert services.code("SetSimulationState", state={"state": 0})[0] == OK
+    assert (state(), services.cell.simulation.now) == (0, 0)
+    assert services.code("SetSimulationState", state={"state": 1})[0] == OK
+    assert state() == 1
+    assert services.code("SetSimulationState", state={"state": 3})[0] == OK
+    assert services.stop.reason
+
+
+def test_steps_are_answered_when_they_have_passed() -> None:
+    services = Services()
+    assert services.code("StepSimulation", steps=3)[0] == INCORRECT_STATE
+    services.rate.pause()
+    assert services.code("StepSimulation", steps=0)[0] == FAILED
+    pending = services("StepSimulation", steps=3)
+    assert isinstance(pending, PendingResponse)
+    passed = []
+    while services.rate.take():
+        passed.append(pending.response)
+        services.cell.step()
+    assert passed == [None] * 3
+    assert pending.response["result"]["result"] == OK
+    assert services.cell.simulation.clock.tick == 3
+    assert not services.rate.take()
+
+
+def test_reset_interrupts_steps() -> None:
+    services = Services()
+    services.rate.pause()
+    pending = services("StepSimulation", steps=100)
+    services.cell.step()
+    services.cell.reset()
+    assert pending.response["result"] == {"result": FAILED, "error_message": "the simulation was reset meanwhile"}
+    services.cell.step()
+
+
+def test_lockstep_has_its_own_steps() -> None:
+    services = Services(lockstep=True)
+    services.rate.pause()
+    assert services.code("StepSimulation", steps=1)[0] == INCORRECT_STATE
+
+
+@pytest.mark.parametrize(("scope", "code"), [(0, OK), (255, OK), (3, OK), (1, UNSUPPORTED), (2, UNSUPPORTED)])
+def test_reset_needs_time_and_state(scope: int, code: int) -> None:
+    services = Services()
+    services.cell.step()
+    assert services.code("ResetSimulation", scope=scope)[0] == code
+    assert services.cell.simulation.clock.tick == (0 if code == OK else 1)
+
+
+def test_worlds_are_trials(shared: Services) -> None:
+    assert shared("GetCurrentWorld")["world"]["name"] == "lesson"
+    worlds = shared("GetAvailableWorlds")["worlds"]
+    assert {"lesson", "final01", "qual1a"} < {each["name"] for each in worlds}
+    finals = shared("GetAvailableWorlds", filter={"tags": ["final, dropped part"]})["worlds"]
+    assert [each["name"] for each in finals] == ["final06", "final07", "final08", "final09", "final10"]
+    assert shared.code("GetAvailableWorlds", additional_sources=["x"])[0] == UNSUPPORTED
+
+
+def test_robot_without_entities_has_services_of_time() -> None:
+    services = Services()
+    control = Control(services.rate, refused={"pause": "a real robot runs in real time"})
+    services.handlers.clear()
+    simulation: Simulation = services.cell.simulation
+    SimulationServices(simulation, control, world="robot", stop=services.stop).offer(services)
+    assert set(services.handlers) == {
+        *("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "ResetSimulation", "StepSimulation")
+    }
+    assert services("GetSimulatorFeatures")["features"]["features"] == [24]
+    assert services.code("SetSimulationState", state={"state": 2}) == (FAILED, "a real robot runs in real time")
+
+
+def test_recorded_requests_act_again() -> None:
+    first, again = Services(trial=SAMPLE), Services(trial=SAMPLE)
+    replayed = EntityServices(again.cell).replayed()
+    assert {name.removeprefix(PREFIX) for name in replayed} == first.acting
+    spawned = first("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})["entity_name"]
+    extras = Rebuilt(again.cell, extras=replayed).extras
+    extras[f"{PREFIX}SpawnEntity"]({"uri": "piston_rod_part", "initial_pose": {"pose": IN_BIN7}})
+    first.cell.step()
+    again.cell.step()
+    assert spawned in again.cell.parts.in_play
+    assert first.cell.state_hash() == again.cell.state_hash()
+    first("ResetSimulation", scope=SPAWNED)
+    extras[f"{PREFIX}ResetSimulation"]({"scope": SPAWNED})
+    assert first.cell.state_hash() == again.cell.state_hash()
+
+
+POINTS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+
+@given(POINTS)
+def test_hull_of_cube_and_box_contain_same_points(point: tuple[float, float, float]) -> None:
+    corners = [Vector(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+    hull = region(BoundsFields(HULL, [*corners, Vector()]))
+    box = region(BoundsFields(BOX, [Vector(0.5, 0.5, 0.5), Vector(-0.5, -0.5, -0.5)]))
+    sphere = region(BoundsFields(SPHERE, [Vector(), Vector(math.sqrt(0.75))]))
+    assert hull(np.array(point)) == box(np.array(point))
+    assert sphere(np.array(point)) or not box(np.array(point))
+
+
+@given(st.lists(POINTS, min_size=4, max_size=12), st.lists(st.floats(0.01, 1.0), min_size=12, max_size=12))
+def test_hull_contains_weighted_mean_of_its_points(points: list[Any], weights: list[float]) -> None:
+    used = np.array(weights[: len(points)])
+    try:
+        contains = region(BoundsFields(HULL, [Vector(*each) for each in points]))
+    except RequestError as error:
+        assert "one plane" in str(error)  # noqa: PT017
+        return
+    assert contains(used @ np.array(points) / used.sum())
+
+
+@pytest.mark.parametrize(("kind", "count"), [(BOX, 3), (SPHERE, 1), (HULL, 3), (HULL, 33), (9, 2)])
+def test_unclear_bounds_are_refused(kind: int, count: int) -> None:
+    with pytest.raises(RequestError, match="bounds must be"):
+        region(BoundsFields(kind, [Vector(float(n), n * n, n**3) for n in range(count)]))
+    with pytest.raises(RequestError, match="finite"):
+        region(BoundsFields(kind, [Vector(math.nan)]))
+
+
+@pytest.mark.parametrize(
+    "text", ["(a+)+$", "(a*)*b", "a*b*c*d*", r"(a)\1", "x" * (MAX_FILTER_LENGTH + 1), "(", "[z-a]"]
+)
+def test_slow_or_wrong_filter_is_refused(text: str) -> None:
+    with pytest.raises(RequestError, match="filter"):
+        expression(text)
+
+
+def test_worlds_name_no_path_of_this_machine(shared: Services) -> None:
+    assert str(Path.cwd()) not in str(shared("GetCurrentWorld")) + str(shared("GetAvailableWorlds"))
