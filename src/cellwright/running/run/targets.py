@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.competition import is_done
+from cellwright.cell.controllers import ControllerManager
 from cellwright.cell.interface.rows import CONTROLLER_NAMES
 from cellwright.cell.kitting.effects import Effect
 from cellwright.config.parsing.sources import sources_collected
@@ -354,6 +355,15 @@ class CellTarget(Target):
         self._collisions: CollisionWatch | None = None
         self.on_collision: list[Callable[[Collision], None]] = []
         """Called with each collision of the arm that is over."""
+
+    def offer(self, session: SessionState) -> None:
+        """Offer the services for viewers, and those of a controller manager if there is an arm."""
+        super().offer(session)
+        assert session.server is not None
+        if self.node.arm is not None:
+            rate = round(1 / self.node.simulation.clock.timestep)
+            for name, handler in ControllerManager(rate).services.items():
+                session.server.offer(name, handler)
 
     def entity_services(self) -> EntityServices:
         """Return the services of the cell's entities."""

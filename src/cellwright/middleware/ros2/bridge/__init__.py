@@ -2,5 +2,5 @@
 
 It loads the standard library, rclpy and `cellwright.middleware.wire` alone, under Python 3.10 or newer. It knows names,
 types and quality of service from the cell's welcome frame. Messages pass as the bytes of CDR, both ways; those of
-control_msgs and simulation_interfaces, whose fields differ between distributions, pass as JSON values by field name.
+control_msgs and of standard services, whose fields differ between distributions, pass as JSON values by field name.
 """

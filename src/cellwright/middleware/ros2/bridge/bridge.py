@@ -30,7 +30,7 @@ from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
 from cellwright.middleware.ros2.bridge.services import CellCall, CellService, StepService
-from cellwright.middleware.ros2.bridge.simulation import FEATURES, offer_simulation
+from cellwright.middleware.ros2.bridge.standard_services import CONTROLLER_LIST, FEATURES, offer_standard_services
 from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, Publication
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
 from cellwright.middleware.wire.connection import LinkClient, address_of
@@ -74,8 +74,9 @@ class Bridge:
         self._link = LinkClient(self._loop, self._address, self._name, self._cell_ended, "ros2")
         parameters = self._ask(PARAMETERS, {})
         state = self._ask(CONTROL, {"action": "state"})
-        self._features = self._ask(FEATURES, {})
-        if parameters is None or state is None or self._features is None:
+        self._has = {FEATURES: self._ask(FEATURES, {}) or {}}
+        self._has[CONTROLLER_LIST] = (self._ask(CONTROLLER_LIST, {}) or {}) if self._names else {}
+        if parameters is None or state is None:
             return ENDED
         ros = self._ros = RosNode(self._name, self._arguments)
         self._offer(ros, self._link.welcome)
@@ -128,7 +129,7 @@ class Bridge:
         self._services: list[Any] = [
             CellService(ros, loop, calls, service, self._named(service)) for service in welcome["services"]
         ]
-        self._simulation = offer_simulation(ros, calls, self._features)
+        self._standard = offer_standard_services(ros, calls, self._has)
         self._actions = [
             TrajectoryAction(ros, link, sender, action, self._named(action)) for action in welcome["actions"]
         ]

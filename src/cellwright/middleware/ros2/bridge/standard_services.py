@@ -1,0 +1,168 @@
+"""Services that tools of ROS 2 expect: `simulation_interfaces` with its action, and those of a controller manager.
+
+The cell has them as services of its server. Messages pass as JSON values by field name, so that every version of a
+package is served: that which this Python has. Without the package, or with a cell that has no such services, as a
+recording, nothing is offered.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse
+
+from cellwright.middleware.ros2.bridge.interfaces import fill, values_of
+from cellwright.middleware.ros2.bridge.node import RosNode
+from cellwright.middleware.ros2.bridge.services import CellCall
+from cellwright.middleware.wire.frames import Frame, FrameKind
+
+SIMULATION, FEATURES = "simulation/", "simulation/GetSimulatorFeatures"
+SERVICES = (
+    *("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "ResetSimulation", "StepSimulation"),
+    *("GetEntities", "GetEntitiesStates", "GetEntityInfo", "SetEntityInfo", "GetEntityState", "SetEntityState"),
+    *("GetEntityBounds", "GetNamedPoses", "GetNamedPoseBounds", "GetSpawnables", "SpawnEntity", "DeleteEntity"),
+    *("GetCurrentWorld", "GetAvailableWorlds"),
+)
+"""Services of a cell. A robot answers FEATURE_UNSUPPORTED to those of entities and worlds."""
+
+CONTROLLERS, CONTROLLER_LIST = "controllers/", "controllers/ListControllers"
+MANAGER = ("ListControllers", "ListHardwareInterfaces", "SwitchController")
+"""Services of a controller manager."""
+
+UNSUPPORTED, OK, FAILED = 0, 1, 4
+"""Codes of `simulation_interfaces/Result`."""
+
+CHUNK = 50
+"""Steps between two messages of feedback."""
+
+
+class ServerServices:
+    """Services of the cell's server in ROS 2, under the names of their types in lower case: `get_entities`.
+
+    Args:
+        ros: the node.
+        calls: calls of the cell.
+        package: package of the types.
+        prefix: prefix of the names on the server.
+        names: types.
+        refused: returns the values of a response that refuses.
+        namespace: prefix of the names in ROS 2.
+
+    Raises:
+        ImportError: this Python has no such package.
+    """
+
+    def __init__(
+        self,
+        ros: RosNode,
+        calls: CellCall,
+        package: str,
+        prefix: str,
+        names: tuple[str, ...],
+        refused: Callable[[Frame], dict[str, Any]],
+        namespace: str = "",
+    ) -> None:
+        self._calls = calls
+        self._prefix = prefix
+        self._refused = refused
+        types = import_module(f"{package}.srv")
+        self._services = [
+            ros.node.create_service(
+                kind, f"{namespace}{in_lower_case(name)}", self._server(name), callback_group=ros.group
+            )
+            for name in names
+            if (kind := getattr(types, name, None)) is not None
+        ]
+
+    def _server(self, name: str) -> Any:
+        async def serve(request: Any, response: Any) -> Any:
+            return fill(response, await self.ask(name, values_of(request)))
+
+        return serve
+
+    async def ask(self, name: str, request: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the cell's answer."""
+        frame = await self._calls.ask(f"{self._prefix}{name}", "", json.dumps(request).encode())
+        if frame.kind is FrameKind.ANSWER:
+            values: dict[str, Any] = frame.json()
+            return values
+        return self._refused(frame)
+
+
+class StepAction:
+    """The action `simulate_steps`, which steps a paused simulation."""
+
+    def __init__(self, ros: RosNode, services: ServerServices) -> None:
+        self._services = services
+        self._steps = import_module("simulation_interfaces.action").SimulateSteps
+        self._action = ActionServer(
+            ros.node,
+            self._steps,
+            "simulate_steps",
+            self._simulate,
+            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+            callback_group=ros.group,
+        )
+
+    async def _simulate(self, goal: Any) -> Any:
+        """Step in parts, with feedback after each; a cancelled goal ends after the present part."""
+        wanted, done = int(goal.request.steps), 0
+        answer: dict[str, Any] = {"result": {"result": OK, "error_message": ""}}
+        while done < wanted and not goal.is_cancel_requested:
+            part = min(CHUNK, wanted - done)
+            answer = await self._services.ask("StepSimulation", {"steps": part})
+            if answer["result"]["result"] != OK:
+                break
+            done += part
+            feedback = self._steps.Feedback()
+            feedback.completed_steps, feedback.remaining_steps = done, wanted - done
+            goal.publish_feedback(feedback)
+        if done == wanted:
+            goal.succeed()
+        elif goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        return fill(self._steps.Result(), answer)
+
+
+def offer_standard_services(ros: RosNode, calls: CellCall, has: Mapping[str, Any]) -> list[object]:
+    """Offer what the cell has and this Python has packages for; return the ends, to be kept.
+
+    Args:
+        ros: the node.
+        calls: calls of the cell.
+        has: answers of the cell to the services FEATURES and CONTROLLER_LIST; empty if it has none.
+    """
+    offered: list[object] = []
+    if has[FEATURES]:
+        with contextlib.suppress(ImportError):
+            services = ServerServices(ros, calls, "simulation_interfaces", SIMULATION, SERVICES, _failed)
+            offered += [services, StepAction(ros, services)]
+    if has[CONTROLLER_LIST]:
+        with contextlib.suppress(ImportError):
+            offered.append(
+                ServerServices(
+                    ros, calls, "controller_manager_msgs", CONTROLLERS, MANAGER, _not_ok, "controller_manager/"
+                )
+            )
+    return offered
+
+
+def in_lower_case(name: str) -> str:
+    """Return the name of a service for that of its type: `get_entities` for `GetEntities`."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+
+
+def _failed(refused: Frame) -> dict[str, Any]:
+    code = UNSUPPORTED if refused.name == "UnknownNameError" else FAILED
+    return {"result": {"result": code, "error_message": " ".join(refused.text().split())}}
+
+
+def _not_ok(refused: Frame) -> dict[str, Any]:
+    return {"ok": False, "message": " ".join(refused.text().split())}
