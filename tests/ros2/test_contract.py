@@ -74,7 +74,8 @@ def test_graph_has_names_of_contract_only(graph: dict[str, Any]) -> None:
     services = [name for name in graph["services"] if name.startswith("/ariac/") and "/_action/" not in name]
     assert sorted(services) == sorted(SERVICES)
     actions = [name for name in graph["topics"] if name.endswith("/_action/status")]
-    assert sorted(actions) == sorted(f"{name}/_action/status" for name in (FOLLOW, CONTROLLER_NAMES[FOLLOW]))
+    expected = (FOLLOW, CONTROLLER_NAMES[FOLLOW], "/simulate_steps")
+    assert sorted(actions) == sorted(f"{name}/_action/status" for name in expected)
 
 
 @pytest.mark.parametrize("name", sorted(TOPICS))

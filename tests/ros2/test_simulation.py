@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -94,8 +95,8 @@ def use_each_service(gear: str) -> dict[str, Any]:
 def test_program_uses_each_service(cell: Ground) -> None:
     found = cell.client(use_each_service, GEAR).value()
     services = {path[4:-4] for path in definitions()["simulation_interfaces"] if path.startswith("srv/")}
-    assert services == set(found) - {"features"}
-    assert len(found["features"]) == 27
+    assert services == set(found) - {"features"} | {"LoadWorld"}  # the last has a test of its own
+    assert len(found["features"]) == 29
 
 
 def simulate_steps() -> list[Any]:
@@ -160,6 +161,31 @@ def test_controller_manager_lists_controllers_and_keeps_them_active(cell: Ground
     assert "elbow_joint/position" in claimed
     assert counts == [7, 21]
     assert switched == [False, "arm_controller is always active in this cell"]
+
+
+def load_world(name: str, before: str) -> list[Any]:
+    """Load a world; return its name, and that of the world that the node has then."""
+    from rclpy_node import Node
+
+    with Node() as me:
+
+        def current() -> str:
+            answer = me.call("/get_current_world", "simulation_interfaces/GetCurrentWorld", timeout=1.0)
+            return "" if answer is None else answer.world.name
+
+        me.wait(lambda: current() == before, "first world")
+        loaded = me.call("/load_world", "simulation_interfaces/LoadWorld", uri=name)
+        assert loaded.result.result == 1, loaded.result.error_message
+        after = me.wait(lambda: (found := current()) not in ("", before) and found, "other world")
+        return [loaded.world.name, after]
+
+
+def test_other_trial_is_loaded_as_world(tmp_path: Path) -> None:
+    with ground(tmp_path) as made:
+        served = made.serve("lesson", "-d")
+        assert made.client(load_world, "final01", "lesson").value() == ["final01", "final01"]
+        made.stop(served)
+        assert served.finish() == 0
 
 
 def ask_in_competition(gear: str) -> list[int]:

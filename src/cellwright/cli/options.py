@@ -127,15 +127,22 @@ def cell_of(
 
     def make() -> Cell:
         loaded = trial(files, seed, is_varied=is_varied)  # an invalid seed is refused here
-        return Cell(
-            loaded,
-            seed=seed,
-            servo=servo_profile(servo),
-            competition=competition,
-            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
-        )
+        return new_cell(console, loaded, seed=seed, servo=servo, competition=competition)
 
     return CellTarget(make, lambda: paths(files), about)
+
+
+def new_cell(
+    console: Console, loaded: Trial, *, seed: int | None = None, servo: str | None = None, competition: bool = True
+) -> Cell:
+    """Return the cell of a trial; its refusals go to a console."""
+    return Cell(
+        loaded,
+        seed=seed,
+        servo=servo_profile(servo),
+        competition=competition,
+        report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+    )
 
 
 def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:

@@ -1,8 +1,10 @@
 """Command `cellwright serve`: a cell for programs in other processes, and the service for its result."""
 
 import io
+import itertools
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -11,12 +13,14 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from cellwright.cell.cell import Cell
 from cellwright.cli import arguments, options, output, summary
 from cellwright.cli.arguments import END, LOCKSTEP_HELP, OUTPUT, SIMULATION, SPEED_HELP, VIEWING
 from cellwright.cli.main import DONE, NOT_DONE, flag, option
 from cellwright.cli.output import progress_bar
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session
@@ -50,6 +54,44 @@ def offer_result(session: Session) -> None:
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""
+
+
+class WorldChange:
+    """Change of a served development cell to another trial, as clients request it.
+
+    Args:
+        cell_of: returns the cell of a trial.
+    """
+
+    _POLLS = 3
+    """Polls of the session after a request, so that its answer arrives before the connections end."""
+
+    def __init__(self, cell_of: Callable[[Trial], Cell]) -> None:
+        self._cell_of = cell_of
+        self._next: Cell | None = None
+        self.port: int | None = None
+        """Port of the session that was to load a world: the next one's too."""
+
+    def follow(self, session: Session) -> None:
+        """Let a session, not opened yet, load worlds."""
+
+        def load(trial: Trial) -> None:
+            assert session.address is not None
+            self._next, self.port = self._cell_of(trial), session.address[1]
+            polls = itertools.count(1)
+
+            def stop_soon() -> None:
+                if next(polls) == self._POLLS:
+                    session.stop.request(f"loading {trial.name}")
+
+            session.on_poll.append(stop_soon)
+
+        session.load_world = load
+
+    def take(self) -> CellTarget | None:
+        """Return the next cell as a target, once; None if no other world was requested."""
+        cell, self._next = self._next, None
+        return None if cell is None else CellTarget(lambda: cell)
 
 
 def served_session(
@@ -180,21 +222,31 @@ def serve(
     rate = options.default_speed(os.environ) if is_default else options.speed("max" if speed is None else speed)
     seed_value, place = options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
-    target = options.cell_of(files, console, seed=seed_value, servo=servo, is_varied=vary, competition=not development)
-    session = served_session(
-        target,
-        console,
-        rate=RateControl(rate),
-        until=options.until(until),
-        lockstep=lockstep,
-        serve=ServerOptions(host, port),
-        view=arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
-        ros1=ros1,
-        ros2=arguments.ros2_options(ros2=ros2, discovery=ros2_range, names=ros2_names),
-        record=kept and replace(kept, is_varied=vary),
-        video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
-        log=options.output_file("--log", log, ".jsonl"),
-        options=RunOptions(ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ),
+    target: CellTarget | None = options.cell_of(
+        files, console, seed=seed_value, servo=servo, is_varied=vary, competition=not development
     )
     file = options.output_file("--picture", picture, ".png")
-    raise typer.Exit(run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose))
+    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False
+    more: dict[str, Any] = {
+        "until": options.until(until),
+        "lockstep": lockstep,
+        "view": page,
+        "ros1": ros1,
+        "ros2": arguments.ros2_options(ros2=ros2, discovery=ros2_range, names=ros2_names),
+        "record": kept and replace(kept, is_varied=vary),
+        "video": arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
+        "log": options.output_file("--log", log, ".jsonl"),
+        "options": RunOptions(ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ),
+    }
+    can_load = development and not any((page, ros1, lockstep, kept, video, log, file))
+    worlds = WorldChange(partial(options.new_cell, console, seed=seed_value, servo=servo, competition=False))
+    status = DONE
+    while target is not None:
+        session = served_session(
+            target, console, rate=RateControl(rate), serve=ServerOptions(host, worlds.port or port), **more
+        )
+        if can_load:
+            worlds.follow(session)
+        status = run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose)
+        target = worlds.take()
+    raise typer.Exit(status)

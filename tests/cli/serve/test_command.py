@@ -7,10 +7,12 @@ import os
 import signal
 import socket
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello
 from tests.cli.conftest import CommandLine
 from tests.processes import Process
@@ -141,3 +143,19 @@ def stop(name, args):
 sys.addaudithook(stop)
 runpy.run_module("cellwright", run_name="__main__", alter_sys=True)
 """
+
+
+@pytest.mark.slow
+def test_served_cell_changes_to_another_trial_on_request(tmp_path: Path) -> None:
+    with serving(tmp_path, "lesson", "-d") as (process, address):
+        with closing(SocketTransport(address, node="/tester")) as client:
+            assert client.ask_server("simulation/LoadWorld", {"uri": "final01"})["world"]["name"] == "final01"
+        assert process.stdout is not None
+        lines = iter(process.stdout.readline, "")
+        ready = next(line for line in lines if line.startswith("ready: "))
+        assert ready.startswith(f"ready: final01 at 127.0.0.1:{address[1]},")
+        with closing(SocketTransport(address, node="/tester")) as client:
+            assert client.welcome["trial"] == "final01"
+            assert client.ask_server("simulation/GetCurrentWorld")["world"]["name"] == "final01"
+        status, out, _ = ended(process)
+    assert (status, "order_0, kit order_0_kit_0: not announced" in out) == (0, True)

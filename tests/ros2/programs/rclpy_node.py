@@ -61,12 +61,19 @@ class Node:
         self.wait(lambda: publisher.get_subscription_count() > 0, f"subscriber of {topic}")
         return publisher
 
-    def call(self, service: str, type_name: str, **fields: Any) -> Any:
-        """Return the response of a service."""
+    def call(self, service: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+        """Return the response of a service; with a timeout [s] None if there is none in time."""
         kind = interface(type_name, "srv")
         client = self.node.create_client(kind, service)
-        assert client.wait_for_service(TIMEOUT), f"no service {service}"
-        return self.result(client.call_async(kind.Request(**fields)))
+        if not client.wait_for_service(TIMEOUT if timeout is None else timeout):
+            assert timeout is not None, f"no service {service}"
+            return None
+        future = client.call_async(kind.Request(**fields))
+        if timeout is None:
+            return self.result(future)
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        return future.result() if done.wait(timeout) else None
 
     def result(self, future: Any) -> Any:
         """Return the result of a future."""

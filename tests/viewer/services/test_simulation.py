@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from cellwright import load_trial
 from cellwright.cell.cell import Cell
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import PendingResponse
@@ -63,7 +64,10 @@ class Stop:
 class Services:
     """The lesson's cell with its services, called as a server does."""
 
-    def __init__(self, *, competition: bool = False, lockstep: bool = False, trial: str = "lesson") -> None:
+    def __init__(
+        self, *, competition: bool = False, lockstep: bool = False, trial: str = "lesson", can_load: bool = False
+    ) -> None:
+        self.loaded: list[Trial] = []
         self.cell = Cell(load_trial(trial), competition=competition)
         self.rate = RateControl(None)
         self.stop = Stop()
@@ -73,7 +77,13 @@ class Services:
         entities = EntityServices(self.cell)
         self.entities = entities.entities
         SimulationServices(
-            self.cell.simulation, control, world=self.cell.name, stop=self.stop, entities=entities, hides=competition
+            self.cell.simulation,
+            control,
+            world=self.cell.name,
+            stop=self.stop,
+            entities=entities,
+            load=self.loaded.append if can_load else None,
+            hides=competition,
         ).offer(self)
 
     def offer(self, service: str, handler: Callable[..., Any], *, acts: bool = False) -> None:
@@ -373,6 +383,45 @@ def test_worlds_are_trials(shared: Services) -> None:
     finals = shared("GetAvailableWorlds", filter={"tags": ["final, dropped part"]})["worlds"]
     assert [each["name"] for each in finals] == ["final06", "final07", "final08", "final09", "final10"]
     assert shared.code("GetAvailableWorlds", additional_sources=["x"])[0] == UNSUPPORTED
+
+
+def test_world_is_loaded_by_name_or_text() -> None:
+    for request, name in (
+        ({"uri": "final01"}, "final01"),
+        ({"world_resource": {"uri": "final01"}}, "final01"),  # of version 2
+        ({"resource_string": "time_limit: 60"}, load_trial(text="time_limit: 60").name),
+    ):
+        services = Services(can_load=True)
+        assert {40, 41} < set(services("GetSimulatorFeatures")["features"]["features"])
+        assert services("LoadWorld", **request)["world"]["name"] == name
+        assert [trial.name for trial in services.loaded] == [name]
+        assert services("GetSimulationState")["state"]["state"] == 5
+        assert services.code("LoadWorld", uri="lesson")[0] == INCORRECT_STATE
+        assert services.code("SetSimulationState", state={"state": 2})[0] == INCORRECT_STATE
+
+
+@pytest.mark.parametrize(
+    ("request_", "code", "reason"),
+    [
+        ({}, 102, "either uri"),
+        ({"uri": "lesson", "resource_string": "time_limit: 60"}, 102, "either uri"),
+        ({"uri": "lessen"}, 102, "did you mean lesson"),
+        ({"uri": "/etc/hostname"}, 102, "unknown trial"),
+        ({"resource_string": "time_limit: soon"}, 103, "time_limit"),
+        ({"resource_string": "{"}, 103, "1:"),
+    ],
+)
+def test_wrong_world_is_refused(request_: dict[str, str], code: int, reason: str) -> None:
+    services = Services(can_load=True)
+    found, message = services.code("LoadWorld", **request_)
+    assert (found, services.loaded) == (code, [])
+    assert reason in message
+
+
+def test_session_that_cannot_load_says_so(shared: Services) -> None:
+    found, message = shared.code("LoadWorld", uri="final01")
+    assert found == UNSUPPORTED
+    assert "serve -d" in message
 
 
 def test_robot_without_entities_has_services_of_time() -> None:

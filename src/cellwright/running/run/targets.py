@@ -132,6 +132,8 @@ class SessionState(ABC):
     server: Server | None = None
     result: SessionResult | None = None
     number = 0
+    load_world: Callable[[Trial], None] | None = None
+    """Ends the session soon, and starts another one with a trial; None if that is not possible."""
     restart_refusal = ""
     """Reason why a run may not start again, besides those of its target."""
     restart_requested = False
@@ -271,6 +273,7 @@ class Target(ABC):
             world=self.node.name,
             stop=session.stop,
             entities=self.entity_services(),
+            load=session.load_world,
             hides=self.node.in_competition,
         ).offer(session.server)
 

@@ -14,9 +14,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Protocol
 
-from cellwright.config.trial.catalogue import bundled, scenario
+from cellwright.config.trial.catalogue import bundled, find_trial, scenario
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import PendingResponse
+from cellwright.util.errors import CellwrightError, UnknownNameError
 from cellwright.viewer.services.control import MAX_TICKS, Control
 from cellwright.viewer.services.entity_services import EntityServices
 from cellwright.viewer.services.simulation_requests import (
@@ -24,13 +27,16 @@ from cellwright.viewer.services.simulation_requests import (
     ALREADY_THERE,
     FAILED,
     INCORRECT_STATE,
+    NO_WORLD,
     PREFIX,
     SPAWNED,
     STATE,
     TIME,
     UNKNOWN_STATE,
     UNSUPPORTED,
+    WORLD_PARSE_ERROR,
     Answer,
+    LoadWorld,
     Method,
     OfWorlds,
     RequestError,
@@ -41,7 +47,7 @@ from cellwright.viewer.services.simulation_requests import (
     answered,
 )
 
-STOPPED, PLAYING, PAUSED, QUITTING = range(4)
+STOPPED, PLAYING, PAUSED, QUITTING, _, LOADING = range(6)
 """Values of `simulation_interfaces/SimulationState`."""
 
 PUBLIC = frozenset({2, 3, 24, 42, 44, 45})
@@ -55,6 +61,14 @@ OF_TIME = frozenset({20, 21, 22, 24, 25, 26, 31, 32, 33})
 
 OF_WORLDS = frozenset({42, 44, 45})
 """Features of trials as worlds: tags, present world, available worlds."""
+
+OF_LOADING = frozenset({40, 41})
+"""Features of a session that can load another trial: by name, and from its text."""
+
+NO_LOADING = (
+    "worlds are loaded by `cellwright serve -d` only, without --ros1, --lockstep, a page or files that it writes"
+)
+"""Reason why a session cannot load another trial."""
 
 
 class Stoppable(Protocol):
@@ -80,6 +94,7 @@ class SimulationServices:
         world: name of the trial or robot.
         stop: stops the session.
         entities: services of the cell's entities; None for a robot.
+        load: ends the session soon, and starts another one with a trial; None if that is not possible.
         hides: true in a competition.
     """
 
@@ -91,6 +106,7 @@ class SimulationServices:
         world: str,
         stop: Stoppable,
         entities: EntityServices | None = None,
+        load: Callable[[Trial], None] | None = None,
         hides: bool = False,
     ) -> None:
         self._simulation = simulation
@@ -98,6 +114,8 @@ class SimulationServices:
         self._world = world
         self._stop = stop
         self._entities = entities
+        self._load = load
+        self._is_loading = False
         self._hides = hides
         self._pending: list[PendingResponse] = []
         simulation.on_reset.append(self._interrupt)
@@ -118,7 +136,7 @@ class SimulationServices:
                 "GetCurrentWorld": (self.current_world, None),
                 "GetAvailableWorlds": (self.available_worlds, OfWorlds),
             }
-            secret |= self._entities.secret
+            secret |= {**self._entities.secret, "LoadWorld": (self.load_world, LoadWorld)}
         for name, (method, request_class) in public.items():
             server.offer(f"{PREFIX}{name}", partial(answered, method, request_class))
         for name, (method, request_class) in secret.items():
@@ -131,6 +149,8 @@ class SimulationServices:
     def features(self) -> Answer:
         """Return the features that are available here."""
         found = OF_TIME if self._entities is None else OF_TIME | OF_ENTITIES | OF_WORLDS
+        if self._load is not None:
+            found |= OF_LOADING
         if "pause" in self._refused:  # as a real robot
             found -= {25, 26, 31, 32, 33}
         if "reset" in self._refused:
@@ -145,6 +165,8 @@ class SimulationServices:
     def set_state(self, request: SetSimulationState) -> Answer:
         """Pause, resume, stop (reset and pause) or quit."""
         wanted = request.state.state
+        if self._is_loading:
+            raise RequestError(INCORRECT_STATE, "a world is being loaded")
         if wanted not in (STOPPED, PLAYING, PAUSED, QUITTING):
             raise RequestError(UNKNOWN_STATE, f"state must be from 0 to 3 (got {wanted})")
         if wanted == self._state:
@@ -203,8 +225,30 @@ class SimulationServices:
         worlds = [_world(name) for name in bundled()]
         return answer(worlds=[each for each in worlds if request.filter.selects(each["tags"])])
 
+    def load_world(self, request: LoadWorld) -> Answer:
+        """Load a bundled trial, or one from its text; connections end soon after the answer."""
+        if self._load is None:
+            raise RequestError(UNSUPPORTED, NO_LOADING)
+        if self._is_loading:
+            raise RequestError(INCORRECT_STATE, "a world is being loaded")
+        name = request.uri or request.world_resource.uri
+        text = request.resource_string or request.world_resource.resource_string
+        if bool(name) == bool(text):
+            raise RequestError(NO_WORLD, "give either uri, a trial of GetAvailableWorlds, or resource_string, its text")
+        if name and name not in bundled():
+            raise RequestError(NO_WORLD, str(UnknownNameError("trial", name, bundled())))
+        try:
+            trial = load_trial([find_trial(name)] if name else [], text=text or None).trial
+        except CellwrightError as error:
+            raise RequestError(WORLD_PARSE_ERROR, str(error)) from None
+        self._load(trial)
+        self._is_loading = True
+        return answer(world=_world(trial.name))
+
     @property
     def _state(self) -> int:
+        if self._is_loading:
+            return LOADING
         control = self._control.rate_control
         if not control.is_paused or control.ticks_left:
             return PLAYING

@@ -24,11 +24,12 @@ UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 
 ALREADY_THERE, UNKNOWN_STATE = 101, 102
 INVALID_POSE = 101
+NO_WORLD, WORLD_PARSE_ERROR = 102, 103
 NAME_NOT_UNIQUE, NAME_INVALID, UNSUPPORTED_FORMAT, NO_RESOURCE, NAMESPACE_INVALID, SPAWN_POSE_INVALID = (
     *range(101, 106),
     109,
 )
-"""Further codes of `SetSimulationState`, `SetEntityState` and `SpawnEntity`."""
+"""Further codes of `SetSimulationState`, `SetEntityState`, `LoadWorld` and `SpawnEntity`."""
 
 TIME, STATE, SPAWNED, ALL = 1, 2, 4, 255
 """Scopes of `ResetSimulation`."""
@@ -208,6 +209,14 @@ class OfWorlds(msgspec.Struct):
 
     filter: TagsFilter = msgspec.field(default_factory=TagsFilter)
     additional_sources: list[str] = []
+
+
+class LoadWorld(msgspec.Struct):
+    """Request of LoadWorld; version 2 has the world as a message."""
+
+    uri: str = ""
+    resource_string: str = ""
+    world_resource: Resource = msgspec.field(default_factory=Resource)
 
 
 class StateValue(msgspec.Struct):

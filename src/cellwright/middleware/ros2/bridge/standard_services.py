@@ -26,7 +26,7 @@ SERVICES = (
     *("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "ResetSimulation", "StepSimulation"),
     *("GetEntities", "GetEntitiesStates", "GetEntityInfo", "SetEntityInfo", "GetEntityState", "SetEntityState"),
     *("GetEntityBounds", "GetNamedPoses", "GetNamedPoseBounds", "GetSpawnables", "SpawnEntity", "DeleteEntity"),
-    *("GetCurrentWorld", "GetAvailableWorlds"),
+    *("GetCurrentWorld", "GetAvailableWorlds", "LoadWorld"),
 )
 """Services of a cell. A robot answers FEATURE_UNSUPPORTED to those of entities and worlds."""
 
