@@ -94,12 +94,12 @@ def test_service_has_type_of_contract(graph: dict[str, Any], name: str) -> None:
 
 
 def count_messages(topics: dict[str, list[Any]], seconds: int) -> dict[str, int]:
-    """Return the number of messages on each topic in some simulated seconds of lockstep."""
-    from rclpy_node import LATCHED, MANY, Node
+    """Return the number of messages on each topic, with its type and quality, in some simulated seconds of lockstep."""
+    from rclpy_node import BEST_EFFORT, LATCHED, MANY, Node
 
     with Node() as me:
-        qos = {True: LATCHED, False: MANY}
-        found = {name: me.listen(name, kind, qos[latch]) for name, (kind, latch) in topics.items()}
+        qos = {"latched": LATCHED, "many": MANY, "best effort": BEST_EFFORT}
+        found = {name: me.listen(name, kind, qos[quality]) for name, (kind, quality) in topics.items()}
         me.wait(lambda: all(me.node.count_publishers(name) for name in topics), "publisher of each topic")
 
         def step(duration: float) -> dict[str, int]:
@@ -123,7 +123,7 @@ def test_topics_have_rates_of_contract(tmp_path: Path) -> None:
     said = {name: case for name, case in TOPICS.items() if case["direction"] == "out" and case["rate"] is not None}
     with ground(tmp_path) as made:
         made.serve("lesson", "-d", "--lockstep")
-        topics = {name: [case["type"], case.get("latch", False)] for name, case in said.items()}
+        topics = {name: [case["type"], "latched" if case.get("latch") else "many"] for name, case in said.items()}
         found = made.client(count_messages, topics, SECONDS).value()
     assert found["received"] >= found["/clock"]
     for name, case in said.items():

@@ -134,24 +134,42 @@ def listen_forever() -> None:
         me.wait(lambda: False, "end")
 
 
-def topics_within_a_second_of_clock() -> list[str]:
+def start_first_of_two_cells() -> dict[str, Any]:
+    """Start the competition of one of two cells; return the names of topics, and the states of both competitions."""
     from rclpy_node import Node
 
     with Node() as me:
-        me.wait(lambda: me.node.count_publishers("/cell1/clock") or me.node.count_publishers("/clock"), "clock")
+        clocks = [me.listen(f"/cell{number}/clock", "rosgraph_msgs/Clock") for number in (1, 2)]
+        states = [me.listen(f"/cell{number}/ariac/competition_state", "std_msgs/String") for number in (1, 2)]
+        me.wait(lambda: all(clocks), "clocks")
+        started = me.call("/cell1/ariac/start_competition", "std_srvs/Trigger")
+        me.wait(lambda: states[0] and states[0][-1].data == "go", "start")
+        seen = len(states[1])
+        me.wait(lambda: len(states[1]) > seen + 2, "state of the other")
+        names = [name for name, _ in me.node.get_topic_names_and_types()]
+        return {"started": started.success, "states": [each[-1].data for each in states], "names": names}
+
+
+def topics_of_cell() -> list[str]:
+    from rclpy_node import Node
+
+    with Node() as me:
+        me.wait(lambda: me.node.count_publishers("/clock"), "clock")
         return [name for name, _ in me.node.get_topic_names_and_types()]
 
 
 def test_cells_of_two_domains_and_namespaces_are_apart(domain: Ground, tmp_path: Path) -> None:
     with ground(tmp_path / "other") as other:
         domain.serve("lesson", "-d", "--ros-args", "-r", "__ns:=/cell1", "-r", "ariac/orders:=/orders")
+        domain.serve("lesson", "-d", "--ros-args", "-r", "__ns:=/cell2")
         other.serve("lesson", "-d")
-        here, there = (each.client(topics_within_a_second_of_clock).value() for each in (domain, other))
-    assert "/cell1/ariac/joint_states" in here
-    assert "/orders" in here
-    assert not any(name.startswith("/ariac") for name in here)
+        here, there = domain.client(start_first_of_two_cells).value(), other.client(topics_of_cell).value()
+    assert here["started"]
+    assert here["states"] == ["go", "init"]
+    assert {"/cell1/ariac/joint_states", "/cell2/ariac/joint_states", "/orders"} <= set(here["names"])
+    assert not any(name.startswith(("/ariac", "/clock", "/tf")) for name in here["names"])
     assert "/ariac/joint_states" in there
-    assert not any(name.startswith("/cell1") for name in there)
+    assert not any(name.startswith("/cell") and not name.startswith("/cellwright") for name in there)
 
 
 def names_of_topics() -> list[str]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -24,6 +24,7 @@ from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import RIGHT, WHOLE, print_line, table, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.client.ros1_transport import Ros1Transport
+from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.clients.operators import playback
@@ -52,15 +53,33 @@ from cellwright.middleware.server import DEFAULT_PORT
 from cellwright.middleware.server.server import LOOPBACK
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
 
+if TYPE_CHECKING:
+    from cellwright.middleware.ros2.host.installation import Installation
+
 PARAMETER = "robot_description"
 
 
 def described_limits(environment: Mapping[str, str]) -> JointLimits:
     """Return the limits of the robot at the ROS master of an environment; none if there is no readable one."""
     try:
-        text = MasterClient(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
-        if not isinstance(text, str):
-            return JointLimits()
+        return read_limits(MasterClient(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}"))
+    except CellwrightError:  # driving a robot works without limits
+        return JointLimits()
+
+
+def published_limits(session: NodeClient) -> JointLimits:
+    """Return the limits of the robot on the topic `robot_description` of ROS 2; none if there is no readable one."""
+    if f"/{PARAMETER}" not in session.transport.topics():
+        return JointLimits()
+    message = session.latest(f"/{PARAMETER}").wait(_DESCRIPTION_TIMEOUT)
+    return read_limits(getattr(message, "data", None))
+
+
+def read_limits(text: object) -> JointLimits:
+    """Return the limits in a URDF's text; none if it is no readable one."""
+    if not isinstance(text, str):
+        return JointLimits()
+    try:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"{PARAMETER}.urdf"
             path.write_text(text, encoding="utf-8")
@@ -76,12 +95,15 @@ WHERE, WHAT, RESULT = "Connection", "Motion", OUTPUT
 NODE = "/operator"
 
 _NODE_TIMEOUT = 5.0  # [s] for a node to appear in ROS
+_DESCRIPTION_TIMEOUT = 2.0  # [s] for a robot's description to arrive, which waits at its publisher
 
 Connect = Annotated[
     str | None, option("HOST:PORT", f"Address of the node's server. Default: {LOOPBACK}:{DEFAULT_PORT}.", WHERE)
 ]
 
 OverRos1 = Annotated[bool, flag("--ros1", "Connect over ROS 1, at the master in ROS_MASTER_URI.", WHERE)]
+
+OverRos2 = Annotated[bool, flag("--ros2", "Connect over ROS 2, in the domain ROS_DOMAIN_ID.", WHERE)]
 
 Node = Annotated[str, option("NAME", "Name of the operator node.", WHERE)]
 
@@ -91,38 +113,49 @@ Robot = Annotated[
     option(
         "ROBOT",
         "Robot description for the joint limits: a name, a robot configuration or a URDF. Default: that of the "
-        "bundled robot, or `robot_description` at the ROS master.",
+        "bundled robot, or `robot_description` in ROS.",
         WHERE,
     ),
 ]
 
 
+def _find_ros2() -> "Installation":
+    from cellwright.middleware.ros2.host.installation import find  # slow to load
+
+    return find()
+
+
 class NodeConnection:
     """Address of a node, checked; it opens no connection yet."""
 
-    def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE, robot: str | None = None) -> None:
-        if ros1 and connect is not None:
-            options.refuse("--connect and --ros1: give one of them")
+    def __init__(
+        self, connect: str | None, *, ros1: bool = False, ros2: bool = False, node: str = NODE, robot: str | None = None
+    ) -> None:
+        given = {"--connect": connect is not None, "--ros1": ros1, "--ros2": ros2}
+        if sum(given.values()) > 1:
+            options.refuse(f"{' and '.join(name for name in given if given[name])}: give one of them")
         self.node = node_name(node)
         self._address = options.address("--connect", connect) if connect else (LOOPBACK, DEFAULT_PORT)
         self._limits = None if robot is None else JointLimits.of(load_robot(robot, output.warn).robot)
         self._ros1 = installation.find() if ros1 else None
+        self._ros2 = _find_ros2() if ros2 else None
 
     def session(self, suffix: str = "") -> NodeClient:
         """Return a new connection, with a suffix to its name: names are unique in ROS."""
         name = self.node + suffix
-        ros = self._ros1
-        if ros is None:
-            host, port = self._address
-            try:
-                return NodeClient(SocketTransport((host, port), node=name))
-            except UsageError as error:
-                more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
-                raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
-        transport = Ros1Transport(
-            ros.python, node=name, environment=ros.environment, timeout=_NODE_TIMEOUT, sign=JOINT_STATES
-        )
-        return NodeClient(transport)
+        relay: type[Ros1Transport | Ros2Transport] = Ros1Transport if self._ros2 is None else Ros2Transport
+        ros = self._ros1 or self._ros2
+        if ros is not None:
+            transport = relay(
+                ros.python, node=name, environment=ros.environment, timeout=_NODE_TIMEOUT, sign=JOINT_STATES
+            )
+            return NodeClient(transport)
+        host, port = self._address
+        try:
+            return NodeClient(SocketTransport((host, port), node=name))
+        except UsageError as error:
+            more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
+            raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
 
     @contextmanager
     def robot(self) -> Iterator[OperatedRobot]:
@@ -156,6 +189,8 @@ class NodeConnection:
         called = self.name(robot).lower()
         if self._ros1 is not None:
             limits = described_limits(self._ros1.environment)
+        elif self._ros2 is not None:
+            limits = published_limits(robot.session)
         elif called in bundled():
             limits = JointLimits.of(load_robot(called, lambda _line: None).robot)
         else:
@@ -264,6 +299,7 @@ def signal(
     duration: Annotated[float, option("T", "Duration for each joint [s]; rounded to whole periods.", WHAT)] = 4.0,
     connect: Connect = None,
     ros1: OverRos1 = False,
+    ros2: OverRos2 = False,
     robot: Robot = None,
     node: Node = NODE,
     max_error: Annotated[
@@ -307,7 +343,7 @@ def signal(
     options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number of at least 0")
     options.output_file("--csv", csv, ".csv")
     options.output_file("--plot", plot, ".svg")
-    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    link = NodeConnection(connect, ros1=ros1, ros2=ros2, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as operated:
         limits = link.limits(operated)
@@ -415,6 +451,7 @@ def call(
     ],
     connect: Connect = None,
     ros1: OverRos1 = False,
+    ros2: OverRos2 = False,
     node: Node = NODE,
 ) -> None:
     """Send one command to a robot's node: go home, enable or disable commands, stop, or clear the stop.
@@ -425,7 +462,7 @@ def call(
 
     Exit status: 0 done; 1 the node refused, or did not answer; 2 bad input.
     """
-    link = NodeConnection(connect, ros1=ros1, node=node)
+    link = NodeConnection(connect, ros1=ros1, ros2=ros2, node=node)
     with link.robot() as robot:
         try:
             if command is NodeCommand.STOP:
@@ -444,7 +481,9 @@ def call(
     raise typer.Exit(DONE if done else NOT_DONE)
 
 
-def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = None, node: Node = NODE) -> None:
+def keyboard(
+    connect: Connect = None, ros1: OverRos1 = False, ros2: OverRos2 = False, robot: Robot = None, node: Node = NODE
+) -> None:
     """Drive a robot with the keys of this terminal: joints, tips, grippers, home, enable, emergency stop.
 
     Each key press is one step from the robot's present position; on release nothing is sent, and the robot holds. The
@@ -465,7 +504,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
             "the keyboard operator requires a terminal; without one use cellwright operate play FILE "
             "or cellwright operate signal JOINT"
         )
-    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    link = NodeConnection(connect, ros1=ros1, ros2=ros2, node=node, robot=robot)
     console = Console(highlight=False)
     ended = ""
     with link.robot() as operated, closing(ServiceCaller(lambda: link.session("_services"))) as services:
@@ -510,6 +549,7 @@ def record(
     ] = False,
     connect: Connect = None,
     ros1: OverRos1 = False,
+    ros2: OverRos2 = False,
     node: Node = NODE,
 ) -> None:
     """Record a robot's joint positions, 100 times a second, for `cellwright operate play`.
@@ -523,7 +563,7 @@ def record(
     suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
     path = options.output_file("FILE", file, suffix)
     options.in_range("--duration", duration, options.ABOVE_0, options.LATEST, "a time above 0 s")
-    link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
+    link, console = NodeConnection(connect, ros1=ros1, ros2=ros2, node=node), Console(highlight=False)
     failures: list[str] = []
     with link.robot() as robot:
         session, stop = robot.session, StopCondition()
@@ -567,6 +607,7 @@ def play(
     ] = None,
     connect: Connect = None,
     ros1: OverRos1 = False,
+    ros2: OverRos2 = False,
     robot: Robot = None,
     node: Node = NODE,
     as_json: AsJson = False,
@@ -590,7 +631,7 @@ def play(
     options.in_range("--speed", speed, options.ABOVE_0, options.FINITE, "a factor above 0")
     options.in_range("--approach", approach, 0.0, options.LATEST, "a time of at least 0 s")
     targets = _read_any_targets(file, topic)
-    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    link = NodeConnection(connect, ros1=ros1, ros2=ros2, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     failure, rounds = "", 0
     with link.robot() as operated:
@@ -661,8 +702,8 @@ app = typer.Typer(
     name="operate",
     help="""Drive a robot's controller node without a headset.
 
-    An operator is a client like any other: it connects over the node's socket or over ROS 1, and uses the io_teleop
-    topics. Start the node first, in another terminal:
+    An operator is a client like any other: it connects over the node's socket, over ROS 1 or over ROS 2, and uses the
+    io_teleop topics. Start the node first, in another terminal:
 
         cellwright teleop qinglong             # the robot
         cellwright operate keyboard            # move it with keys

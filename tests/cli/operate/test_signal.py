@@ -82,6 +82,7 @@ def test_joint_that_does_not_follow_exceeds_max_delay(cellwright: CommandLine, a
         (["right_1", "--csv", "no/such.csv"], "there is no folder no"),
         (["right_1", "--connect", "nowhere"], "--connect nowhere: give a host and a port"),
         (["right_1", "--ros1"], "--connect and --ros1: give one of them"),
+        (["right_1", "--ros1", "--ros2"], "--connect and --ros1 and --ros2: give one of them"),
         (["right_1", "--node", "no name"], "is not a node name"),
         (["right_1", "--robot", "qinglon"], "unknown robot 'qinglon'; did you mean qinglong"),
         (["right_1", "--robot", "qinglong"], "--robot: "),
@@ -101,7 +102,7 @@ def test_invalid_input_prints_one_line_and_moves_nothing(
 
 def test_wildcard_skips_mimic_joints_unless_it_matches_no_other(address: str) -> None:
     limits = JointLimits(leaders={"right_6": "right_5"})
-    with NodeConnection(address, ros1=False).robot() as operated:
+    with NodeConnection(address).robot() as operated:
         assert _chosen(operated, ["right_[56]"], limits) == ["right_5"]
         assert _chosen(operated, ["right_6*"], limits) == ["right_6"]
 

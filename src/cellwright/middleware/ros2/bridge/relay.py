@@ -50,6 +50,8 @@ DEPTH = 1000
 
 _NAP = 0.02
 _SETTLING = 5.0  # time for a subscription to be known to the publisher [s]
+_QUIET = 0.2  # time without news after which all of a node is known [s]
+_ACQUAINTANCE = 0.3  # time for a best-effort subscriber to know a publisher, whose messages it misses before [s]
 _OF_EVERY_NODE = (
     "describe_parameters",
     "get_parameter_types",
@@ -74,6 +76,7 @@ class Ros2Graph(Graph):
         self._types: dict[str, str] = {}
         self._base: dict[str, int] = {}
         """Messages that the cell had received on each topic before this client's first."""
+        self._prepared: dict[str, Ros2Publication] = {}
 
     def discover(self, end: float) -> dict[str, Any]:
         """Wait for the simulator until `end` of the monotonic clock; return WELCOME, without the time.
@@ -86,6 +89,7 @@ class Ros2Graph(Graph):
             if time.monotonic() > end:
                 raise MissingError(f"no simulator in this domain of ROS 2: /{self._sign} has no publisher")
             time.sleep(_NAP)
+        self._await_rest(end)
         names = {name: kinds[0] for name, kinds in node.get_service_names_and_types() if _HIDDEN not in name}
         self._types = {
             name: kind.replace("/srv/", "/")
@@ -103,6 +107,8 @@ class Ros2Graph(Graph):
             for name, kinds in node.get_topic_names_and_types()
             if _HIDDEN not in name
         ]
+        if STEP not in self._types:
+            self._prepare(topics)
         return {
             "protocol": PROTOCOL,
             "cellwright": "",
@@ -113,6 +119,29 @@ class Ros2Graph(Graph):
             "topics": topics,
             "services": [{"name": name, "type": kind, "node": ""} for name, kind in self._types.items()],
         }
+
+    def _await_rest(self, end: float) -> None:
+        """Wait until nothing new appears: a node's topics and services become known one after another."""
+        node, known, since = self._ros.node, (0, 0, 0), time.monotonic()
+        while time.monotonic() < min(since + _QUIET, end):
+            topics = [name for name, _ in node.get_topic_names_and_types()]
+            ends = sum(node.count_publishers(name) + node.count_subscribers(name) for name in topics)
+            now = (len(topics), len(node.get_service_names_and_types()), ends)
+            if now != known:
+                known, since = now, time.monotonic()
+            time.sleep(_NAP)
+
+    def _prepare(self, topics: list[dict[str, Any]]) -> None:
+        """Advertise what the simulator's node subscribes to with best effort, so that the first message arrives."""
+        theirs = {info.node_name for info in self._ros.node.get_publishers_info_by_topic(self._sign)}
+        for topic in topics:
+            name, type_name = topic["name"], topic["type"]
+            if theirs & set(topic["subscribers"]) and self._has_best_effort_subscribers(name):
+                self._prepared[name] = Ros2Publication(self._ros, name, type_name, 0, delay=_ACQUAINTANCE)
+
+    def _has_best_effort_subscribers(self, name: str) -> bool:
+        infos = self._ros.node.get_subscriptions_info_by_topic(name)
+        return any(info.qos_profile.reliability.name == "BEST_EFFORT" for info in infos)
 
     def now(self, end: float, *, in_lockstep: bool) -> int:
         """Return simulation time [ns]; 0 if nothing publishes it.
@@ -150,7 +179,11 @@ class Ros2Graph(Graph):
 
     def advertise(self, name: str, type_name: str) -> PublishedTopic:
         """Begin to publish."""
-        return Ros2Publication(self._ros, name, type_name, self._base.get(name, 0))
+        prepared = self._prepared.get(name)
+        if prepared is not None and prepared.type == type_name:
+            return prepared
+        delay = _ACQUAINTANCE if self._has_best_effort_subscribers(name) else 0.0
+        return Ros2Publication(self._ros, name, type_name, self._base.get(name, 0), delay=delay)
 
     def settle(self, topic: SubscribedTopic) -> None:
         """Wait until the cell knows of a subscription, and its latched message has come."""
@@ -263,12 +296,13 @@ class Ros2Subscription(SubscribedTopic):
 
 
 class Ros2Publication(PublishedTopic):
-    """Publication in ROS 2; `base` messages came from others before."""
+    """Publication in ROS 2; `base` messages came from others before. It connects after `delay` [s] at the earliest."""
 
-    def __init__(self, ros: RosNode, name: str, type_name: str, base: int) -> None:
+    def __init__(self, ros: RosNode, name: str, type_name: str, base: int, *, delay: float) -> None:
         self.name = name
         self.type = type_name
         self.published = base
+        self._begin = time.monotonic() + delay
         self._class = interface_class(type_name, "msg")
         self._is_values = is_values(type_name)
         qos = quality(is_reliable=True, is_transient_local=False, depth=DEPTH)
@@ -276,8 +310,8 @@ class Ros2Publication(PublishedTopic):
 
     @property
     def is_connected(self) -> bool:
-        """True if it has a subscriber."""
-        return bool(self._publisher.get_subscription_count())
+        """True if it has a subscriber, which knows it."""
+        return bool(self._publisher.get_subscription_count()) and time.monotonic() >= self._begin
 
     def publish(self, data: bytes) -> None:
         """Send a message."""
