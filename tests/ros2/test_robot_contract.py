@@ -72,10 +72,14 @@ def test_table_is_whole() -> None:
 
 
 def test_node_has_topics_and_services_of_table_only(graph: dict[str, Any]) -> None:
-    own = ("/rosout", "/parameter_events", "/robot_description")
-    assert {name for name in graph["ends"] if name not in own} == {*TOPICS, *CONTROLLER_NAMES.values()}
-    of_every_node = f"{NODE}/"
-    services = {name for name in graph["services"] if not name.startswith(of_every_node)}
+    own = ("/rosout", "/parameter_events", "/robot_description", "/simulate_steps/")
+    assert {name for name in graph["ends"] if not name.startswith(own)} == {*TOPICS, *CONTROLLER_NAMES.values()}
+    of_every_node = (f"{NODE}/", "/simulate_steps/")
+    services = {
+        name
+        for name, types in graph["services"].items()
+        if not name.startswith(of_every_node) and not types[0].startswith("simulation_interfaces/")
+    }
     assert services == {*SERVICES, "/cellwright/step"}
 
 
