@@ -102,20 +102,20 @@ def count_messages(topics: dict[str, list[Any]], seconds: int) -> dict[str, int]
         found = {name: me.listen(name, kind, qos[quality]) for name, (kind, quality) in topics.items()}
         me.wait(lambda: all(me.node.count_publishers(name) for name in topics), "publisher of each topic")
 
-        def step(duration: float) -> dict[str, int]:
+        def step(duration: float, **subscribed: Any) -> dict[str, int]:
             from builtin_interfaces.msg import Duration
 
             length = Duration(sec=int(duration), nanosec=round(duration % 1 * 1e9))
-            answer = me.call("/cellwright/step", "cellwright_msgs/Step", duration=length)
+            answer = me.call("/cellwright/step", "cellwright_msgs/Step", duration=length, **subscribed)
             assert answer.success, answer.message
             return dict(zip(answer.topics, answer.sent, strict=True))
 
-        before = me.wait(lambda: (sent := step(0.002)) and all(name in sent for name in ("/clock",)) and sent, "sent")
+        before = step(0.01, topics=list(topics), published=[1] * len(topics))  # which waits for the subscribers
         me.wait(lambda: len(found["/clock"]) > 0, "clock")
         after = before
         for _ in range(10 * seconds):
             after = step(0.1)
-        me.wait(lambda: len(found["/clock"]) >= after["/clock"] - before["/clock"], "last message")
+        me.wait(lambda: len(found["/clock"]) >= after["/clock"] - before.get("/clock", 0), "last message")
         return {name: after.get(name, 0) - before.get(name, 0) for name in topics} | {"received": len(found["/clock"])}
 
 
