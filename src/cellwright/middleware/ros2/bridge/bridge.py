@@ -29,7 +29,7 @@ from cellwright.middleware.ros2.bridge.graph import TypeWatch
 from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
-from cellwright.middleware.ros2.bridge.services import CellCall, CellService, StepService
+from cellwright.middleware.ros2.bridge.services import CellService, StepService
 from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, Publication
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
 from cellwright.middleware.wire.connection import LinkClient, address_of
@@ -122,9 +122,8 @@ class Bridge:
         }
         out = sorted((topic for topic in topics if topic["direction"] == "out"), key=lambda each: each["name"] == CLOCK)
         sent: dict[str, int] = {}
-        calls = CellCall(ros, link, sender)
         self._services: list[Any] = [
-            CellService(ros, loop, calls, service, self._named(service)) for service in welcome["services"]
+            CellService(ros, loop, link, sender, service, self._named(service)) for service in welcome["services"]
         ]
         self._actions = [
             TrajectoryAction(ros, link, sender, action, self._named(action)) for action in welcome["actions"]
