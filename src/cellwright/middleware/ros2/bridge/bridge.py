@@ -29,7 +29,7 @@ from cellwright.middleware.ros2.bridge.graph import TypeWatch
 from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
-from cellwright.middleware.ros2.bridge.services import CellCall, CellService, StepService
+from cellwright.middleware.ros2.bridge.services import CellCalls, CellService, StepService
 from cellwright.middleware.ros2.bridge.standard_services import CONTROLLER_LIST, FEATURES, offer_standard_services
 from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, Publication
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
@@ -125,7 +125,7 @@ class Bridge:
         }
         out = sorted((topic for topic in topics if topic["direction"] == "out"), key=lambda each: each["name"] == CLOCK)
         sent: dict[str, int] = {}
-        calls = CellCall(ros, link, sender)
+        calls = CellCalls(link, sender)
         self._services: list[Any] = [
             CellService(ros, loop, calls, service, self._named(service)) for service in welcome["services"]
         ]

@@ -1,4 +1,4 @@
-"""ROS 2 node of this process: start, executor in a thread, clean end, and quality of service."""
+"""ROS 2 node of this process: start, threads that call its callbacks, clean end, and quality of service."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from cellwright.middleware.ros2.bridge.receiver import Receiver
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 
 SIGN_OFF_TIMEOUT = 5.0  # time for the node to leave the graph [s]; then the process ends without
@@ -38,11 +39,12 @@ def quality(*, is_reliable: bool, is_transient_local: bool, depth: int) -> QoSPr
 
 
 class RosNode:
-    """Node of this process, and the executor that calls its callbacks in a thread of its own.
+    """Node of this process, and the threads that call its callbacks: receiver and executor.
 
     Attributes:
         node: rclpy's node.
-        group: callback group in which callbacks do not wait for each other.
+        receiver: takes messages and requests, which must be fast; the executor calls all else.
+        group: callback group of the executor in which callbacks do not wait for each other.
 
     Raises:
         MissingError: rclpy cannot start here.
@@ -55,6 +57,7 @@ class RosNode:
             self.node: Any = rclpy.create_node(base[2], namespace=base[0] or None)
         except Exception as error:  # rclpy has no common class of errors
             raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
+        self.receiver = Receiver(self.node)
         self.group = ReentrantCallbackGroup()
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
@@ -75,9 +78,11 @@ class RosNode:
     def start(self) -> None:
         """Begin to call callbacks."""
         self._thread.start()
+        self.receiver.start()
 
     def close(self) -> None:
         """Leave the graph; the order is the one in which rclpy ends without complaint."""
+        self.receiver.close(SIGN_OFF_TIMEOUT)
         with contextlib.suppress(Exception):
             self.executor.shutdown()
         if self._thread.is_alive():

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rclpy.serialization import deserialize_message
 
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
+from cellwright.middleware.ros2.bridge.receiver import Respond
 from cellwright.middleware.ros2.bridge.topics import CommandTopic, Publication, as_bytes
 from cellwright.middleware.wire.command_queue import MESSAGE_TIMEOUT, Step, StepQueue
 from cellwright.middleware.wire.connection import LinkClient
@@ -28,55 +29,52 @@ NANOSECONDS = 1_000_000_000
 _NAP = 0.002  # [s]
 
 
-class CellCall:
-    """Calls of the cell's services from a coroutine of the executor."""
+class CellCalls:
+    """Calls of the cell's services, and of those of its server, as a node `sender`."""
 
-    def __init__(self, ros: RosNode, link: LinkClient, node: str) -> None:
-        self._ros = ros
+    def __init__(self, link: LinkClient, sender: str) -> None:
         self._link = link
-        self._node = node
+        self._sender = sender
 
-    async def ask(self, name: str, type_name: str, request: bytes) -> Frame:
-        """Return the frame that answers a call: ANSWER or REFUSED."""
-        future, resolve = self._ros.awaited()
+    def ask(self, name: str, type_name: str, request: bytes, answered: Callable[[Frame], None]) -> None:
+        """Call a service; `answered` gets the frame ANSWER or REFUSED, in the thread of the loop."""
 
-        def answered(frame: Frame) -> None:
+        def heard(frame: Frame) -> None:
             if frame.kind is FrameKind.DONE:  # in lockstep: it takes time, which other callers may advance
-                self._link.ask_again(frame.number, answered)
+                self._link.ask_again(frame.number, heard)
             else:
-                resolve(frame)
+                answered(frame)
 
         try:
-            self._link.request(FrameKind.CALL, answered, name=name, type=type_name, node=self._node, payload=request)
+            self._link.request(FrameKind.CALL, heard, name=name, type=type_name, node=self._sender, payload=request)
         except FrameError as error:
-            return Frame(FrameKind.REFUSED, payload=str(error).encode())
-        answer: Frame = await future
-        return answer
+            answered(Frame(FrameKind.REFUSED, payload=str(error).encode()))
 
 
 class CellService:
     """Service of the cell, served in ROS 2 under each of `names`."""
 
     def __init__(
-        self, ros: RosNode, loop: EventLoop, calls: CellCall, service: Mapping[str, Any], names: Sequence[str]
+        self, ros: RosNode, loop: EventLoop, calls: CellCalls, service: Mapping[str, Any], names: Sequence[str]
     ) -> None:
         self._name: str = service["name"]
         self._type: str = service["type"]
         self._calls = calls
         self._class = interface_class(self._type, "srv")
         self._failures = ThrottledLog(loop, "{count} x {subject}")
-        self._services = [
-            ros.node.create_service(self._class, relative(name), self._serve, callback_group=ros.group)
-            for name in names
-        ]
+        for name in names:
+            ros.receiver.serve(self._class, relative(name), self._serve)
 
-    async def _serve(self, request: Any, response: Any) -> Any:
-        answer = await self._calls.ask(self._name, self._type, as_bytes(request, self._type))
-        if answer.kind is FrameKind.ANSWER:
-            if is_values(self._type):
-                return fill(response, json.loads(answer.payload))
-            return deserialize_message(answer.payload, self._class.Response)
-        return self._failed(response, answer)
+    def _serve(self, request: Any, respond: Respond) -> None:
+        data = as_bytes(request, self._type)
+        self._calls.ask(self._name, self._type, data, lambda answer: respond(self._response(answer)))
+
+    def _response(self, answer: Frame) -> Any:
+        if answer.kind is not FrameKind.ANSWER:
+            return self._failed(self._class.Response(), answer)
+        if is_values(self._type):
+            return fill(self._class.Response(), json.loads(answer.payload))
+        return deserialize_message(answer.payload, self._class.Response)
 
     def _failed(self, response: Any, answer: Frame) -> Any:
         reason = " ".join(answer.text().split())
@@ -111,7 +109,6 @@ class StepService:
         publications: Mapping[str, Publication],
         sent: Mapping[str, int],
     ) -> None:
-        self._ros = ros
         self._loop = loop
         self._steps = steps
         self._sender = sender
@@ -119,51 +116,43 @@ class StepService:
         self._publications = publications
         self._sent = sent
         self._class = interface_class(STEP_TYPE, "srv")
-        self._service = ros.node.create_service(
-            self._class, relative(STEP_SERVICE), self._serve, callback_group=ros.group
-        )
+        ros.receiver.serve(self._class, relative(STEP_SERVICE), self._serve)
 
-    async def _serve(self, request: Any, response: Any) -> Any:
+    def _serve(self, request: Any, respond: Respond) -> None:
         duration = request.duration.sec * NANOSECONDS + request.duration.nanosec
         names, counts = list(request.topics), [int(each) for each in request.published]
         if counts and len(counts) != len(names):
-            response.message = f"topics and published must have the same length (got {len(names)} and {len(counts)})"
-            return response
+            reason = f"topics and published must have the same length (got {len(names)} and {len(counts)})"
+            respond(self._class.Response(message=reason))
+            return
         for name in names:
             if name in self._commands and self._commands[name].count_publishers() > 1:
-                response.message = f"{name} has several publishers; in lockstep one node commands a topic"
-                return response
+                reason = f"{name} has several publishers; in lockstep one node commands a topic"
+                respond(self._class.Response(message=reason))
+                return
         wanted = dict(zip(names, counts or [0] * len(names), strict=True))
         subscribed = {name: wanted.pop(name) for name in names if name in self._publications}
-        if late := await self._known(subscribed):
-            response.message = f"subscribers of {late} are not known within {MESSAGE_TIMEOUT:g} s"
-            return response
-        future, resolve = self._ros.awaited()
-        step = Step(self._sender, duration, wanted, lambda failure, now: resolve((failure, now, self._counts())))
-        self._loop.call(self._steps.add, step)
-        failure, now, sent = await future
-        response.success, response.message = not failure, failure
-        response.time.sec, response.time.nanosec = divmod(now, NANOSECONDS)
-        response.topics, response.sent = [name for name, _ in sent], [count for _, count in sent]
-        return response
-
-    async def _known(self, subscribed: dict[str, int]) -> str:
-        """Wait until these numbers of subscribers are known; return a topic of which they are not, or ""."""
-        if not subscribed:
-            return ""
-        future, resolve = self._ros.awaited()
         end = time.monotonic() + MESSAGE_TIMEOUT
 
-        def look() -> None:
+        def begin() -> None:
+            """Begin the step once these numbers of subscribers are known."""
             late = [name for name, count in subscribed.items() if not self._publications[name].is_ready_for(count)]
-            if not late or time.monotonic() > end:
-                resolve(late[0] if late else "")
+            if not late:
+                self._steps.add(Step(self._sender, duration, wanted, finished))
+            elif time.monotonic() > end:
+                reason = f"subscribers of {late[0]} are not known within {MESSAGE_TIMEOUT:g} s"
+                respond(self._class.Response(message=reason))
             else:
-                self._loop.later(_NAP, look)
+                self._loop.later(_NAP, begin)
 
-        self._loop.call(look)
-        late: str = await future
-        return late
+        def finished(failure: str, now: int) -> None:
+            response = self._class.Response(success=not failure, message=failure)
+            response.time.sec, response.time.nanosec = divmod(now, NANOSECONDS)
+            sent = self._counts()
+            response.topics, response.sent = [name for name, _ in sent], [count for _, count in sent]
+            respond(response)
+
+        self._loop.call(begin)
 
     def _counts(self) -> list[tuple[str, int]]:
         received = ((name, topic.handed_over(self._sender)) for name, topic in self._commands.items())

@@ -18,7 +18,8 @@ from rclpy.action import ActionServer, CancelResponse
 
 from cellwright.middleware.ros2.bridge.interfaces import fill, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode
-from cellwright.middleware.ros2.bridge.services import CellCall
+from cellwright.middleware.ros2.bridge.receiver import Respond
+from cellwright.middleware.ros2.bridge.services import CellCalls
 from cellwright.middleware.wire.frames import Frame, FrameKind
 
 SIMULATION, FEATURES = "simulation/", "simulation/GetSimulatorFeatures"
@@ -60,7 +61,7 @@ class ServerServices:
     def __init__(
         self,
         ros: RosNode,
-        calls: CellCall,
+        calls: CellCalls,
         package: str,
         prefix: str,
         names: tuple[str, ...],
@@ -71,33 +72,30 @@ class ServerServices:
         self._prefix = prefix
         self._refused = refused
         types = import_module(f"{package}.srv")
-        self._services = [
-            ros.node.create_service(
-                kind, f"{namespace}{in_lower_case(name)}", self._server(name), callback_group=ros.group
-            )
-            for name in names
-            if (kind := getattr(types, name, None)) is not None
-        ]
+        for name in names:
+            if (kind := getattr(types, name, None)) is not None:
+                ros.receiver.serve(kind, f"{namespace}{in_lower_case(name)}", self._server(name, kind))
 
-    def _server(self, name: str) -> Any:
-        async def serve(request: Any, response: Any) -> Any:
-            return fill(response, await self.ask(name, values_of(request)))
+    def _server(self, name: str, kind: Any) -> Callable[[Any, Respond], None]:
+        def serve(request: Any, respond: Respond) -> None:
+            self.ask(name, values_of(request), lambda values: respond(fill(kind.Response(), values)))
 
         return serve
 
-    async def ask(self, name: str, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the cell's answer."""
-        frame = await self._calls.ask(f"{self._prefix}{name}", "", json.dumps(request).encode())
-        if frame.kind is FrameKind.ANSWER:
-            values: dict[str, Any] = frame.json()
-            return values
-        return self._refused(frame)
+    def ask(self, name: str, request: Mapping[str, Any], answered: Callable[[dict[str, Any]], object]) -> None:
+        """Call a service; `answered` gets the values of the response."""
+
+        def heard(frame: Frame) -> None:
+            answered(frame.json() if frame.kind is FrameKind.ANSWER else self._refused(frame))
+
+        self._calls.ask(f"{self._prefix}{name}", "", json.dumps(request).encode(), heard)
 
 
 class StepAction:
     """The action `simulate_steps`, which steps a paused simulation."""
 
     def __init__(self, ros: RosNode, services: ServerServices) -> None:
+        self._ros = ros
         self._services = services
         self._steps = import_module("simulation_interfaces.action").SimulateSteps
         self._action = ActionServer(
@@ -115,7 +113,9 @@ class StepAction:
         answer: dict[str, Any] = {"result": {"result": OK, "error_message": ""}}
         while done < wanted and not goal.is_cancel_requested:
             part = min(CHUNK, wanted - done)
-            answer = await self._services.ask("StepSimulation", {"steps": part})
+            future, resolve = self._ros.awaited()
+            self._services.ask("StepSimulation", {"steps": part}, resolve)
+            answer = await future
             if answer["result"]["result"] != OK:
                 break
             done += part
@@ -131,7 +131,7 @@ class StepAction:
         return fill(self._steps.Result(), answer)
 
 
-def offer_standard_services(ros: RosNode, calls: CellCall, has: Mapping[str, Any]) -> list[object]:
+def offer_standard_services(ros: RosNode, calls: CellCalls, has: Mapping[str, Any]) -> list[object]:
     """Offer what the cell has and this Python has packages for; return the ends, to be kept.
 
     Args:

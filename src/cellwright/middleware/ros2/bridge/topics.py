@@ -136,12 +136,8 @@ class CommandTopic(CommandQueue):
             depth=LOCKSTEP_DEPTH if more.get("limit", 0) is None else wanted["depth"],
         )
         message_class = interface_class(topic["type"], "msg")
-        self._subscriptions = [
-            ros.node.create_subscription(
-                message_class, relative(name), self._take, qos, raw=not self._is_values, callback_group=ros.group
-            )
-            for name in names
-        ]
+        for name in self._names:
+            ros.receiver.subscribe(message_class, name, self._take, qos, raw=not self._is_values)
 
     def count_publishers(self) -> int:
         """Return the number of nodes that may command it."""

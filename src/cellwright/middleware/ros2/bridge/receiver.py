@@ -1,0 +1,122 @@
+"""Thread that takes messages and requests from ROS 2, in place of rclpy's executor."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.qos import QoSProfile
+
+from cellwright.middleware.wire.event_loop import nothing, report
+
+Respond = Callable[[Any], None]
+"""Sends the response to a request, from any thread."""
+
+
+class _NotExecuted(CallbackGroup):  # type: ignore[misc]
+    """Callback group whose callbacks no executor calls."""
+
+    def can_execute(self, _entity: Any) -> bool:
+        return False
+
+    def beginning_execution(self, _entity: Any) -> bool:
+        return False
+
+    def ending_execution(self, _entity: Any) -> None:
+        pass
+
+
+class Receiver:
+    """Thread that calls handlers of topics and services; what it serves is advertised before `start`.
+
+    For each message an executor of rclpy makes a task and collects all entities of its node several times, while other
+    threads of Python stand still. With a cell's entities this takes longer than the way to the cell and back.
+    """
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+        self._group = _NotExecuted()
+        self._end: Any = node.create_guard_condition(nothing, callback_group=self._group)
+        self._is_ended = False
+        self._subscriptions: list[tuple[Any, Callable[[Any], None]]] = []
+        self._services: list[tuple[Any, Callable[[Any, Respond], None]]] = []
+        self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
+
+    def subscribe(
+        self, message_class: Any, name: str, take: Callable[[Any], None], qos: QoSProfile, *, raw: bool
+    ) -> None:
+        """Subscribe to a topic; `take` is called with each message, or with its bytes if `raw`."""
+        subscription = self._node.create_subscription(
+            message_class, name, nothing, qos, raw=raw, callback_group=self._group
+        )
+        self._subscriptions.append((subscription, take))
+
+    def serve(self, service_class: Any, name: str, serve: Callable[[Any, Respond], None]) -> None:
+        """Serve a service; `serve` is called with each request, and with the function that responds to it."""
+        service = self._node.create_service(service_class, name, nothing, callback_group=self._group)
+        self._services.append((service, serve))
+
+    def start(self) -> None:
+        """Begin to call handlers."""
+        self._thread.start()
+
+    def close(self, timeout: float) -> None:
+        """End the thread, before the node leaves the graph."""
+        self._is_ended = True
+        if self._thread.is_alive():
+            self._end.trigger()
+            self._thread.join(timeout)
+
+    def _run(self) -> None:
+        context = self._node.context.handle
+        # Events, such as another quality of service, are waited for together with the messages: two sets that wait for
+        # the same subscription take each other's wake-ups.
+        events = [event for subscription, _ in self._subscriptions for event in subscription.event_handlers]
+        counts = len(self._subscriptions), 1, 0, 0, len(self._services), len(events)
+        waiting = rclpy_implementation.WaitSet(*counts, context)
+        subscriptions = {each.handle.pointer: (each, take) for each, take in self._subscriptions}
+        services = {each.handle.pointer: (each, serve) for each, serve in self._services}
+        while not self._is_ended:
+            waiting.clear_entities()
+            waiting.add_guard_condition(self._end.handle)
+            for subscription, _ in self._subscriptions:
+                waiting.add_subscription(subscription.handle)
+            for service, _ in self._services:
+                waiting.add_service(service.handle)
+            for event in events:
+                event.add_to_wait_set(waiting)
+            waiting.wait(-1)
+            for pointer in waiting.get_ready_entities("subscription"):  # before services: commands come before steps
+                self._do(self._take, *subscriptions[pointer])
+            for pointer in waiting.get_ready_entities("service"):
+                self._do(self._answer, *services[pointer])
+            for event in events:
+                if event.is_ready(waiting):
+                    self._do(self._handle, event)
+
+    def _take(self, subscription: Any, take: Callable[[Any], None]) -> None:
+        with subscription.handle:
+            found = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+        if found is not None:
+            take(found[0])
+
+    def _answer(self, service: Any, serve: Callable[[Any, Respond], None]) -> None:
+        with service.handle:
+            request, header = service.handle.service_take_request(service.srv_type.Request)
+        if header is not None:
+            serve(request, lambda response: service.send_response(response, header))
+
+    def _handle(self, event: Any) -> None:
+        with suppress(StopIteration):
+            event.execute(event.take_data()).send(None)  # a coroutine that waits for nothing
+
+    def _do(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function; a defect in it is no reason to leave the others uncalled."""
+        try:
+            function(*arguments)
+        except Exception as defect:
+            report(f"internal error, please report it: {type(defect).__name__}: {defect}")
