@@ -228,6 +228,22 @@ def test_type_that_other_node_defines_otherwise_is_reported(domain: Ground) -> N
     client.kill()
 
 
+def publish_best_effort() -> None:
+    from rclpy_node import BEST_EFFORT, Node, interface
+
+    with Node("careless") as me:
+        kind = interface("trajectory_msgs/JointTrajectory")
+        publisher = me.node.create_publisher(kind, "/ariac/arm/command", BEST_EFFORT)
+        me.wait(lambda: publisher is None, "end")
+
+
+def test_publisher_whose_quality_of_service_does_not_fit_is_reported(domain: Ground) -> None:
+    cell = domain.serve("lesson", "-d")
+    client = domain.client(publish_best_effort)
+    cell.wait_for("ariac/arm/command', offering incompatible QoS", 30.0)
+    client.kill()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_cell_ends_cleanly(domain: Ground, number: signal.Signals) -> None:
