@@ -36,7 +36,7 @@ class TrajectoryAction:
         self._results: dict[str, tuple[Future, Callable[[Any], None]]] = {}
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
-        self._servers = [
+        ros.actions += [
             ActionServer(
                 ros.node,
                 self._class,

@@ -45,6 +45,7 @@ class RosNode:
         node: rclpy's node.
         receiver: takes messages and requests, which must be fast; the executor calls all else.
         group: callback group of the executor in which callbacks do not wait for each other.
+        actions: servers of actions, which end before the node.
 
     Raises:
         MissingError: rclpy cannot start here.
@@ -59,6 +60,7 @@ class RosNode:
             raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
         self.receiver = Receiver(self.node)
         self.group = ReentrantCallbackGroup()
+        self.actions: list[Any] = []
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
@@ -87,6 +89,8 @@ class RosNode:
             self.executor.shutdown()
         if self._thread.is_alive():
             self._thread.join(SIGN_OFF_TIMEOUT)
+        for action in self.actions:  # they would keep the node, and it its shared memory
+            action.destroy()
         self.node.destroy_node()
         rclpy.try_shutdown()
 

@@ -98,13 +98,15 @@ class StepAction:
         self._ros = ros
         self._services = services
         self._steps = import_module("simulation_interfaces.action").SimulateSteps
-        self._action = ActionServer(
-            ros.node,
-            self._steps,
-            "simulate_steps",
-            self._simulate,
-            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
-            callback_group=ros.group,
+        ros.actions.append(
+            ActionServer(
+                ros.node,
+                self._steps,
+                "simulate_steps",
+                self._simulate,
+                cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+                callback_group=ros.group,
+            )
         )
 
     async def _simulate(self, goal: Any) -> Any:

@@ -1,0 +1,69 @@
+"""Ends of a served cell, twenty in all: by either signal, before it is ready, once it is seen, and amid messages."""
+
+import itertools
+import signal
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tests.processes import Process
+from tests.ros2.ground import Ground, bridge_pid
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros2.fixtures"]
+pytestmark = pytest.mark.ros2
+
+SHARED = Path("/dev/shm")
+"""Shared memory, in which Fast DDS has files of each process."""
+
+
+def observe() -> None:
+    """Print when the cell's node comes and goes, and when joint states begin to flow from it."""
+    from rclpy_node import Node
+
+    with Node("observer") as me:
+        states = me.listen("/ariac/joint_states", "sensor_msgs/JointState")
+        print("observing", flush=True)
+        while True:
+            me.wait(lambda: "cellwright" in me.node.get_node_names(), "node")
+            states.clear()
+            print("come", flush=True)
+            me.wait(lambda: states or "cellwright" not in me.node.get_node_names(), "message")
+            if states:
+                print("hears", flush=True)
+            me.wait(lambda: "cellwright" not in me.node.get_node_names(), "end of the node")
+            print("gone", flush=True)
+
+
+def shared_files(pid: int) -> set[str]:
+    """Return the files of shared memory that a process uses, but for ports, which others may use as well."""
+    lines = Path(f"/proc/{pid}/maps").read_text().splitlines()
+    names = {Path(line.split(maxsplit=5)[5]).name for line in lines if f" {SHARED}/" in line}
+    return {name for name in names if "_port" not in name}
+
+
+def _is_alone(cell: Process) -> bool:
+    return not cell.relatives()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ten_ends_are_clean_and_leave_nothing(domain: Ground, number: signal.Signals) -> None:
+    observer = domain.client(observe)
+    observer.wait_for("^observing$")
+    for moment in itertools.islice(itertools.cycle(("starting", "come", "hears")), 10):
+        seen = observer.out.split().count(moment)
+        before = {path.name for path in SHARED.iterdir()}
+        cell = domain.cellwright("serve", "lesson", "--ros2", "--port", "0", "-d")
+        bridge = bridge_pid(cell)
+        if moment != "starting":
+            observer.wait_for(f"^{moment}$", after=seen)
+        own = shared_files(bridge) - before
+        cell.signal(number)
+        assert cell.finish() == 0, cell.tell(moment)
+        assert not cell.err, cell.tell(moment)
+        wait_until(partial(_is_alone, cell), "end of all processes")
+        wait_until(lambda: observer.out.split().count("come") == observer.out.split().count("gone"), "end of the node")
+        assert not {name for name in own if (SHARED / name).exists()}, moment
+    observer.kill()
