@@ -34,23 +34,23 @@ def send_goals(name: str) -> dict[str, Any]:
         client = ActionClient(me.node, FollowJointTrajectory, name)
         assert client.wait_for_server(60.0)
         feedback: list[Any] = []
-        first = me.result(client.send_goal_async(goal(0.3, 1), feedback_callback=feedback.append))
-        done = me.result(first.get_result_async())
-        second = me.result(client.send_goal_async(goal(0.0, 30)))
-        cancelled = me.result(second.cancel_goal_async())  # at once: it may not be executed yet
-        ended = second.get_result_async()
-        third = me.result(client.send_goal_async(goal(0.0, 30)))
-        replaced = third.get_result_async()
-        fourth = me.result(client.send_goal_async(goal(0.1, 1)))
-        unknown = me.result(client.send_goal_async(goal(0.0, 1, ["nonsense"])))
+        first = me.act(client.send_goal_async, goal(0.3, 1), feedback_callback=feedback.append)
+        done = me.act(first.get_result_async)
+        second = me.act(client.send_goal_async, goal(0.0, 30))
+        cancelled = me.act(second.cancel_goal_async)  # at once: it may not be executed yet
+        ended = me.act(second.get_result_async)
+        third = me.act(client.send_goal_async, goal(0.0, 30))
+        fourth = me.act(client.send_goal_async, goal(0.1, 1))
+        replaced = me.act(third.get_result_async)
+        unknown = me.act(client.send_goal_async, goal(0.0, 1, ["nonsense"]))
         multi = goal(0.0, 1)
         multi.multi_dof_trajectory.joint_names = ["base"]
         result = {
             "done": [done.status, done.result.error_code],
             "feedback": list(feedback[-1].feedback.desired.positions),
-            "cancelled": [len(cancelled.goals_canceling), me.result(ended).status],
-            "replaced": [me.result(replaced).status, me.result(fourth.get_result_async()).status],
-            "accepted": [unknown.accepted, me.result(client.send_goal_async(multi)).accepted],
+            "cancelled": [len(cancelled.goals_canceling), ended.status],
+            "replaced": [replaced.status, me.act(fourth.get_result_async).status],
+            "accepted": [unknown.accepted, me.act(client.send_goal_async, multi).accepted],
         }
         client.destroy()
         return result

@@ -109,19 +109,19 @@ def simulate_steps() -> list[Any]:
     with Node() as me:
         steps = ActionClient(me.node, SimulateSteps, "/simulate_steps")
         assert steps.wait_for_server(60.0)
-        refused = me.result(me.result(steps.send_goal_async(SimulateSteps.Goal(steps=10))).get_result_async())
+        refused = me.act(me.act(steps.send_goal_async, SimulateSteps.Goal(steps=10)).get_result_async)
         me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=2))
         counts: list[list[int]] = []
 
         def note(message: Any) -> None:
             counts.append([message.feedback.completed_steps, message.feedback.remaining_steps])
 
-        goal = me.result(steps.send_goal_async(SimulateSteps.Goal(steps=120), note))
-        whole = me.result(goal.get_result_async())
+        goal = me.act(steps.send_goal_async, SimulateSteps.Goal(steps=120), note)
+        whole = me.act(goal.get_result_async)
         me.wait(lambda: [120, 0] in counts, "last feedback")
-        goal = me.result(steps.send_goal_async(SimulateSteps.Goal(steps=100_000)))
-        me.result(goal.cancel_goal_async())
-        cancelled = me.result(goal.get_result_async())
+        goal = me.act(steps.send_goal_async, SimulateSteps.Goal(steps=100_000))
+        me.act(goal.cancel_goal_async)
+        cancelled = me.act(goal.get_result_async)
         me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=1))
         return [[each.status, each.result.result.result] for each in (refused, whole, cancelled)] + counts
 

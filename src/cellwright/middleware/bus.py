@@ -195,6 +195,8 @@ class Qos:
 RELIABLE = Qos()
 LATCHED = Qos(is_transient_local=True, depth=1)
 BEST_EFFORT = Qos(is_reliable=False, depth=1)
+LARGE = Qos(depth=2)
+"""Quality of service of pictures and point clouds: of such large messages, best effort loses most in ROS 2."""
 
 
 class Subscription:

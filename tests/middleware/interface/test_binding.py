@@ -11,7 +11,7 @@ from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
-from cellwright.middleware.bus import BEST_EFFORT, LATCHED, RELIABLE, Bus, Qos
+from cellwright.middleware.bus import BEST_EFFORT, LARGE, LATCHED, RELIABLE, Bus, Qos
 from cellwright.middleware.interface.binding import Output, bind
 from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
@@ -85,9 +85,9 @@ def test_row_without_handler_is_refused(simulation: Simulation, row: Endpoint) -
     [
         ("std_msgs/Float64", False, RELIABLE),
         ("osrf_gear/Order", True, LATCHED),
-        ("sensor_msgs/Image", False, BEST_EFFORT),
+        ("sensor_msgs/Image", False, LARGE),
         ("sensor_msgs/CameraInfo", False, RELIABLE),
-        ("sensor_msgs/PointCloud2", False, BEST_EFFORT),
+        ("sensor_msgs/PointCloud2", False, LARGE),
     ],
 )
 def test_row_without_qos_has_default_of_its_type(type_name: str, latch: bool, expected: Qos) -> None:

@@ -82,6 +82,13 @@ class Node:
         assert done.wait(TIMEOUT), "no answer"
         return future.result()
 
+    def act(self, function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        """Call a function of an action's client in the thread that spins, and return the result of its future.
+
+        In another thread rclpy may get the answer before it has noted the request, and ignores it then.
+        """
+        return self.result(self.result(self.executor.create_task(lambda: function(*arguments, **more))))
+
     def wait(self, condition: Callable[[], Any], what: str) -> Any:
         """Wait until a condition holds; return its value."""
         end = time.monotonic() + TIMEOUT

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias, TypedDict, Unpack
 
 from cellwright._package import former_names
-from cellwright.middleware.bus import BEST_EFFORT, LATCHED, RELIABLE, Direction, Qos
+from cellwright.middleware.bus import LARGE, LATCHED, RELIABLE, Direction, Qos
 
 
 class EndpointKind(Enum):
@@ -32,7 +32,7 @@ class Timing(Enum):
 Rate: TypeAlias = Fraction | Timing  # messages per second of simulation time [Hz], or the occasion
 
 
-# Types with messages too large to send again.
+# Types with large messages.
 _LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
 
 
@@ -131,9 +131,9 @@ def publishes(
 ) -> Endpoint:
     """Return the row of a topic that the cell publishes; `rate` in Hz or a `Timing`.
 
-    Latched topics are transient local, pictures and point clouds best effort, and all others reliable.
+    Latched topics are transient local. All are reliable; of pictures and point clouds few are kept.
     """
-    more.setdefault("qos", LATCHED if latch else BEST_EFFORT if type_name in _LARGE_TYPES else RELIABLE)
+    more.setdefault("qos", LATCHED if latch else LARGE if type_name in _LARGE_TYPES else RELIABLE)
     pace = Fraction(rate) if isinstance(rate, int) else rate
     return Endpoint(name=name, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
 
