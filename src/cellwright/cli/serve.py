@@ -66,6 +66,8 @@ class WorldChange:
     _POLLS = 3
     """Polls of the session after a request, so that its answer arrives before the connections end."""
 
+    _REASON = "another world is loaded"
+
     def __init__(self, cell_of: Callable[[Trial], Cell]) -> None:
         self._cell_of = cell_of
         self._next: Cell | None = None
@@ -82,16 +84,16 @@ class WorldChange:
 
             def stop_soon() -> None:
                 if next(polls) == self._POLLS:
-                    session.stop.request(f"loading {trial.name}")
+                    session.stop.request(self._REASON)
 
             session.on_poll.append(stop_soon)
 
         session.load_world = load
 
-    def take(self) -> CellTarget | None:
-        """Return the next cell as a target, once; None if no other world was requested."""
+    def take(self, session: Session) -> CellTarget | None:
+        """Return the next cell as a target, once; None if the session ended for another reason, as by a signal."""
         cell, self._next = self._next, None
-        return None if cell is None else CellTarget(lambda: cell)
+        return None if cell is None or session.stop.reason != self._REASON else CellTarget(lambda: cell)
 
 
 def served_session(
@@ -238,7 +240,7 @@ def serve(
         "log": options.output_file("--log", log, ".jsonl"),
         "options": RunOptions(ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ),
     }
-    can_load = development and not any((page, ros1, lockstep, kept, video, log, file))
+    can_load = development and not any((page, ros1, lockstep, as_json, kept, video, log, file))
     worlds = WorldChange(partial(options.new_cell, console, seed=seed_value, servo=servo, competition=False))
     status = DONE
     while target is not None:
@@ -248,5 +250,5 @@ def serve(
         if can_load:
             worlds.follow(session)
         status = run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose)
-        target = worlds.take()
+        target = worlds.take(session)
     raise typer.Exit(status)

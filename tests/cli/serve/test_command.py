@@ -12,8 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from cellwright import Cell, Session, load_trial
+from cellwright.cli.serve import WorldChange
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello
+from cellwright.running.run import ServerOptions
 from tests.cli.conftest import CommandLine
 from tests.processes import Process
 from tests.running.test_serving import ended, hear, serving
@@ -159,3 +162,23 @@ def test_served_cell_changes_to_another_trial_on_request(tmp_path: Path) -> None
             assert client.ask_server("simulation/GetCurrentWorld")["world"]["name"] == "final01"
         status, out, _ = ended(process)
     assert (status, "order_0, kit order_0_kit_0: not announced" in out) == (0, True)
+
+
+@pytest.mark.parametrize("is_stopped", [False, True])
+def test_next_world_is_taken_unless_session_was_stopped(is_stopped: bool) -> None:
+    """A signal between the request and the change ends all."""
+    worlds = WorldChange(lambda trial: Cell(trial, competition=False))
+    with Session("lesson", serve=ServerOptions(port=0)) as session:
+        worlds.follow(session)
+        assert session.load_world is not None
+        session.load_world(load_trial("lesson"))
+        if is_stopped:
+            session.stop.request("stopped by a signal")
+        else:
+            while not session.stop.is_requested:
+                for poll in session.on_poll:
+                    poll()
+        assert (worlds.take(session) is None) == is_stopped
+        assert worlds.take(session) is None
+        assert session.address is not None
+        assert worlds.port == session.address[1]

@@ -21,7 +21,7 @@ from cellwright.middleware.bus import PendingResponse
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.viewer.services.control import Control, Reset
 from cellwright.viewer.services.entity_services import EntityServices
-from cellwright.viewer.services.simulation import SimulationServices
+from cellwright.viewer.services.simulation import MAX_PENDING_STEPS, SimulationServices
 from cellwright.viewer.services.simulation_requests import (
     BOX,
     FAILED,
@@ -350,6 +350,16 @@ def test_steps_are_answered_when_they_have_passed() -> None:
     assert pending.response["result"]["result"] == OK
     assert services.cell.simulation.clock.tick == 3
     assert not services.rate.take()
+
+
+def test_calls_that_wait_for_steps_are_limited() -> None:
+    services = Services()
+    services.rate.pause()
+    waiting = [services("StepSimulation", steps=1) for _ in range(MAX_PENDING_STEPS)]
+    assert services.code("StepSimulation", steps=1)[0] == INCORRECT_STATE
+    services.cell.step()
+    assert all(each.response["result"]["result"] == OK for each in waiting)
+    assert isinstance(services("StepSimulation", steps=1), PendingResponse)
 
 
 def test_reset_interrupts_steps() -> None:

@@ -62,11 +62,14 @@ OF_TIME = frozenset({20, 21, 22, 24, 25, 26, 31, 32, 33})
 OF_WORLDS = frozenset({42, 44, 45})
 """Features of trials as worlds: tags, present world, available worlds."""
 
+MAX_PENDING_STEPS = 16
+"""Largest number of calls of `StepSimulation` that wait for their last step."""
+
 OF_LOADING = frozenset({40, 41})
 """Features of a session that can load another trial: by name, and from its text."""
 
 NO_LOADING = (
-    "worlds are loaded by `cellwright serve -d` only, without --ros1, --lockstep, a page or files that it writes"
+    "worlds are loaded by `cellwright serve -d` only, without --ros1, --lockstep, --json, a page or output files"
 )
 """Reason why a session cannot load another trial."""
 
@@ -199,6 +202,8 @@ class SimulationServices:
             raise RequestError(INCORRECT_STATE, "in lockstep time passes on request of /cellwright/step")
         if not self._control.rate_control.is_paused:
             raise RequestError(INCORRECT_STATE, "the simulation is not paused; pause it first")
+        if len(self._pending) >= MAX_PENDING_STEPS:
+            raise RequestError(INCORRECT_STATE, f"{MAX_PENDING_STEPS} calls wait for their steps; wait for an answer")
         self._control.control({"action": "step", "ticks": request.steps})
         pending = PendingResponse()
         self._pending.append(pending)
