@@ -233,3 +233,19 @@ def test_reset_after_growth_uses_first_model_as_it_was() -> None:
     assert simulation.model is first is simulation.first_model
     assert first.body_contype[2] == 1
     assert simulation.state_hash() == begin
+
+
+def test_message_time_goes_on_over_reset_that_keeps_clock() -> None:
+    simulation = make_simulation()
+    simulation.add(Shaker())
+    simulation.reset()
+    found: list[tuple[int, int]] = []
+    simulation.on_restart.append(lambda: found.append((simulation.now, simulation.clock.message_time())))
+    simulation.step_until(10**8)
+    expected = simulation.state_hash()
+    for keeps_clock in (True, True, False):
+        simulation.reset(keeps_clock=keeps_clock)
+        simulation.step_until(10**8)
+        assert simulation.state_hash() == expected
+    assert found == [(0, 10**8), (0, 2 * 10**8), (0, 0)]
+    assert simulation.clock.message_time() == simulation.now

@@ -182,10 +182,10 @@ class Cell(CellDevices):
         """Model whose shapes are drawn, the simulation's, and the shapes on its bodies that are only seen."""
         return self.parts.world.model, self.parts.world.visuals
 
-    def reset(self) -> None:
-        """Begin a run at time 0, with everything in its initial place."""
+    def reset(self, *, keeps_clock: bool = False) -> None:
+        """Begin a run at time 0, with everything in its initial place; see `Simulation.reset` for `keeps_clock`."""
         self.intention.clear()
-        self.simulation.reset()
+        self.simulation.reset(keeps_clock=keeps_clock)
 
     def step(self) -> None:
         """Advance the simulation by one tick."""

@@ -64,6 +64,9 @@ class Cadence:
 class Clock:
     """Clock that counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns].
 
+    Devices schedule by `now`, the time of the run. Clients see message time, which a reset of the state alone leaves
+    going on: it is `offset` ahead of `now`.
+
     Args:
         timestep: length of a tick [s].
     """
@@ -78,10 +81,16 @@ class Clock:
         self._ratio = ticks.ratio
         self.tick = 0
         self.now = 0
+        self.offset = 0
+        """Message time [ns] at tick 0; above 0 after a reset that kept the clock. It is no part of the state."""
 
     def read(self) -> int:
         """Return `now` [ns], for callers that take a function."""
         return self.now
+
+    def message_time(self) -> int:
+        """Return the time that messages carry [ns]: stamps, /clock, and the time of clients."""
+        return self.now + self.offset
 
     def advance(self) -> int:
         """Advance by one tick; return the new time [ns]."""

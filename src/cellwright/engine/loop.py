@@ -74,7 +74,10 @@ class ClientService(Protocol):
 
     @property
     def advance_request(self) -> Any:
-        """In lockstep, the request that is served now: `until` [ns], `each_tick`, and its client; None for none."""
+        """In lockstep, the request that is served now, None for none.
+
+        It has `until` [ns] in message time, `each_tick`, and its client.
+        """
 
     @property
     def is_client_behind(self) -> bool:
@@ -209,7 +212,7 @@ class SimulationLoop:
             request = service.advance_request
             if request is None:
                 self._serve(_POLL / 2)
-            elif is_over and request.until > clock.now:
+            elif is_over and request.until > clock.message_time():
                 service.answer(request, RunEndedError(stop.reason))
             else:
                 self._grant(service, request)
@@ -218,7 +221,7 @@ class SimulationLoop:
     def _grant(self, service: ClientService, request: Any) -> None:
         """Advance time as a client requested; stop early if the client is gone."""
         clock, stop = self._simulation.clock, self.stop
-        while clock.now < request.until and clock.now < stop.deadline:
+        while clock.message_time() < request.until and clock.now < stop.deadline:
             while service.is_client_behind and not stop.is_requested:
                 self._serve(_POLL / 2)  # lockstep loses no message: a client that is behind has to read first
             if request.client.is_gone or not self._wait_for_rate() or request.client.is_gone:

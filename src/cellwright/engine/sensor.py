@@ -4,9 +4,9 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, ClassVar, Generic, TypedDict, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,10 @@ class Reading:
 
     time_ns: int
     sample: int
+
+    def restamped(self, time_ns: int) -> Self:
+        """Return the reading with another time, for a message."""
+        return replace(self, time_ns=time_ns)
 
 
 R = TypeVar("R", bound=Reading)

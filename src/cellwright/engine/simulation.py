@@ -213,6 +213,8 @@ class Simulation:
         """True if time follows the wall clock and waits for no client; the loop sets it."""
         self.on_reset: list[Callable[[], None]] = []
         """Callbacks before a reset, while the old state is still there."""
+        self.on_restart: list[Callable[[], None]] = []
+        """Callbacks in a reset, when the clock stands at the begin of the run and no device has been reset yet."""
         self.on_model: list[Callable[[], None]] = []
         """Callbacks after `model` and `data` were replaced, before their state is set."""
         self.on_wake: list[Callable[[int], None]] = []
@@ -279,8 +281,11 @@ class Simulation:
         """Simulation time [s]."""
         return self.clock.now / 1e9
 
-    def reset(self) -> None:
+    def reset(self, *, keeps_clock: bool = False) -> None:
         """Start a run: time 0, the model's first pose, every device reset in order.
+
+        Args:
+            keeps_clock: message time goes on from its present value; otherwise it restarts at 0. The run is the same.
 
         Raises:
             SimulationError: the engine cannot compute with the model.
@@ -288,14 +293,18 @@ class Simulation:
         for callback in self.on_reset:
             callback()
         self.runs += 1
+        offset = self.clock.message_time() if keeps_clock else 0
         if self.model is not self.first_model:
             self.use_model(self.first_model)
         mujoco.mj_resetData(self.model, self.data)
         self._restore_fields()
         self._first_pose(self.data)
         self.clock.set_tick(0)
+        self.clock.offset = offset
         self.events.clear()
         self._refreshed_at = -1
+        for callback in self.on_restart:
+            callback()
         for device in self.devices.values():
             device.reset()
         try:

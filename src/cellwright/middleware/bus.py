@@ -27,6 +27,7 @@ from cellwright.middleware.messages import (
     to_cdr,
     type_of,
 )
+from cellwright.middleware.messages.conversions import shifted
 from cellwright.middleware.messages.validation import describe_value, has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
@@ -461,22 +462,26 @@ class Bus:
                 publisher.newest = None
                 publisher.update_listeners()
 
-    def latched(self) -> dict[str, list[str | None]]:
-        """Return the newest messages of all latched topics as JSON values: CDR in base64, by topic and publisher."""
+    def latched(self, clock_offset: int = 0) -> dict[str, list[str | None]]:
+        """Return the newest messages of all latched topics as JSON values: CDR in base64, by topic and publisher.
+
+        Their stamps are in the time of the run: by `clock_offset` [ns] before message time.
+        """
         found = {}
         for name, topic in sorted(self._topics.items()):
             newest = [publisher.newest for publisher in topic.publishers if publisher.latch]
             if any(message is not None for message in newest):
-                found[name] = [None if each is None else b64encode(to_cdr(each)).decode() for each in newest]
+                found[name] = [None if each is None else _latched_text(each, -clock_offset) for each in newest]
         return found
 
-    def set_latched(self, state: Mapping[str, Sequence[str | None]]) -> None:
+    def set_latched(self, state: Mapping[str, Sequence[str | None]], clock_offset: int = 0) -> None:
         """Replace all latched messages by what `latched` returned; nothing is delivered to listeners."""
         for name, topic in self._topics.items():
             publishers = [publisher for publisher in topic.publishers if publisher.latch]
             for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
                 known = topic.message_class
-                publisher.newest = None if text is None or known is None else from_cdr(b64decode(text), known)
+                message = None if text is None or known is None else from_cdr(b64decode(text), known)
+                publisher.newest = message and shifted(message, clock_offset)
 
     def subscribe(
         self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, passive: bool = False
@@ -638,6 +643,11 @@ class Node(Protocol):
 
     def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
         """Return name, engine's body and visibility of each part of a cell; see `SceneCapture`."""
+
+
+def _latched_text(message: Message, shift: int) -> str:
+    """Return a message as CDR in base64, its stamps shifted [ns]."""
+    return b64encode(to_cdr(shifted(message, shift) if shift else message)).decode()
 
 
 def _validated(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001

@@ -37,8 +37,11 @@ class _ArmTarget:
     numbers: Numbers
     solver: ArmSolver
     reference: str
-    positions: Array
+    home: Array
     target: Pose | None = None
+
+    def __post_init__(self) -> None:
+        self.positions = self.home.copy()
 
 
 class EePoses(Device):
@@ -93,7 +96,7 @@ class EePoses(Device):
     def reset(self) -> None:
         """End all motions."""
         for arm in self._arms:
-            arm.target = None
+            arm.target, arm.positions = None, arm.home.copy()
 
     @property
     def references(self) -> tuple[str, ...]:

@@ -101,11 +101,13 @@ class RobotNode:
                 on_failure.pop_all()  # from here on its thread closes it
                 self.driver = live = LiveDriver(config, driver)
                 on_failure.callback(live.close)
-            now = self.simulation.clock.read
+            clock = self.simulation.clock
+            now = clock.read
             self.bus = Bus(now, report)
-            self.message_time = message_time = stamp if stamp is not None and not sim_time else now
+            is_simulated = stamp is None or sim_time
+            self.message_time = message_time = clock.message_time if stamp is None or sim_time else stamp
             """Function that returns the time that messages carry [ns]."""
-            gate = CommandGate(safety, now, message_time)
+            gate = CommandGate(safety, now, message_time, lambda: clock.offset if is_simulated else 0)
             self.bus.on_input.append(gate.note_arrival)
             self.commander = Commander(
                 self.driver, config.robot, safety, gate, Notices(now, report), config.max_accelerations

@@ -68,7 +68,7 @@ class CameraTopics:
         camera = self._cameras[output.row.subject or ""]
 
         def build(picture: Picture) -> Message | None:
-            age = camera.simulation.now - picture.time_ns
+            age = camera.simulation.clock.message_time() - picture.time_ns
             return make(replace(picture, time_ns=self._message_time() - age), camera)
 
         output.stream(partial(camera.look, colour=colour, depth=depth), build)

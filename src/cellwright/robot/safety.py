@@ -190,10 +190,23 @@ class _Stream(NamedTuple):
 
 
 class CommandGate:
-    """Gate of commands: admits or refuses them, by the node's own time `now` [ns] and that of messages [ns]."""
+    """Gate of commands: admits or refuses them, by the node's own time and that of messages.
 
-    def __init__(self, safety: SafetySettings, now: Callable[[], int], message_time: Callable[[], int]) -> None:
-        self._now, self._message_time = now, message_time
+    Args:
+        safety: safety settings.
+        now: returns the time of the run [ns].
+        message_time: returns the time that messages carry [ns].
+        offset: returns by how much message time is ahead of the run's [ns], as after a reset that kept the clock.
+    """
+
+    def __init__(
+        self,
+        safety: SafetySettings,
+        now: Callable[[], int],
+        message_time: Callable[[], int],
+        offset: Callable[[], int] = lambda: 0,
+    ) -> None:
+        self._now, self._message_time, self._offset = now, message_time, offset
         self.arrived = message_time()
         """Arrival of the newest input, in the time of message stamps [ns]."""
         self._streams: dict[str, _Stream] = {}
@@ -250,12 +263,16 @@ class CommandGate:
         return tuple(sorted({each.node for each in self._streams.values() if each.node and each.heard >= since}))
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state, as JSON values."""
-        return {topic: list(each) for topic, each in self._streams.items()}
+        """Return the state, as JSON values, with stamps in the time of the run."""
+        offset = self._offset()
+        return {topic: [node, heard, stamp and stamp - offset] for topic, (node, heard, stamp) in self._streams.items()}
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore what `get_state` returned."""
-        self._streams = {topic: _Stream(*each) for topic, each in state.items()}
+        offset = self._offset()
+        self._streams = {
+            topic: _Stream(node, heard, stamp and stamp + offset) for topic, (node, heard, stamp) in state.items()
+        }
 
 
 NO_SOURCE = -1

@@ -179,7 +179,7 @@ def test_query_state_before_stored_motion_is_refused() -> None:
     assert arm.query_state(2 * SECOND).positions == list(TARGET)
     assert arm.query_state(99 * SECOND).positions == list(OTHER)
     arm.command(JointTrajectory((), ()), 2 * SECOND)
-    with pytest.raises(UsageError, match=r"must not be before .* \(got 1\.000 s\)"):
+    with pytest.raises(UsageError, match=r"must not be before .* \(got 1\.000 s before it\)"):
         arm.query_state(SECOND)
 
 

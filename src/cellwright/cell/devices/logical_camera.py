@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Unpack
+from typing import Any, ClassVar, NamedTuple, Self, Unpack
 
 import mujoco
 import numpy as np
@@ -347,6 +347,10 @@ class CameraReading(Reading):
     def detections(self) -> tuple[Detection, ...]:
         """Models in view, in the order of the scene."""
         return self.detect()
+
+    def restamped(self, time_ns: int) -> Self:
+        """Return the picture with another time; both compute their detections once."""
+        return replace(self, time_ns=time_ns, detect=lambda: self.detections)
 
     @property
     def frames(self) -> tuple[TfFrame, ...]:

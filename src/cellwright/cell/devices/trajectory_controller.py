@@ -298,7 +298,8 @@ class JointTrajectoryController:
         start = self.trajectory.start
         if time < start:
             raise UsageError(
-                f"time must not be before the stored motion, {seconds(start):.3f} s (got {seconds(time):.3f} s)"
+                f"time must not be before the stored motion (got {seconds(start - time):.3f} s before it); "
+                "ask for a later time"
             )
         return self.trajectory.state(time)
 

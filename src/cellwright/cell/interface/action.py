@@ -11,7 +11,7 @@ from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryErro
 from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of
 from cellwright.cell.interface.rows import FOLLOW
-from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.clock import NANOSECONDS, seconds
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint
@@ -52,24 +52,26 @@ class TrajectoryAction(Device):
         self._statuses = {}
 
     def get_state(self) -> dict[str, Any]:
-        """Return the remembered goals."""
+        """Return the remembered goals, with stamps in the time of the run."""
+        offset = self.simulation.clock.offset
         return {
             "goals": [
-                [name, nanoseconds(status.goal_id.stamp), status.status, status.text, ended]
+                [name, nanoseconds(status.goal_id.stamp) - offset, status.status, status.text, ended]
                 for name, (status, ended) in self._recent().items()
             ]
         }
 
     def set_state(self, state: State) -> None:
         """Restore the state that `get_state` returned."""
+        offset = self.simulation.clock.offset
         self._statuses = {
-            name: (GoalStatus(GoalID(stamp(stamp_ns), name), code, text), ended)
+            name: (GoalStatus(GoalID(stamp(stamp_ns + offset), name), code, text), ended)
             for name, stamp_ns, code, text, ended in state["goals"]
         }
 
     def take_goal(self, _row: Endpoint, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, or reject it with a result."""
-        now = self.simulation.now
+        now = self._message_time()
         if len(message.goal_id.id) > MAX_ID_LENGTH:
             raise RejectedTrajectoryError(
                 GoalResult.INVALID_GOAL,
@@ -83,7 +85,8 @@ class TrajectoryAction(Device):
             raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is already active; send another id")
         try:
             goal = message.goal
-            trajectory, goal_time = trajectory_of(goal.trajectory), nanoseconds(goal.goal_time_tolerance)
+            trajectory = trajectory_of(goal.trajectory, self.simulation.clock.offset)
+            goal_time = nanoseconds(goal.goal_time_tolerance)
             self._arm.accept(GoalRequest(name, trajectory, goal.path_tolerance, goal.goal_tolerance, goal_time))
         except RejectedTrajectoryError as error:
             reason = str(error)[:_MAX_TEXT_LENGTH]  # it may contain names from outside
@@ -106,7 +109,7 @@ class TrajectoryAction(Device):
     def goal_status(self, output: Output) -> None:
         """Status of the goals."""
         self._status = output.sample(
-            lambda: GoalStatusArray(header("", self.simulation.now), [each for each, _ in self._recent().values()])
+            lambda: GoalStatusArray(header("", self._message_time()), [each for each, _ in self._recent().values()])
         )
 
     def goal_feedback(self, output: Output) -> None:
@@ -125,7 +128,7 @@ class TrajectoryAction(Device):
         self._publish_result(goal.goal_id, 0 if goal.result is None else int(goal.result), goal.reason)
 
     def _publish_result(self, name: str, code: int, reason: str) -> None:
-        now = self.simulation.now
+        now = self._message_time()
         status = self._statuses[name][0]
         self._result.publish(
             control_msgs.FollowJointTrajectoryActionResult(
@@ -137,7 +140,7 @@ class TrajectoryAction(Device):
         goal = self._current()
         if goal is None:
             return None
-        now = self.simulation.now
+        now = self._message_time()
         points = (trajectory_point(*each) for each in self._arm.following())
         content = control_msgs.FollowJointTrajectoryFeedback(
             header("", now), list(self._arm.controller.joint_names), *points
@@ -170,9 +173,12 @@ class TrajectoryAction(Device):
             del recent[name]
         return recent
 
+    def _message_time(self) -> int:
+        return self.simulation.clock.message_time()
+
     def _generated_id(self, node: str) -> str:
         """Generate an identifier in actionlib's form: node, number, time."""
-        number = 1
-        while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
+        number, time = 1, seconds(self._message_time())
+        while (name := f"{node}-{number}-{time:.9f}") in self._statuses:
             number += 1
         return name

@@ -77,7 +77,7 @@ class CellCommands:
 
     def command_arm(self, _row: Endpoint, message: JointTrajectoryMessage, _node: str) -> None:
         """Make the arm follow a trajectory."""
-        present(self._cell.arm).command(trajectory_of(message))
+        present(self._cell.arm).command(trajectory_of(message, self._cell.simulation.clock.offset))
 
     def query_arm_state(
         self, _row: Endpoint, request: QueryTrajectoryStateRequest, _node: str
@@ -85,7 +85,7 @@ class CellCommands:
         """Desired state of the joints at a time."""
         controller = present(self._cell.arm).controller
         try:
-            state = controller.query_state(nanoseconds(request.time))
+            state = controller.query_state(nanoseconds(request.time) - self._cell.simulation.clock.offset)
         except UsageError as error:
             raise ServiceFailedError(f"query_state: {error}") from error
         return QueryTrajectoryStateResponse(list(controller.joint_names), *map(floats, state))
@@ -147,8 +147,12 @@ class CellCommands:
         return TriggerResponse(success=True, message="")
 
 
-def trajectory_of(message: JointTrajectoryMessage) -> JointTrajectory:
+def trajectory_of(message: JointTrajectoryMessage, clock_offset: int = 0) -> JointTrajectory:
     """Return the trajectory of a message; a stamp of zero means now.
+
+    Args:
+        message: the message; its stamp is in message time.
+        clock_offset: message time at the begin of the run [ns].
 
     Raises:
         RejectedTrajectoryError: it has too many points.
@@ -166,5 +170,5 @@ def trajectory_of(message: JointTrajectoryMessage) -> JointTrajectory:
             )
             for point in message.points
         ),
-        start or None,
+        start - clock_offset if start else None,
     )

@@ -156,19 +156,19 @@ class CellPublications(Device):
 
     def get_state(self) -> State:
         """Return the latest message of each latched topic."""
-        return {"latched": self._cell.bus.latched()}
+        return {"latched": self._cell.bus.latched(self._cell.simulation.clock.offset)}
 
     def set_state(self, state: State) -> None:
         """Restore the latched messages from a checkpoint."""
         self.reset()
-        self._cell.bus.set_latched(state["latched"])
+        self._cell.bus.set_latched(state["latched"], self._cell.simulation.clock.offset)
 
     clock = staticmethod(publish_clock)
 
     def arm_frames(self, output: Output) -> None:
         """Frames of the arm's moving links."""
-        frames, simulation = arm_chain(self._cell.simulation), self._cell.simulation
-        output.sample(lambda: frames_message(frames(), simulation.now))
+        frames, clock = arm_chain(self._cell.simulation), self._cell.simulation.clock
+        output.sample(lambda: frames_message(frames(), clock.message_time()))
 
     def static_frames(self, output: Output) -> None:
         """Frames that never move, once in a run."""
@@ -222,21 +222,23 @@ class CellPublications(Device):
     def joint_states(self, output: Output) -> None:
         """Positions, velocities and efforts of the joints."""
         arm = present(self._cell.arm)
+        clock = arm.simulation.clock
         order = [ARM_JOINTS.index(name) for name in STATED_JOINTS[:-1]]
 
         def build() -> Message:
             columns = [[*(column[index] for index in order), 0.0] for column in arm.read()]
-            return joint_state(STATED_JOINTS, *columns, time=arm.simulation.now)
+            return joint_state(STATED_JOINTS, *columns, time=clock.message_time())
 
         output.sample(build)
 
     def arm_state(self, output: Output) -> None:
         """Desired and actual state of the joints."""
         arm = present(self._cell.arm)
+        clock = arm.simulation.clock
 
         def build() -> Message:
             points = (trajectory_point(*each) for each in arm.following())
-            return JointTrajectoryControllerState(header("", arm.simulation.now), list(ARM_JOINTS), *points)
+            return JointTrajectoryControllerState(header("", clock.message_time()), list(ARM_JOINTS), *points)
 
         output.sample(build)
 

@@ -82,7 +82,7 @@ class InProcess:
 
     def now(self) -> int:
         """Simulation time [ns]."""
-        return self.cell.simulation.now
+        return self.cell.simulation.clock.message_time()
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
         """Step to `until` [ns], or until `finished()`; deliver messages after each step.
@@ -92,7 +92,7 @@ class InProcess:
         """
         self._refuse_if_closed()
         clock, step, mail, stop = self.cell.simulation.clock, self.step, self._mail, self.stop
-        while until is None or clock.now < until:
+        while until is None or clock.now + clock.offset < until:
             if clock.now >= stop.deadline:
                 raise RunEndedError(stop.reason)
             if self._is_closed:

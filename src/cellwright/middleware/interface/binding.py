@@ -72,7 +72,7 @@ class Output:
 
         Args:
             listen: subscribes a function that takes readings to the sensor; returns a function that ends this.
-            build: returns the message of a reading, or None for no message.
+            build: returns the message of a reading, whose `time_ns` is in message time; None for no message.
             is_deferred: on a latched topic without listeners, build when the message is needed. The reading alone
                 must determine the message then.
         """
@@ -135,6 +135,7 @@ class _Streamed(_OnDemand):
         is_deferred: bool,
     ) -> None:
         self._listen, self._build = listen, build
+        self._clock = output.simulation.clock
         self._take = self._offer if is_deferred and output.row.latch else self._publish
         super().__init__(output)
 
@@ -142,12 +143,17 @@ class _Streamed(_OnDemand):
         return self._listen(self._take)
 
     def _publish(self, reading: Reading) -> None:
-        message = self._build(reading)
+        message = self._build(self._stamped(reading))
         if message is not None:
             self._publisher.publish(message, measured=reading.time_ns)
 
     def _offer(self, reading: Reading) -> None:
-        self._publisher.offer(partial(self._build, reading))
+        self._publisher.offer(partial(self._build, self._stamped(reading)))
+
+    def _stamped(self, reading: Reading) -> Reading:
+        """Return a reading with the message time of its measurement."""
+        offset = self._clock.offset
+        return reading.restamped(reading.time_ns + offset) if offset else reading
 
 
 def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: Iterable[object]) -> None:
@@ -177,6 +183,6 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: 
 
 
 def publish_clock(output: Output) -> None:
-    """Handler of /clock: publish simulation time before all messages that are stamped with it."""
-    simulation = output.simulation
-    replace(output, rank=_CLOCK_RANK).sample(lambda: Clock(stamp(simulation.now)))
+    """Handler of /clock: publish message time before all messages that are stamped with it."""
+    message_time = output.simulation.clock.message_time
+    replace(output, rank=_CLOCK_RANK).sample(lambda: Clock(stamp(message_time())))

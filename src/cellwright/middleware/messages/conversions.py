@@ -4,10 +4,11 @@ Inside, time is whole nanoseconds and a quaternion is (w, x, y, z); in messages 
 (x, y, z, w).
 """
 
+import dataclasses
 import math
 import struct
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +36,8 @@ from cellwright.util.pose import Pose as SpatialPose
 NANOSECONDS = 1_000_000_000
 UNIT_TOLERANCE = 1e-9  # a quaternion whose length differs from 1 by more is scaled
 N = TypeVar("N", bound=np.generic)
+M = TypeVar("M")
+_HALF_SECONDS = 1 << 31  # half the range of a stamp's seconds
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]  # value of a `float64[]` field
 
@@ -56,6 +59,30 @@ def duration(time: int = 0) -> Duration:
 def nanoseconds(time: Time | Duration) -> int:
     """Return the whole nanoseconds of a time or duration message."""
     return time.sec * NANOSECONDS + time.nanosec
+
+
+def shifted(message: M, by: int) -> M:
+    """Return a message with all its stamps shifted by a time [ns]; a stamp of zero means none, and stays.
+
+    Seconds beyond 32 bits wrap, so that any stamp can be shifted there and back.
+    """
+    if not by:
+        return message
+    old: Any = message
+    changed = {each.name: _shifted_value(getattr(old, each.name), by) for each in dataclasses.fields(old) if each.init}
+    new: M = dataclasses.replace(old, **changed)
+    return new
+
+
+def _shifted_value(value: Any, by: int) -> Any:
+    if isinstance(value, Time):
+        if not (time := nanoseconds(value)):
+            return value
+        sec, nanosec = divmod(time + by, NANOSECONDS)
+        return Time((sec + _HALF_SECONDS) % (2 * _HALF_SECONDS) - _HALF_SECONDS, nanosec)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return shifted(value, by)
+    return [_shifted_value(each, by) for each in value] if isinstance(value, list) else value
 
 
 def header(frame: str = "", time: int = 0) -> Header:

@@ -71,7 +71,7 @@ def welcome_frame(cell: Node, *, lockstep: bool) -> Frame:
         "timestep": [timestep.numerator, timestep.denominator],
         "lockstep": lockstep,
         "competition": cell.in_competition,
-        "time": cell.simulation.now,
+        "time": cell.simulation.clock.message_time(),
         **describe_interface(cell.bus),
     }
     return Frame(FrameKind.WELCOME, payload=json.dumps(document).encode())
@@ -141,7 +141,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class AdvanceRequest:
-    """Request of a client to advance time to `until` [ns], or by one tick; answered with `number`."""
+    """Request of a client to advance message time to `until` [ns], or by one tick; answered with `number`."""
 
     client: ClientConnection
     number: int
@@ -190,7 +190,7 @@ class Requests:
     def answer(self, request: AdvanceRequest) -> None:
         """Answer an ADVANCE request with the current time."""
         request.client.has_news = False
-        request.client.send(time_frame(request.number, self._cell.simulation.now))
+        request.client.send(time_frame(request.number, self._cell.simulation.clock.message_time()))
 
     def _act(self, client: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):

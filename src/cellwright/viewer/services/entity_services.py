@@ -213,7 +213,7 @@ class EntityServices:
 
     def _state(self, name: str) -> Answer:
         state: EntityState = self.entities.state(name)
-        seconds, rest = divmod(self._cell.simulation.now, 1_000_000_000)
+        seconds, rest = divmod(self._cell.simulation.clock.message_time(), 1_000_000_000)
         return {
             "header": {"stamp": {"sec": seconds, "nanosec": rest}, "frame_id": "world"},
             "pose": _pose(state.pose),
