@@ -90,3 +90,4 @@ def test_recording_of_aborted_run_is_closed(tmp_path: Path) -> None:
         assert recording.end == {"outcome": "broken off"}
     assert not cell.bus.on_input
     assert not cell.simulation.on_reset
+    assert not cell.simulation.on_restart

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -91,6 +92,22 @@ def test_reset_is_counted() -> None:
     assert controller.control({"action": "reset"})["resets"] == 1
     assert done == [True]
     assert controller.rate_control.changes > before
+
+
+def test_reset_of_state_has_its_own_refusal() -> None:
+    done: list[str] = []
+    refusal = ["not now"]
+    whole = Reset(lambda: done.append("whole"))
+    alone = control(reset=whole)
+    assert "reset" not in alone.state()["refused"]
+    with pytest.raises(RejectedCommandError, match="use reset"):
+        alone.control({"action": "reset_state"})
+    both = control(reset=replace(whole, act_on_state=lambda: done.append("state"), state_refusal=lambda: refusal[0]))
+    with pytest.raises(RejectedCommandError, match="not now"):
+        both.control({"action": "reset_state"})
+    refusal[0] = ""
+    assert both.control({"action": "reset_state"})["resets"] == 1
+    assert done == ["state"]
 
 
 @pytest.mark.parametrize("action", ["pause", "resume", "step", "speed"])

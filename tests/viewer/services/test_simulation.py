@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ from cellwright.viewer.services.control import Control, Reset
 from cellwright.viewer.services.entity_services import EntityServices
 from cellwright.viewer.services.simulation import MAX_PENDING_STEPS, SimulationServices
 from cellwright.viewer.services.simulation_requests import (
+    ALL,
     BOX,
     FAILED,
     HULL,
@@ -39,6 +42,8 @@ from cellwright.viewer.services.simulation_requests import (
     SPAWN_POSE_INVALID,
     SPAWNED,
     SPHERE,
+    STATE,
+    TIME,
     UNSUPPORTED,
     UNSUPPORTED_FORMAT,
     BoundsFields,
@@ -47,6 +52,9 @@ from cellwright.viewer.services.simulation_requests import (
     expression,
     region,
 )
+
+STEP = 2_000_000
+"""Length of a step [ns]."""
 
 GEAR = "bin8|gear_part_1"
 IN_BIN7 = {"position": {"x": -0.3, "y": 0.23, "z": 0.9}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
@@ -73,7 +81,8 @@ class Services:
         self.stop = Stop()
         self.handlers: dict[str, Callable[[dict[str, Any]], Any]] = {}
         self.acting: set[str] = set()
-        control = Control(self.rate, reset=Reset(self.cell.reset), lockstep=lockstep)
+        reset = Reset(self.cell.reset, act_on_state=partial(self.cell.reset, keeps_clock=True))
+        control = Control(self.rate, reset=reset, lockstep=lockstep)
         entities = EntityServices(self.cell)
         self.entities = entities.entities
         SimulationServices(
@@ -378,12 +387,60 @@ def test_lockstep_has_its_own_steps() -> None:
     assert services.code("StepSimulation", steps=1)[0] == INCORRECT_STATE
 
 
-@pytest.mark.parametrize(("scope", "code"), [(0, OK), (255, OK), (3, OK), (1, UNSUPPORTED), (2, UNSUPPORTED)])
-def test_reset_needs_time_and_state(scope: int, code: int) -> None:
+@pytest.mark.parametrize(
+    ("scope", "code", "time"),
+    [
+        (0, OK, 0),
+        (255, OK, 0),
+        (3, OK, 0),
+        (2, OK, STEP),
+        (6, OK, STEP),
+        (1, UNSUPPORTED, STEP),
+        (5, UNSUPPORTED, STEP),
+    ],
+)
+def test_clock_goes_on_when_state_is_reset_without_time(scope: int, code: int, time: int) -> None:
     services = Services()
     services.cell.step()
     assert services.code("ResetSimulation", scope=scope)[0] == code
-    assert services.cell.simulation.clock.tick == (0 if code == OK else 1)
+    clock = services.cell.simulation.clock
+    assert clock.tick == (0 if code == OK else 1)
+    assert clock.message_time() == time
+
+
+def test_state_of_entity_is_stamped_with_time_that_goes_on() -> None:
+    services = Services()
+    services.cell.step()
+    assert services.code("ResetSimulation", scope=STATE)[0] == OK
+    services.cell.step()
+    stamp = services("GetEntityState", entity=GEAR)["state"]["header"]["stamp"]
+    assert stamp == {"sec": 0, "nanosec": 2 * STEP}
+
+
+def test_reset_of_state_deletes_what_was_spawned() -> None:
+    services = Services(trial=SAMPLE)
+    before = services.cell.state_hash()
+    name = services("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})["entity_name"]
+    services.cell.step()
+    assert services.code("ResetSimulation", scope=STATE)[0] == OK
+    assert name not in services("GetEntities")["entities"]
+    assert services.cell.state_hash() == before
+
+
+def test_features_lack_resets_that_are_refused() -> None:
+    services = Services()
+    reset, simulation = Reset(services.cell.reset), services.cell.simulation
+
+    def features(control: Control, *, has_clock: bool = True) -> set[int]:
+        SimulationServices(simulation, control, world="robot", stop=services.stop, has_clock=has_clock).offer(services)
+        return set(services("GetSimulatorFeatures")["features"]["features"])
+
+    assert features(Control(services.rate, reset=reset)) & {20, 21, 22} == {20, 21}
+    assert services.code("ResetSimulation", scope=STATE)[0] == FAILED
+    both = replace(reset, act_on_state=partial(services.cell.reset, keeps_clock=True))
+    assert features(Control(services.rate, reset=both), has_clock=False) & {20, 21, 22} == {20, 22}
+    assert services.code("ResetSimulation", scope=TIME | STATE)[0] == UNSUPPORTED
+    assert services.code("ResetSimulation", scope=ALL)[0] == OK
 
 
 def test_worlds_are_trials(shared: Services) -> None:

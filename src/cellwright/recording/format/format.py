@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from cellwright.middleware.messages import short_name
@@ -86,6 +86,10 @@ class RecordedTopic:
 
 
 _MAX_NAME_LENGTH = 200  # characters
+_MAX_CLOCK_OFFSET = (1 << 31) * 1_000_000_000  # [ns]: the seconds of a stamp have 32 bits
+
+CLOCK_OFFSET = "clock_offset"
+"""Fact of the header after a reset that kept the clock: message time at the begin of the run [ns]."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,16 @@ class RecordingHeader:
     kind: str
     name: str
     facts: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def clock_offset(self) -> int:
+        """Message time at the begin of the run [ns]; 0 if the header, which is untrusted, has no valid one."""
+        value = self.facts.get(CLOCK_OFFSET, 0)
+        return value if type(value) is int and 0 <= value < _MAX_CLOCK_OFFSET else 0
+
+    def with_clock_offset(self, offset: int) -> RecordingHeader:
+        """Return the header of a run that begins at a message time [ns]."""
+        return replace(self, facts={**self.facts, CLOCK_OFFSET: offset}) if offset else self
 
     def metadata(self, format_version: str = FORMAT_VERSION) -> dict[str, str]:
         """Return the values of the metadata record; the format `EXPORT` marks files for other tools."""

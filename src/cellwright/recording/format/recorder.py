@@ -85,8 +85,10 @@ class Recorder:
         self._watch("state hashes", _HASHES, self._keep_hash)
         if panel is not None:
             self._watch("panels", _PANELS, self._keep_panel)
-        self._simulation.on_reset.append(self._restart)
-        self._leave.append(partial(self._simulation.on_reset.remove, self._restart))
+        self._simulation.on_reset.append(self._finish_run)
+        self._simulation.on_restart.append(self._restart)
+        self._leave.append(partial(self._simulation.on_reset.remove, self._finish_run))
+        self._leave.append(partial(self._simulation.on_restart.remove, self._restart))
         self._keep_frame(0)
         self._keep_panel(0)
         self._file.flush()
@@ -109,7 +111,8 @@ class Recorder:
         path = self._path if self._runs == 1 else self._path.with_stem(f"{self._path.stem}_{self._runs}")
         self._file = file = McapFile(path, report=self._report)
         self.paths.append(path)
-        file.describe(names.METADATA, self._header.metadata())
+        header = self._header.with_clock_offset(self._simulation.clock.offset)
+        file.describe(names.METADATA, header.metadata())
         for name, data in {names.SCENE: encode_scene(self._taker.scene), **self._attachments}.items():
             file.attach(name, "application/octet-stream", data)
         topics = [*_topics(self._served), *(RecordedTopic(name, kind) for name, kind in names.OWN_TOPICS.items())]
@@ -119,9 +122,12 @@ class Recorder:
         self._before: SceneFrame | None = None
         self._last_panel = ""
 
-    def _restart(self) -> None:
-        """Begin another file, as time is about to restart at 0."""
+    def _finish_run(self) -> None:
+        """Close the file, as time is about to restart at 0."""
         self._finish({"outcome": "reset"})
+
+    def _restart(self) -> None:
+        """Begin another file, at time 0."""
         self._attachments.pop(names.START, None)
         try:
             self._begin()

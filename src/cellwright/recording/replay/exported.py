@@ -279,10 +279,11 @@ def _write(
     file.add(file.channel(MARKERS), span.begin, to_cdr(markers.message))
     transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), FrameCursor(recording)
     cursor.seek(span.begin - 1)
+    offset = recording.header.clock_offset  # transforms are stamped as the messages are
 
     def write_frame(time: int) -> None:
         frame = cursor.frame()
-        changed = None if frame is None else transforms.take(replace(frame, time=time))
+        changed = None if frame is None else transforms.take(replace(frame, time=time + offset))
         if changed is not None:
             file.add(channel, time, to_cdr(changed))
 

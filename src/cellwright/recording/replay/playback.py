@@ -96,6 +96,7 @@ class Recorded(Device):
         self._next = _NOTHING
         simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
         self.bus = ReadOnlyBus(lambda: simulation.now, report)
+        simulation.clock.offset = source.header.clock_offset
         simulation.add(self)
         for name, topic in source.topics.items():
             if topic.is_own:

@@ -131,6 +131,7 @@ def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
     for when in facts.times("checkpoints"):
         cell.checkpoints.declare(when, None)
     cell.reset()
+    cell.simulation.clock.offset = recording.header.clock_offset
     if recording.start is not None:
         start = folder / "start.npz"
         start.write_bytes(recording.start)
@@ -155,6 +156,7 @@ def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:
         sim_time=facts.of("sim_time", bool),
         stamp=stamps,
     )
+    node.simulation.clock.offset = recording.header.clock_offset
     collected = _Collected()
     RobotServices(node).offer(collected)
     return Rebuilt(node, stamps, collected.found, node.close)

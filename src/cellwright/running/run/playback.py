@@ -82,7 +82,7 @@ class PlaybackTarget(Target):
         """Play up to the last time that a client requests."""
         session.stop.limit(self.playing.last, "time is over")
 
-    def reset(self) -> None:
+    def reset(self, *, keeps_clock: bool = False) -> None:  # noqa: ARG002 - its services offer no such reset
         """Go to its start."""
         self.playing.restart()
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.meshes import with_absolute_meshes
 from cellwright.config.robot.urdf_file import read_text
-from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.robot.interface import CONTROLLER_NAMES, NODE, ros_parameters
@@ -32,7 +31,8 @@ if TYPE_CHECKING:
     from cellwright.rendering.video_options import VideoOptions
     from cellwright.viewer.filming import VideoRecorder
 
-_RESET = "/io_teleop_reset_robot"
+REAL_ROBOT = "a real robot is not reset; move it home with /io_teleop_reset_robot"
+"""Reason why a real robot is not reset."""
 
 
 class RobotTarget(Target):
@@ -85,9 +85,13 @@ class RobotTarget(Target):
         """Note about a node that takes no commands yet."""
         return "" if self.node.commander.is_enabled else ", commands disabled until enabled with /io_teleop/set_enabled"
 
-    def reset(self) -> None:
-        """Move the robot to its home posture."""
-        self.node.bus.call(_RESET, TriggerRequest(), node="/page")
+    def reset(self, *, keeps_clock: bool = False) -> None:
+        """Start again in the initial posture; with `keeps_clock`, message time goes on."""
+        self.node.simulation.reset(keeps_clock=keeps_clock)
+
+    def restart_refusal(self) -> str:
+        """Return why the node may not start again: a real robot has to move."""
+        return REAL_ROBOT if self.node.made_with["driver"] else ""
 
     def end(self, _session: SessionState, _result: SessionResult) -> None:
         """Release a real robot at once: the run is over."""

@@ -32,7 +32,7 @@ from cellwright.running.run.observers import has_desktop, keep_log, record_run, 
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
 from cellwright.running.run.result import Outcome, SessionResult
 from cellwright.running.run.targets import CellTarget, SessionState, Target, load_robot, load_trial
-from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.errors import CellwrightError, RejectedCommandError, UsageError
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
@@ -405,20 +405,38 @@ class Session(SessionState):
         """Return the result of the run so far."""
         return self.target.result(self, self.target.outcome_by_now(), "")
 
-    def reset(self) -> None:
-        """Restart the run while clients stay connected; an agent in this process is run again."""
-        if self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent):
+    def reset(self, *, keeps_clock: bool = False) -> None:
+        """Restart the run while clients stay connected; an agent in this process is run again.
+
+        Args:
+            keeps_clock: message time goes on, so that clients see no jump; otherwise it restarts at 0.
+
+        Raises:
+            RejectedCommandError: the clock cannot go on, see `state_refusal`.
+        """
+        if keeps_clock and (reason := self.state_refusal()):
+            raise RejectedCommandError(reason)
+        if self._restarts_as_whole:
             self.restart_requested = True
             self.stop.request("the run restarts")
             return
         simulation = self.node.simulation
         before, runs = simulation.now, simulation.runs
-        self.target.reset()
+        self.target.reset(keeps_clock=keeps_clock)
         if simulation.runs != runs:
             self._first_tick = 0
             self.stop.reset()
             for listener in self.on_reset:
                 listener(before)
+
+    def state_refusal(self) -> str:
+        """Return why the run may not start again while the clock goes on; empty if it may."""
+        return "the clock goes on in a run without an agent of this process only; use reset" * self._restarts_as_whole
+
+    @property
+    def _restarts_as_whole(self) -> bool:
+        """True if a restart is a run of its own: none is under way, or it runs an agent."""
+        return self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent)
 
     def wait(self) -> bool:
         """Keep the page until it is closed, on request or until Ctrl-C; return whether to start the run again."""

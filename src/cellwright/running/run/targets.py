@@ -142,8 +142,12 @@ class SessionState(ABC):
     _begun = 0.0  # [s] of `time.perf_counter`
 
     @abstractmethod
-    def reset(self) -> None:
+    def reset(self, *, keeps_clock: bool = False) -> None:
         """Restart the run while clients stay connected; an agent in this process is run again."""
+
+    @abstractmethod
+    def state_refusal(self) -> str:
+        """Return why the run may not start again while the clock goes on; empty if it may."""
 
     def measured(self) -> dict[str, Any]:
         """Return the common figures of the run so far, as keyword arguments of `SessionResult`."""
@@ -208,8 +212,8 @@ class Target(ABC):
         """Start a run; `run` restores the state before it."""
 
     @abstractmethod
-    def reset(self) -> None:
-        """Start again while clients stay connected."""
+    def reset(self, *, keeps_clock: bool = False) -> None:
+        """Start again while clients stay connected; see `Simulation.reset` for `keeps_clock`."""
 
     def loop(self, session: SessionState) -> tuple[str, str]:
         """Let time pass until the run stops; return how it ended, and the error."""
@@ -261,7 +265,12 @@ class Target(ABC):
         assert session.server is not None
         self.control = Control(
             session.rate,
-            reset=Reset(session.reset, lambda: self.restart_refusal() or session.restart_refusal),
+            reset=Reset(
+                session.reset,
+                lambda: self.restart_refusal() or session.restart_refusal,
+                partial(session.reset, keeps_clock=True),
+                session.state_refusal,
+            ),
             refused=self.refused(),
             lockstep=session.lockstep,
         )
@@ -275,6 +284,7 @@ class Target(ABC):
             entities=self.entity_services(),
             load=session.load_world,
             hides=self.node.in_competition,
+            has_clock=self.identity is None or self.identity.tells_time,
         ).offer(session.server)
 
     def entity_services(self) -> EntityServices | None:
@@ -438,9 +448,9 @@ class CellTarget(Target):
             run.callback(cell.bus.subscribe(name, partial(_count, heard, name), node="/listener").cancel)
         self._heard = heard
 
-    def reset(self) -> None:
-        """Start again at time 0."""
-        self.node.reset()
+    def reset(self, *, keeps_clock: bool = False) -> None:
+        """Start again at time 0; with `keeps_clock`, message time goes on."""
+        self.node.reset(keeps_clock=keeps_clock)
 
     def loop(self, session: SessionState) -> tuple[str, str]:
         """Let time pass until the run stops; return how it ended, and the error."""

@@ -6,12 +6,13 @@ The service `cellwright/control` takes `{"action": …}` and answers with the ne
 - `step` with `ticks`, default 1: lets these ticks pass, then pauses
 - `speed` with `factor`, a number or `"max"`: simulated seconds per wall second
 - `reset`: starts the run again, where allowed
+- `reset_state`: the same, while the clock of messages goes on
 - `state`: nothing
 
 A player may have more actions: a recording jumps to a `time` [s] on `seek`.
 
 None of it belongs to a run's state: a paused run is the same run. When the run is over, the state's `over` says so, and
-all actions but `reset` and `state` are refused.
+all actions but `reset`, `reset_state` and `state` are refused.
 
 The panel of a cell is in `cell_panel`, the panel of a robot in `robot_panel`. Their key `control` holds the state that
 `cellwright/control` answers with.
@@ -38,11 +39,23 @@ Act: TypeAlias = Callable[[dict[str, Any]], object]
 
 @dataclass(frozen=True)
 class Reset:
-    """Reset action, and the reason why it is not possible now; empty when it is."""
+    """Reset action, and the reason why it is not possible now; empty when it is.
+
+    Attributes:
+        act: starts the run again at time 0.
+        restart_refusal: returns why that is not possible now.
+        act_on_state: starts the run again while the clock goes on; None if that is never possible.
+        state_refusal: returns why that is not possible now, besides `restart_refusal`.
+    """
 
     act: Callable[[], None]
     restart_refusal: Callable[[], str] = lambda: ""
+    act_on_state: Callable[[], None] | None = None
+    state_refusal: Callable[[], str] = lambda: ""
 
+
+CLOCK_STAYS = "the clock cannot go on during a reset here; use reset"
+"""Reason why a state is never reset alone."""
 
 NO_RESET = Reset(lambda: None, lambda: "restart is not available here")
 
@@ -80,7 +93,7 @@ class Control:
         """Return the state of time; its `refused` has a reason for each action that is refused."""
         rate_control = self.rate_control
         ended = dict.fromkeys(_OF_TIME, self.over) if self.over else {}
-        refused = {**self._refused, **ended, "reset": self._reset.restart_refusal()}
+        refused = {**self._refused, **ended, **self._reset_refusals()}
         return {
             "paused": rate_control.is_paused,
             "ticks_left": rate_control.ticks_left,
@@ -103,7 +116,8 @@ class Control:
             "resume": lambda _: self.rate_control.resume(),
             "step": lambda request: self.rate_control.step(_ticks(request.get("ticks", 1))),
             "speed": lambda request: self.rate_control.set_speed(_speed(request.get("factor"))),
-            "reset": lambda _: self._perform_reset(),
+            "reset": lambda _: self._perform_reset(self._reset.act),
+            "reset_state": lambda _: self._perform_reset(self._reset.act_on_state),
             "state": lambda _: None,
             **self._acts,
         }
@@ -116,8 +130,14 @@ class Control:
         acts[action](request)
         return self.state()
 
-    def _perform_reset(self) -> None:
-        self._reset.act()
+    def _reset_refusals(self) -> dict[str, str]:
+        reset, reason = self._reset, self._reset.restart_refusal()
+        of_state = CLOCK_STAYS if reset.act_on_state is None else reset.state_refusal()
+        return {"reset": reason, "reset_state": reason or of_state}
+
+    def _perform_reset(self, act: Callable[[], None] | None) -> None:
+        assert act is not None
+        act()
         self.resets += 1
         self.rate_control.restart_pace()
 

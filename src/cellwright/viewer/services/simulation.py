@@ -99,6 +99,7 @@ class SimulationServices:
         entities: services of the cell's entities; None for a robot.
         load: ends the session soon, and starts another one with a trial; None if that is not possible.
         hides: true in a competition.
+        has_clock: False if messages carry wall time, which cannot be reset.
     """
 
     def __init__(
@@ -111,6 +112,7 @@ class SimulationServices:
         entities: EntityServices | None = None,
         load: Callable[[Trial], None] | None = None,
         hides: bool = False,
+        has_clock: bool = True,
     ) -> None:
         self._simulation = simulation
         self._control = control
@@ -120,6 +122,7 @@ class SimulationServices:
         self._load = load
         self._is_loading = False
         self._hides = hides
+        self._has_clock = has_clock
         self._pending: list[PendingResponse] = []
         simulation.on_reset.append(self._interrupt)
 
@@ -157,7 +160,11 @@ class SimulationServices:
         if "pause" in self._refused:  # as a real robot
             found -= {25, 26, 31, 32, 33}
         if "reset" in self._refused:
-            found -= {20, 21, 22}
+            found -= {20, 21}
+        if "reset_state" in self._refused:
+            found -= {22}
+        if not self._has_clock:
+            found -= {21}
         features = sorted(found & PUBLIC if self._hides else found)
         return {"features": {"features": features, "spawn_formats": [], "custom_info": "Cellwright"}}
 
@@ -185,13 +192,18 @@ class SimulationServices:
         return answer()
 
     def reset(self, request: Scope) -> Answer:
-        """Reset the run, or only what was spawned."""
+        """Reset the run, its state while the clock goes on, or only what was spawned.
+
+        The state includes what was spawned. Time is reset with the state only.
+        """
         scope = request.scope or ALL
         if scope == SPAWNED and self._entities is not None:
             return self._entities.delete_spawned(Scope(SPAWNED))
-        if not (scope & TIME and scope & STATE):
-            raise RequestError(UNSUPPORTED, f"scope must have TIME and STATE, or be SPAWNED alone (got {scope})")
-        self._control.control({"action": "reset"})
+        if not scope & STATE:
+            raise RequestError(UNSUPPORTED, f"scope must have STATE, or be SPAWNED alone (got {scope})")
+        if scope & TIME and scope != ALL and not self._has_clock:
+            raise RequestError(UNSUPPORTED, "messages carry wall time, which is not reset; leave TIME out")
+        self._control.control({"action": "reset" if scope & TIME else "reset_state"})
         return answer()
 
     def step(self, request: Steps) -> Answer | PendingResponse:
