@@ -286,6 +286,20 @@ def test_served_robot_begins_again_and_its_clock_goes_on() -> None:
     assert node.refused == 0
 
 
+def test_reset_clears_no_emergency_stop_and_moves_no_real_robot() -> None:
+    node = RobotNode(robots.robot(), sim_time=True)
+    target = RobotTarget.of(node, is_real_time=False)
+    with Session(target, serve=ServerOptions(port=0)) as session:
+        assert target.restart_refusal() == ""
+        node.commander.stop("pressed")
+        with pytest.raises(RejectedCommandError, match="clear"):
+            session.reset(keeps_clock=True)
+        assert node.commander.is_stopped
+        node.made_with["driver"] = True
+        assert "real robot" in target.restart_refusal()
+        node.made_with["driver"] = False
+
+
 def test_clock_cannot_go_on_where_restart_is_run_of_its_own() -> None:
     session = Session(Cell(WHOLE), until=0.1)
     with session, pytest.raises(RejectedCommandError, match="without an agent of this process only"):

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from cellwright.middleware.ros2.packages.contents import definitions
+from tests.cells import INITIAL, JOINTS
 from tests.ros2.ground import Ground, ground
 
 pytestmark = pytest.mark.ros2
@@ -97,6 +98,71 @@ def test_program_uses_each_service(cell: Ground) -> None:
     services = {path[4:-4] for path in definitions()["simulation_interfaces"] if path.startswith("srv/")}
     assert services == set(found) - {"features"} | {"LoadWorld"}  # the last has a test of its own
     assert len(found["features"]) == 29
+
+
+def reset_state(joints: list[str], far: list[float]) -> dict[str, Any]:
+    """Reset the state alone, then move the arm at a stamped time; the node uses simulation time."""
+    from rclpy.clock import JumpThreshold
+    from rclpy.duration import Duration
+    from rclpy.parameter import Parameter
+    from rclpy_node import MANY, Node
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    def nanoseconds(stamp: Any) -> int:
+        return int(stamp.sec * 10**9 + stamp.nanosec)
+
+    with Node() as me:
+        me.node.set_parameters([Parameter("use_sim_time", value=True)])
+        clock = me.node.get_clock()
+        jumps: list[Any] = []
+        backward = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False)
+        handle = clock.create_jump_callback(backward, post_callback=jumps.append)
+        clocks = me.listen("/clock", "rosgraph_msgs/Clock", MANY)
+        states = me.listen("/ariac/joint_states", "sensor_msgs/JointState", MANY)
+        orders = me.listen("/ariac/orders", "osrf_gear/Order", MANY)
+        arm = me.publisher("/ariac/arm/command", "trajectory_msgs/JointTrajectory")
+
+        def begin() -> str:
+            count = len(orders)
+            assert me.call("/ariac/start_competition", "std_srvs/Trigger").success
+            me.wait(lambda: len(orders) > count, "order")
+            return str(orders[-1].order_id)
+
+        me.wait(lambda: clocks and states and clock.now().nanoseconds > 0, "time")
+        first = begin()
+        answer = me.call("/reset_simulation", "simulation_interfaces/ResetSimulation", scope=2).result
+        reset_at = clock.now().nanoseconds
+        again = begin()
+        start = clock.now().nanoseconds + 500_000_000
+        command = JointTrajectory(joint_names=joints, points=[JointTrajectoryPoint(positions=far)])
+        command.header.stamp.sec, command.header.stamp.nanosec = divmod(start, 10**9)
+        command.points[0].time_from_start.nanosec = 500_000_000
+        arm.publish(command)
+        rail = states[-1].name.index(joints[0])
+        me.wait(lambda: abs(states[-1].position[rail] - far[0]) < 0.01, "end of the motion")
+        handle.unregister()
+        moving = [each for each in states if nanoseconds(each.header.stamp) > reset_at]
+        moving = [each for each in moving if abs(each.position[rail]) > 0.01]
+        return {
+            "answer": [answer.result, answer.error_message],
+            "orders": [first, again],
+            "jumps": len(jumps),
+            "clock": [nanoseconds(each.clock) for each in clocks],
+            "stamps": [nanoseconds(each.header.stamp) for each in states],
+            "reset_at": reset_at,
+            "delay": nanoseconds(moving[0].header.stamp) - start,
+        }
+
+
+def test_time_goes_on_over_reset_of_state(cell: Ground) -> None:
+    found = cell.client(reset_state, list(JOINTS), [0.3, *INITIAL[1:]]).value()
+    assert found["answer"] == [1, ""]
+    assert found["orders"] == ["order_0", "order_0"]
+    assert found["jumps"] == 0
+    for times in (found["clock"], found["stamps"]):
+        assert times == sorted(times)
+        assert times[0] < found["reset_at"] < times[-1]
+    assert 0 < found["delay"] < 500_000_000
 
 
 def simulate_steps() -> list[Any]:

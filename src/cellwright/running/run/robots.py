@@ -15,6 +15,7 @@ from cellwright.config.robot.meshes import with_absolute_meshes
 from cellwright.config.robot.urdf_file import read_text
 from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
+from cellwright.robot.commander import CLEAR_STOP
 from cellwright.robot.interface import CONTROLLER_NAMES, NODE, ros_parameters
 from cellwright.robot.node import RobotNode
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp, save_robot_picture
@@ -22,7 +23,7 @@ from cellwright.robot.services import RobotServices
 from cellwright.running.run.options import RecordOptions, reachable_address
 from cellwright.running.run.result import SessionResult
 from cellwright.running.run.targets import SessionState, Target, common_facts, source_facts
-from cellwright.util.errors import DescriptionError
+from cellwright.util.errors import DescriptionError, RejectedCommandError
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.window import Window
 
@@ -86,7 +87,13 @@ class RobotTarget(Target):
         return "" if self.node.commander.is_enabled else ", commands disabled until enabled with /io_teleop/set_enabled"
 
     def reset(self, *, keeps_clock: bool = False) -> None:
-        """Start again in the initial posture; with `keeps_clock`, message time goes on."""
+        """Start again in the initial posture; with `keeps_clock`, message time goes on.
+
+        Raises:
+            RejectedCommandError: the emergency stop is on.
+        """
+        if self.node.commander.is_stopped:
+            raise RejectedCommandError(f"the emergency stop is on; {CLEAR_STOP}")
         self.node.simulation.reset(keeps_clock=keeps_clock)
 
     def restart_refusal(self) -> str:
