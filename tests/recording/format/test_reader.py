@@ -153,3 +153,15 @@ def test_missing_file_is_refused(tmp_path: Path) -> None:
 def test_decode_of_invalid_bytes_is_refused(whole: Path) -> None:
     with RecordingFile(whole) as recording, pytest.raises(RecordingError, match=r"/talk at 0\.000 s"):
         recording.decode(next(recording.messages(["/talk"]))._replace(data=b"\0\1\0\0\xff\xff"))
+
+
+@pytest.mark.parametrize("value", [None, True, -1, 1.5, "1", 1 << 62, [1]])
+def test_invalid_clock_offset_in_header_counts_as_none(value: object) -> None:
+    header = RecordingHeader("cell", "a", {"clock_offset": value})
+    assert RecordingHeader.of(header.metadata()).clock_offset == 0
+
+
+def test_clock_offset_is_kept_in_header() -> None:
+    header = RecordingHeader("cell", "a", {"seed": 1})
+    assert header.with_clock_offset(0) == header
+    assert RecordingHeader.of(header.with_clock_offset(5).metadata()).clock_offset == 5

@@ -50,7 +50,7 @@ class SensorPlugin:
     Attributes:
         make: makes the device from a sensor's description and the scene of models that it sees.
         row: the topic of its readings, with `{sensor}` in place of the sensor's name.
-        message: converts a reading to a message of the row's type.
+        message: converts a reading to a message of the row's type; `time_ns` is in message time then.
 
     Example:
         >>> from cellwright import SensorPlugin

@@ -14,11 +14,14 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 import cellwright
+from cellwright.cell.cell import Cell
 from cellwright.recording.format.format import FRAME, METADATA, RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import RecordingFile
+from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.replay.exported import write_mcap
 from cellwright.util.errors import RecordingError, UsageError
+from tests.cells import WHOLE, run
 from tests.recording.format.files import TALK, text
 from tests.recording.replay.made import record, short_work
 
@@ -137,6 +140,21 @@ def test_export_of_time_range_begins_with_latched_state(path: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
+def test_transforms_after_reset_of_state_have_time_that_goes_on(tmp_path: Path) -> None:
+    cell = Cell(WHOLE)
+    recorder = Recorder(cell, tmp_path / "run.mcap", RecordingHeader("cell", "whole"))
+    run(cell, 0.5)
+    cell.reset(keeps_clock=True)
+    run(cell, 0.2)
+    recorder.end({})
+    export(recorder.paths[1], tmp_path / "out.mcap")
+    found = [(time, message) for topic, time, message in read(tmp_path / "out.mcap") if topic == TRANSFORMS]
+    assert found
+    for time, message in found:
+        stamps = {each.header.stamp.sec * SECOND + each.header.stamp.nanosec for each in message.transforms}
+        assert max(stamps) == time + SECOND // 2
+
+
 def test_export_of_truncated_recording_has_index(path: Path, tmp_path: Path) -> None:
     data = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
