@@ -165,6 +165,30 @@ def test_time_goes_on_over_reset_of_state(cell: Ground) -> None:
     assert 0 < found["delay"] < 500_000_000
 
 
+def step_over_reset() -> list[Any]:
+    """Step in lockstep before and after a reset of the state; return the times of the steps."""
+    from builtin_interfaces.msg import Duration
+    from rclpy_node import Node
+
+    with Node() as me:
+
+        def step() -> int:
+            answer = me.call("/cellwright/step", "cellwright_msgs/Step", duration=Duration(nanosec=100_000_000))
+            assert answer.success, answer.message
+            return int(answer.time.sec * 10**9 + answer.time.nanosec)
+
+        before = step()
+        reset = me.call("/reset_simulation", "simulation_interfaces/ResetSimulation", scope=2)
+        assert reset.result.result == 1, reset.result.error_message
+        return [before, step(), step()]
+
+
+def test_steps_of_lockstep_count_on_over_reset_of_state(tmp_path: Path) -> None:
+    with ground(tmp_path) as made:
+        made.serve("lesson", "-d", "--lockstep")
+        assert made.client(step_over_reset).value() == [100_000_000, 200_000_000, 300_000_000]
+
+
 def simulate_steps() -> list[Any]:
     """Step a paused cell over the action, once to the end and once until a cancel."""
     from rclpy.action import ActionClient
