@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import signal
@@ -16,22 +15,13 @@ import cellwright
 from cellwright.middleware.ros2.host.ros2 import discovery_variables
 from tests.processes import Process, name_of
 from tests.ros1.client import function_result, function_text
+from tests.ros2.domains import TakenDomain
 from tests.ros2.requirement import installation
 from tests.waiting import wait_until
 from tests.warm import warm_start
 
 _PROGRAMS = Path(__file__).parent / "programs"
 _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "AMENT", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
-_DOMAINS = 30
-"""Domains of a worker: a killed node is seen in its domain for 20 s."""
-
-_numbers = itertools.count()
-
-
-def new_domain() -> int:
-    """Return a domain from 1 to 90 that no other test has used for long; a worker has its own."""
-    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 3
-    return 1 + _DOMAINS * worker + next(_numbers) % _DOMAINS
 
 
 class Client(Process):
@@ -55,9 +45,10 @@ class Client(Process):
 class Ground:
     """Environment of one domain. `close` ends everything that was started here."""
 
-    def __init__(self, folder: Path, domain: int | None = None) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.domain = new_domain() if domain is None else domain
+        self._taken = TakenDomain()
+        self.domain = self._taken.number
         self._started: list[Process] = []
 
     @property
@@ -124,10 +115,13 @@ class Ground:
 
     def close(self) -> None:
         """End what still runs."""
-        for process in reversed(self._started):
-            if process.running:
-                process.signal(signal.SIGINT)  # a killed node stays in the graph of its domain for 20 s
-                process.finish()
+        try:
+            for process in reversed(self._started):
+                if process.running:
+                    process.signal(signal.SIGINT)  # a killed node stays in the graph of its domain for 20 s
+                    process.finish()
+        finally:
+            self._taken.give_back()
 
 
 def bridge_pid(cell: Process) -> int:
