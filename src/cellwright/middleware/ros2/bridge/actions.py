@@ -34,6 +34,8 @@ class TrajectoryAction:
         """Identifiers of accepted goals that rclpy does not execute yet, by Python's id of the goal."""
         self._handles: dict[str, Any] = {}
         self._results: dict[str, tuple[Future, Callable[[Any], None]]] = {}
+        self._cancels: dict[str, tuple[Future, Callable[[Any], None]]] = {}
+        """Ends of cancel requests that the cell has not answered, by the identifier of the goal."""
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
         ros.actions += [
@@ -51,7 +53,7 @@ class TrajectoryAction:
 
     def end(self) -> None:
         """Abort all goals: the cell is gone."""
-        for _, resolve in list(self._results.values()):
+        for _, resolve in [*self._results.values(), *self._cancels.values()]:
             resolve(None)
 
     async def _take_goal(self, goal: Any) -> GoalResponse:
@@ -69,7 +71,10 @@ class TrajectoryAction:
         name = begun or self._accepted.get(id(handle.request), "")
         if not name:  # without an identifier the cell would cancel everything
             return CancelResponse.REJECT
+        _, resolve = self._cancels[name] = self._ros.awaited()
         answer = await self._publish("cancel", {"id": name})
+        self._cancels.pop(name, None)
+        resolve(None)
         return CancelResponse.ACCEPT if answer.kind is FrameKind.DONE else CancelResponse.REJECT
 
     async def _execute(self, handle: Any) -> Any:
@@ -77,6 +82,8 @@ class TrajectoryAction:
         self._handles[name] = handle
         try:
             values = await self._results[name][0]
+            if name in self._cancels:  # the result may come first, but rclpy has to note the cancel request before it
+                await self._cancels[name][0]
         finally:
             del self._handles[name], self._results[name]
         result = self._class.Result()
