@@ -20,7 +20,7 @@ from rich.table import Table
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OUTPUT, AsJson
-from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option, ros_arguments
 from cellwright.cli.output import RIGHT, WHOLE, print_line, table, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.client.ros1_transport import Ros1Transport
@@ -103,7 +103,14 @@ Connect = Annotated[
 
 OverRos1 = Annotated[bool, flag("--ros1", "Connect over ROS 1, at the master in ROS_MASTER_URI.", WHERE)]
 
-OverRos2 = Annotated[bool, flag("--ros2", "Connect over ROS 2, in the domain ROS_DOMAIN_ID.", WHERE)]
+OverRos2 = Annotated[
+    bool,
+    flag(
+        "--ros2",
+        "Connect over ROS 2, in the domain ROS_DOMAIN_ID. Arguments behind `--ros-args` are the operator node's own.",
+        WHERE,
+    ),
+]
 
 Node = Annotated[str, option("NAME", "Name of the operator node.", WHERE)]
 
@@ -143,13 +150,14 @@ class NodeConnection:
     def session(self, suffix: str = "") -> NodeClient:
         """Return a new connection, with a suffix to its name: names are unique in ROS."""
         name = self.node + suffix
-        relay: type[Ros1Transport | Ros2Transport] = Ros1Transport if self._ros2 is None else Ros2Transport
-        ros = self._ros1 or self._ros2
-        if ros is not None:
-            transport = relay(
-                ros.python, node=name, environment=ros.environment, timeout=_NODE_TIMEOUT, sign=JOINT_STATES
+        in_ros: dict[str, Any] = {"node": name, "timeout": _NODE_TIMEOUT, "sign": JOINT_STATES}
+        if self._ros1 is not None:
+            return NodeClient(Ros1Transport(self._ros1.python, environment=self._ros1.environment, **in_ros))
+        if self._ros2 is not None:
+            found = self._ros2
+            return NodeClient(
+                Ros2Transport(found.python, environment=found.environment, arguments=ros_arguments, **in_ros)
             )
-            return NodeClient(transport)
         host, port = self._address
         try:
             return NodeClient(SocketTransport((host, port), node=name))

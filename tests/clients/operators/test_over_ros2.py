@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pytest
@@ -22,6 +22,7 @@ from tests.waiting import TIMEOUT
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2
 
+QUICK = ("--frequency", "2", "--duration", "0.5", "--amplitude", "0.2", "--json")
 TRACK = "time,right_elbow,gripper_right,gripper_left\n0.0,1.45,1,0\n0.2,1.4,1,0\n"
 
 
@@ -33,17 +34,16 @@ def tandem(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ground]:
         yield made
 
 
-def operate(domain: Ground, *arguments: str) -> Process:
+def operate(domain: Ground, *arguments: str, rules: Sequence[str] = ()) -> Process:
     """Return a finished `cellwright operate … --ros2`."""
-    process = domain.cellwright("operate", *arguments, "--ros2")
+    process = domain.cellwright("operate", *arguments, "--ros2", *rules)
     assert process.finish() == 0, process.said
     return process
 
 
 def signal(domain: Ground, joint: str) -> dict[str, Any]:
     """Return the result of a test signal."""
-    quick = ("--frequency", "2", "--duration", "0.5", "--amplitude", "0.2", "--json")
-    process = operate(domain, "signal", joint, *quick)
+    process = operate(domain, "signal", joint, *QUICK)
     found: dict[str, Any] = json.loads(process.out)
     return found
 
@@ -96,6 +96,19 @@ def test_motion_over_ros2_is_played_within_published_limits(tandem: Ground) -> N
     played = operate(tandem, "play", "grip.csv")
     assert played.out.startswith("done: "), played.said
     assert played.err == ""
+
+
+def test_signal_over_ros2_moves_joint_of_robot_in_namespace(domain: Ground) -> None:
+    rules = ("--ros-args", "-r", "__ns:=/robot1", "-r", "io_teleop/joint_cmd:=/targets", "-p", "qos./a.depth:=1")
+    domain.teleop("tandem", *rules)
+    process = operate(domain, "signal", "right_elbow", *QUICK, rules=rules)
+    (elbow,) = json.loads(process.out)["joints"]
+    assert elbow["delay"] > 0.0  # null where the joint does not follow
+    assert "limit 2.5" in process.err  # a warning, which comes from the description
+    assert operate(domain, "call", "home", rules=rules).out.startswith("home")
+    outside = domain.cellwright("operate", "call", "home", "--ros2")
+    assert outside.finish() == 2
+    assert "no simulator in this domain of ROS 2: /io_teleop/joint_states has no publisher" in outside.err
 
 
 def test_keyboard_over_ros2_drives_robot_and_stops_it_on_way_home(

@@ -4,7 +4,7 @@ Over a cell in lockstep the result is that of a run in one process. As in ROS 1,
 its publisher; nor is a call that fails, since ROS 2 has no way to say so.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cellwright._package import FOLDER
@@ -22,6 +22,7 @@ class Ros2Transport(RelayTransport):
         environment: of the relay, with the domain; this process's own by default.
         timeout: longest wait [s] for a simulator to appear.
         sign: a topic that is published exactly while a simulator is there.
+        arguments: rclpy's own, without `--ros-args`, such as `("-r", "__ns:=/cell1")`; names here stay those without.
 
     Raises:
         UsageError: there is no simulator, or the relay cannot be started.
@@ -35,6 +36,9 @@ class Ros2Transport(RelayTransport):
         environment: Mapping[str, str] | None = None,
         timeout: float = 30.0,
         sign: str = "/clock",
+        arguments: Sequence[str] = (),
     ) -> None:
         command = [python, str(PROGRAM), f"--node={node}", f"--wait={timeout}", f"--sign={sign}"]
+        if arguments:
+            command += ["--ros-args", *arguments]
         super().__init__(command, environment, node=node, encoding="ros2", timeout=timeout)

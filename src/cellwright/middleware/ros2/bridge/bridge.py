@@ -27,7 +27,7 @@ from std_msgs.msg import String
 from cellwright.middleware.ros2.bridge.actions import TrajectoryAction
 from cellwright.middleware.ros2.bridge.graph import TypeWatch
 from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
-from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
+from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process, split_arguments
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
 from cellwright.middleware.ros2.bridge.services import CellCalls, CellService, StepService
 from cellwright.middleware.ros2.bridge.standard_services import CONTROLLER_LIST, FEATURES, offer_standard_services
@@ -179,6 +179,6 @@ if __name__ == "__main__":
     parser.add_argument(
         "--names", metavar="JSON", type=json.loads, default={}, help="lists of names in ROS 2, by name of the cell"
     )
-    position = sys.argv.index("--ros-args") if "--ros-args" in sys.argv else len(sys.argv)
-    options = parser.parse_args(sys.argv[1:position])
-    Bridge(options.connect, options.name, options.names, sys.argv[position:]).run()
+    own, for_rclpy = split_arguments(sys.argv[1:])
+    options = parser.parse_args(own)
+    Bridge(options.connect, options.name, options.names, for_rclpy).run()

@@ -28,6 +28,12 @@ def relative(name: str) -> str:
     return name.lstrip("/")
 
 
+def split_arguments(words: list[str]) -> tuple[list[str], list[str]]:
+    """Return a program's own arguments, and rclpy's, which begin with `--ros-args`."""
+    position = words.index("--ros-args") if "--ros-args" in words else len(words)
+    return words[:position], words[position:]
+
+
 def quality(*, is_reliable: bool, is_transient_local: bool, depth: int) -> QoSProfile:
     """Return quality of service in rclpy's terms."""
     return QoSProfile(
@@ -65,6 +71,16 @@ class RosNode:
         self.executor.add_node(self.node)
         sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
         self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
+
+    def full_name(self, topic: str) -> str:
+        """Return the name of a topic in the graph, after namespace and remapping rules."""
+        name: str = self.node.resolve_topic_name(relative(topic))
+        return name
+
+    def full_service_name(self, service: str) -> str:
+        """Return the name of a service in the graph, after namespace and remapping rules."""
+        name: str = self.node.resolve_service_name(relative(service))
+        return name
 
     def awaited(self) -> tuple[Future, Callable[[Any], None]]:
         """Return a future for a coroutine of the executor, and the function that sets its result in any thread."""

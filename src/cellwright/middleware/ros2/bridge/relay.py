@@ -5,18 +5,21 @@ It waits for a simulator, and then prints `ready PORT`: one client may connect t
 
 In lockstep a step waits for what the client has published, and the client for what the cell has published. Both count
 by the numbers that ROS 2 gives the messages of a publisher.
+
+Arguments behind `--ros-args` are rclpy's: namespace, remappings. The client's names stay those of a cell without them.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import signal
 import sys
 import threading
 import time
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +33,7 @@ if __name__ == "__main__":
 from rclpy.serialization import deserialize_message
 
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values
-from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process
+from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process, split_arguments
 from cellwright.middleware.ros2.bridge.services import NANOSECONDS, STEP_TYPE
 from cellwright.middleware.ros2.bridge.topics import as_bytes
 from cellwright.middleware.wire.event_loop import EventLoop, MissingError
@@ -65,13 +68,20 @@ _HIDDEN = "/_action/"
 
 
 class Ros2Graph(Graph):
-    """Graph of a domain."""
+    """Graph of a domain, as far as the node's namespace and remapping rules lead to it.
+
+    Args:
+        ros: this process's node.
+        sign: the topic that a present simulator publishes.
+        remapped: names that remapping rules replace.
+    """
 
     encoding = "ros2"
 
-    def __init__(self, ros: RosNode, sign: str) -> None:
+    def __init__(self, ros: RosNode, sign: str, remapped: Sequence[str]) -> None:
         self._ros = ros
-        self._sign = relative(sign)
+        self._sign = sign
+        self._remapped = remapped
         self._services: dict[str, Any] = {}
         self._types: dict[str, str] = {}
         self._base: dict[str, int] = {}
@@ -85,27 +95,26 @@ class Ros2Graph(Graph):
             MissingError: there is none.
         """
         node = self._ros.node
-        while not node.count_publishers(self._sign):
+        while self.is_over():
             if time.monotonic() > end:
-                raise MissingError(f"no simulator in this domain of ROS 2: /{self._sign} has no publisher")
+                sign = self._ros.full_name(self._sign)
+                raise MissingError(f"no simulator in this domain of ROS 2: {sign} has no publisher")
             time.sleep(_NAP)
         self._await_rest(end)
-        names = {name: kinds[0] for name, kinds in node.get_service_names_and_types() if _HIDDEN not in name}
         self._types = {
             name: kind.replace("/srv/", "/")
-            for name, kind in names.items()
+            for name, kind in self._named(node.get_service_names_and_types(), self._ros.full_service_name)
             if name.rpartition("/")[2] not in _OF_EVERY_NODE
         }
         topics = [
             {
                 "name": name,
-                "type": kinds[0].replace("/msg/", "/"),
-                "direction": "out" if node.count_publishers(name) else "in",
-                "publishers": [info.node_name for info in node.get_publishers_info_by_topic(name)],
-                "subscribers": [info.node_name for info in node.get_subscriptions_info_by_topic(name)],
+                "type": kind.replace("/msg/", "/"),
+                "direction": "out" if node.count_publishers(self._ros.full_name(name)) else "in",
+                "publishers": [info.node_name for info in node.get_publishers_info_by_topic(relative(name))],
+                "subscribers": [info.node_name for info in node.get_subscriptions_info_by_topic(relative(name))],
             }
-            for name, kinds in node.get_topic_names_and_types()
-            if _HIDDEN not in name
+            for name, kind in self._named(node.get_topic_names_and_types(), self._ros.full_name)
         ]
         if STEP not in self._types:
             self._prepare(topics)
@@ -120,6 +129,18 @@ class Ros2Graph(Graph):
             "services": [{"name": name, "type": kind, "node": ""} for name, kind in self._types.items()],
         }
 
+    def _named(self, found: list[tuple[str, list[str]]], full_name: Callable[[str], str]) -> Iterator[tuple[str, str]]:
+        """Yield the client's name and the type of each topic or service that it can reach.
+
+        A name outside the namespace, to which no rule leads, has no name of the client.
+        """
+        space = self._ros.node.get_namespace().rstrip("/")
+        names = [name.removeprefix(space) for name, _ in found if name.startswith(f"{space}/")]
+        by_full_name = {full_name(name): name for name in [*names, *self._remapped]}
+        for name, kinds in found:
+            if _HIDDEN not in name and name in by_full_name:
+                yield by_full_name[name], kinds[0]
+
     def _await_rest(self, end: float) -> None:
         """Wait until nothing new appears: a node's topics and services become known one after another."""
         node, known, since = self._ros.node, (0, 0, 0), time.monotonic()
@@ -133,14 +154,14 @@ class Ros2Graph(Graph):
 
     def _prepare(self, topics: list[dict[str, Any]]) -> None:
         """Advertise what the simulator's node subscribes to with best effort, so that the first message arrives."""
-        theirs = {info.node_name for info in self._ros.node.get_publishers_info_by_topic(self._sign)}
+        theirs = {info.node_name for info in self._ros.node.get_publishers_info_by_topic(relative(self._sign))}
         for topic in topics:
             name, type_name = topic["name"], topic["type"]
             if theirs & set(topic["subscribers"]) and self._has_best_effort_subscribers(name):
                 self._prepared[name] = Ros2Publication(self._ros, name, type_name, 0, delay=_ACQUAINTANCE)
 
     def _has_best_effort_subscribers(self, name: str) -> bool:
-        infos = self._ros.node.get_subscriptions_info_by_topic(name)
+        infos = self._ros.node.get_subscriptions_info_by_topic(relative(name))
         return any(info.qos_profile.reliability.name == "BEST_EFFORT" for info in infos)
 
     def now(self, end: float, *, in_lockstep: bool) -> int:
@@ -154,7 +175,7 @@ class Ros2Graph(Graph):
             self._base = dict(sent)
             return now
         node = self._ros.node
-        if not node.count_publishers(relative(CLOCK)):
+        if not node.count_publishers(self._ros.full_name(CLOCK)):
             return 0
         clocks: list[Any] = []
         subscription = node.create_subscription(
@@ -168,8 +189,8 @@ class Ros2Graph(Graph):
         return int(clocks[-1].clock.sec * NANOSECONDS + clocks[-1].clock.nanosec)
 
     def is_over(self) -> bool:
-        """True if the sign has no publisher any more."""
-        return not self._ros.node.count_publishers(self._sign)
+        """True if the sign has no publisher, or none any more."""
+        return not self._ros.node.count_publishers(self._ros.full_name(self._sign))
 
     def subscribe(
         self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]
@@ -187,7 +208,7 @@ class Ros2Graph(Graph):
 
     def settle(self, topic: SubscribedTopic) -> None:
         """Wait until the cell knows of a subscription, and its latched message has come."""
-        count = self._ros.node.count_subscribers(relative(topic.name))
+        count = self._ros.node.count_subscribers(self._ros.full_name(topic.name))
         failure, _, sent = self.step(0, {topic.name: count})
         before = dict(sent).get(topic.name, 0)
         if not failure and isinstance(topic, Ros2Subscription):
@@ -255,7 +276,7 @@ class Ros2Subscription(SubscribedTopic):
 
     def _begin(self) -> None:
         """Subscribe with the quality of service of the publishers, if the type is known."""
-        publishers = self._ros.node.get_publishers_info_by_topic(self.name)
+        publishers = self._ros.node.get_publishers_info_by_topic(relative(self.name))
         self._type = self._type or next((info.topic_type.replace("/msg/", "/") for info in publishers), "")
         if not self._type:
             return
@@ -275,7 +296,7 @@ class Ros2Subscription(SubscribedTopic):
         """True if a publisher is known."""
         if self._subscription is None:
             self._begin()
-        return bool(self._ros.node.count_publishers(relative(self.name)))
+        return bool(self._ros.node.count_publishers(self._ros.full_name(self.name)))
 
     def settle(self, before: int) -> None:
         """Do not wait for the messages before the subscription, of which only a latched one comes."""
@@ -319,11 +340,20 @@ class Ros2Publication(PublishedTopic):
         self._publisher.publish(fill(self._class(), json.loads(data)) if self._is_values else data)
 
 
-class RelayProcess:
-    """This process, as a node; it waits `timeout` [s] for a simulator."""
+def remapped_names(arguments: Sequence[str]) -> list[str]:
+    """Return the names that remapping rules among rclpy's arguments replace, as a client writes them."""
+    rules = [rule for option, rule in itertools.pairwise(arguments) if option in ("-r", "--remap")]
+    # a rule may begin with the name of a node or the kind of the name: `arm:tf:=tf2`, `rostopic://tf:=tf2`
+    names = [relative(rule.partition(":=")[0].rpartition(":")[2]) for rule in rules]
+    return [f"/{name}" for name in names if not name.startswith("__")]
 
-    def __init__(self, node: str, timeout: float, sign: str) -> None:
+
+class RelayProcess:
+    """This process, as a node with rclpy's arguments; it waits `timeout` [s] for a simulator."""
+
+    def __init__(self, node: str, timeout: float, sign: str, arguments: Sequence[str]) -> None:
         self._node = node
+        self._arguments = arguments
         self._end = time.monotonic() + timeout
         self._sign = sign
         self._ros: RosNode | None = None
@@ -334,9 +364,9 @@ class RelayProcess:
 
     def _serve(self) -> int:
         loop = EventLoop()
-        ros = self._ros = RosNode(self._node, [])
+        ros = self._ros = RosNode(self._node, self._arguments)
         ros.start()
-        graph = Ros2Graph(ros, self._sign)
+        graph = Ros2Graph(ros, self._sign, remapped_names(self._arguments))
         welcome = graph.discover(self._end)
         welcome["time"] = graph.now(self._end, in_lockstep=welcome["lockstep"])
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -358,5 +388,6 @@ if __name__ == "__main__":
     parser.add_argument(
         "--sign", metavar="/TOPIC", default=CLOCK, help="topic that a present simulator publishes (%(default)s)"
     )
-    options = parser.parse_args()
-    RelayProcess(options.node, options.wait, options.sign).run()
+    own, for_rclpy = split_arguments(sys.argv[1:])
+    options = parser.parse_args(own)
+    RelayProcess(options.node, options.wait, options.sign, for_rclpy).run()

@@ -128,7 +128,7 @@ class CommandTopic(CommandQueue):
         wanted = topic["qos"]
         self._sender = sender
         self._node = ros.node
-        self._names = [relative(name) for name in names]
+        self._names = [ros.full_name(name) for name in names]
         self._is_values = is_values(topic["type"])
         qos = quality(
             is_reliable=wanted["reliable"],
@@ -136,8 +136,8 @@ class CommandTopic(CommandQueue):
             depth=LOCKSTEP_DEPTH if more.get("limit", 0) is None else wanted["depth"],
         )
         message_class = interface_class(topic["type"], "msg")
-        for name in self._names:
-            ros.receiver.subscribe(message_class, name, self._take, qos, raw=not self._is_values)
+        for name in names:
+            ros.receiver.subscribe(message_class, relative(name), self._take, qos, raw=not self._is_values)
 
     def count_publishers(self) -> int:
         """Return the number of nodes that may command it."""
