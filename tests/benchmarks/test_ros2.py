@@ -6,12 +6,16 @@ from benchmarks import ros2
 from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.util.errors import UsageError
 from tests.quick_children import QUICK_SERVING
+from tests.ros2.ground import Ground
+
+pytest_plugins = ["tests.ros2.fixtures"]
 
 
 @QUICK_SERVING
 @pytest.mark.slow
 @pytest.mark.ros2
-def test_ros2_quick_run_yields_figures() -> None:
+def test_ros2_quick_run_yields_figures(domain: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ros2, "DOMAIN", str(domain.domain))
     figures = {figure.label: figure for figure in ros2.measure(lambda _: None, quick=True)}
     assert figures["joint states at 1 kHz: rate"].value > 0.0
     assert 0.0 < figures["the clock: rate"].value <= 250.0 * 1.01
