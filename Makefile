@@ -43,9 +43,11 @@ hooks: .venv/.installed-dev
 	$(INSTALL) --group hooks
 	$(BIN)/pre-commit install
 
-# ROS 2 last: pip installs it, which the tools of tests upgrade first.
+# ROS 2 last: pip installs it, which the tools of tests upgrade first. Clients of Kilted use the interfaces of Jazzy, so that
+# nothing is built for them; a folder that is named is Jazzy's.
 system: debian .venv/.installed-dev
 	scripts/install-ros2
+	env -u CELLWRIGHT_ROS2_HOME scripts/install-ros2 kilted --interfaces jazzy
 
 # One after the other, as dpkg wants it.
 debian:

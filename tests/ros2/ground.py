@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import cellwright
+from cellwright.middleware.ros2.host.installation import Installation
 from cellwright.middleware.ros2.host.ros2 import discovery_variables
 from tests.processes import Process, name_of
 from tests.ros1.client import function_result, function_text
@@ -28,14 +29,17 @@ class Client(Process):
     """Running program under the Python of ROS 2: a function that imports everything in its own body."""
 
     def __init__(
-        self, function: Callable[..., object], arguments: tuple[Any, ...], environment: dict[str, str], folder: Path
+        self,
+        python: str,
+        function: Callable[..., object],
+        arguments: tuple[Any, ...],
+        environment: dict[str, str],
+        folder: Path,
     ) -> None:
-        found = installation()
-        assert found is not None
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f"{function.__name__}.py"
         path.write_text(function_text(function))
-        super().__init__([found.python, str(path), json.dumps(arguments)], environment, folder)
+        super().__init__([python, str(path), json.dumps(arguments)], environment, folder)
 
     def value(self) -> Any:
         """Return the function's result, through JSON; a traceback of the client fails the test."""
@@ -67,6 +71,10 @@ class Ground:
         """Whole environment of a client; wrong types of fields are errors there."""
         found = installation()
         assert found is not None
+        return self.environment_of(found)
+
+    def environment_of(self, found: Installation) -> dict[str, str]:
+        """Return the same of a client under a certain installation."""
         return {
             **found.environment,
             **self.ros,
@@ -75,9 +83,18 @@ class Ground:
             "HOME": str(self.folder),
         }
 
-    def client(self, function: Callable[..., object], *arguments: Any) -> Client:
-        """Start a function under the Python of ROS 2; it imports all that it uses, and `rclpy_node` for a node."""
-        client = Client(function, arguments, self.environment, self.folder / f"client{len(self._started)}")
+    def client(self, function: Callable[..., object], *arguments: Any, under: Installation | None = None) -> Client:
+        """Start a function under the Python of ROS 2; it imports all that it uses, and `rclpy_node` for a node.
+
+        Args:
+            function: to start.
+            arguments: of the function, as JSON values.
+            under: the installation; None for that of the cell.
+        """
+        found = under or installation()
+        assert found is not None
+        folder = self.folder / f"client{len(self._started)}"
+        client = Client(found.python, function, arguments, self.environment_of(found), folder)
         self._started.append(client)
         return client
 

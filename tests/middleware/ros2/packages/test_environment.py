@@ -52,10 +52,10 @@ class Machine:
         if self.failing == name:
             raise self.error
 
-    def install(self, distribution: str = "jazzy") -> list[str]:
+    def install(self, distribution: str = "jazzy", interfaces: str | None = None) -> list[str]:
         """Install, and return the steps."""
         self.steps.clear()
-        install(distribution, lambda _: None, self.variables)
+        install(distribution, lambda _: None, self.variables, interfaces=interfaces)
         return self.steps
 
     @property
@@ -132,6 +132,18 @@ def test_each_distribution_has_its_folder(machine: Machine) -> None:
     assert environment_folder("jazzy", machine.variables) == machine.home / "mine"
 
 
+def test_interfaces_of_other_distribution_do_until_own_are_built(machine: Machine) -> None:
+    with pytest.raises(UsageError, match="interfaces of jazzy: not built here; run scripts/install-ros2 jazzy first"):
+        machine.install("kilted", interfaces="jazzy")
+    assert machine.steps == []
+    machine.install("jazzy")
+    assert machine.install("kilted", interfaces="jazzy") == ["wheels", "interfaces"]
+    assert [distribution for distribution, _ in machine.complete] == [*DISTRIBUTIONS]
+    assert machine.install("kilted", interfaces="jazzy") == []
+    assert machine.install("kilted") == ["build", "interfaces"]
+    assert machine.install("kilted", interfaces="jazzy") == []
+
+
 def test_broken_interpreter_makes_environment_again(machine: Machine) -> None:
     machine.install()
     (machine.complete[0][1] / "bin" / "python").unlink()
@@ -203,7 +215,7 @@ def test_exit_status_tells_missing_tools_from_errors(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def installed(*_: object) -> Path:
+    def installed(*_: object, **_interfaces: object) -> Path:
         if error is not None:
             raise error
         return Path("/there")

@@ -4,7 +4,8 @@
 installed missing tools.
 
 - `requirements/DISTRIBUTION.txt` pins every package, so that pip resolves nothing.
-- The interfaces come as one wheel, built once and kept in the user's cache.
+- The interfaces come as one wheel, built once and kept in the user's cache. An environment for clients may take that of
+  another distribution, which spares a minute of building.
 - A file in the folder names its contents. It is written last, and so a folder without it is incomplete.
 """
 
@@ -68,21 +69,32 @@ def complete_environments(variables: Mapping[str, str] = os.environ) -> Iterator
             yield str(contents["distribution"]), folder
 
 
-def install(distribution: str, report: Report, variables: Mapping[str, str] = os.environ) -> Path:
+def install(
+    distribution: str, report: Report, variables: Mapping[str, str] = os.environ, *, interfaces: str | None = None
+) -> Path:
     """Make the environment of a distribution, or bring it up to date; return its folder.
+
+    Args:
+        distribution: one of `DISTRIBUTIONS`.
+        report: takes a line on what is done.
+        variables: the environment, for folders.
+        interfaces: distribution whose interfaces are enough, from the cache; None for the environment's own.
 
     Raises:
         MissingToolsError: the interfaces are not in the cache, and programs to build them are missing. The rest is
             installed, and another call goes on from there.
-        UsageError: this machine cannot run the wheels, or a step failed.
+        UsageError: this machine cannot run the wheels, the other interfaces are not in the cache, or a step failed.
     """
     check_machine(distribution)
     folder = environment_folder(distribution, variables)
-    wheel = wheel_path(distribution, variables=variables)
+    wheel = wheel_path(interfaces or distribution, variables=variables)
     base = {"distribution": distribution, "requirements": _digest(requirements(distribution)), "python": _PYTHON}
     whole = base | {"interfaces": wheel.name}
-    if _contains(folder, whole):
+    own = base | {"interfaces": wheel_path(distribution, variables=variables).name}
+    if _contains(folder, whole) or _contains(folder, own):
         return folder
+    if interfaces is not None and not wheel.is_file():
+        raise UsageError(f"interfaces of {interfaces}: not built here; run scripts/install-ros2 {interfaces} first")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with _lock(folder.with_name(f".{folder.name}.lock"), report):
@@ -173,14 +185,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Install ROS 2 into an environment of its own; return the exit status: 0, 1, 2 or `MISSING_TOOLS`."""
     parser = argparse.ArgumentParser(prog="install-ros2", description=main.__doc__)
     parser.add_argument("distribution", nargs="?", default=DISTRIBUTIONS[0], help=" or ".join(DISTRIBUTIONS))
-    distribution = parser.parse_args(arguments).distribution
+    parser.add_argument("--interfaces", choices=DISTRIBUTIONS, help="take those built for this distribution")
+    options = parser.parse_args(arguments)
+    distribution: str = options.distribution
     started = time.monotonic()
 
     def report(line: str) -> None:
         print(f"install-ros2: {line}", flush=True)  # noqa: T201
 
     try:
-        folder = install(distribution, report)
+        folder = install(distribution, report, interfaces=options.interfaces)
     except MissingToolsError as error:
         report(str(error))
         return MISSING_TOOLS
