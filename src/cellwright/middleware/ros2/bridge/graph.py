@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from cellwright.middleware.ros2.bridge.node import RosNode, relative
+from cellwright.middleware.ros2.bridge.node import RosNode
 from cellwright.middleware.wire.event_loop import EventLoop, report
 
 PERIOD = 2.0  # time between two looks [s]
@@ -17,7 +17,7 @@ class TypeWatch:
     def __init__(self, ros: RosNode, loop: EventLoop, topics: Sequence[str]) -> None:
         self._node = ros.node
         self._loop = loop
-        self._topics = [self._node.resolve_topic_name(relative(name)) for name in topics]
+        self._topics = [ros.full_name(name) for name in topics]
         self._reported: set[tuple[str, str]] = set()
         self._me = (self._node.get_name(), self._node.get_namespace())
         loop.later(PERIOD, self._look)
