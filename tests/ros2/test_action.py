@@ -16,7 +16,6 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 def send_goals(name: str) -> dict[str, Any]:
     """Send goals to the arm's action; return what became of them."""
     from control_msgs.action import FollowJointTrajectory
-    from rclpy.action import ActionClient
     from rclpy_node import Node
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -31,8 +30,7 @@ def send_goals(name: str) -> dict[str, Any]:
         return made
 
     with Node() as me:
-        client = ActionClient(me.node, FollowJointTrajectory, name)
-        assert client.wait_for_server(60.0)
+        client = me.action_client(name, "control_msgs/FollowJointTrajectory")
         feedback: list[Any] = []
         first = me.act(client.send_goal_async, goal(0.3, 1), feedback_callback=feedback.append)
         done = me.act(first.get_result_async)

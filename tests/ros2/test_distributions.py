@@ -19,7 +19,6 @@ SUCCEEDED, CANCELED = 4, 5
 def work() -> dict[str, Any]:
     """Start the competition, move the arm by a command and by goals, and switch the gripper; return what was seen."""
     from control_msgs.action import FollowJointTrajectory
-    from rclpy.action import ActionClient
     from rclpy_node import LATCHED, Node
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -50,8 +49,7 @@ def work() -> dict[str, Any]:
         me.wait(lambda: late, "order of the late subscriber")
         gripper = me.call("/ariac/gripper/control", "osrf_gear/VacuumGripperControl", enable=True)
         me.wait(lambda: grips and grips[-1].enabled, "gripper switched on")
-        client = ActionClient(me.node, FollowJointTrajectory, "/ariac/arm/follow_joint_trajectory")
-        assert client.wait_for_server(60.0)
+        client = me.action_client("/ariac/arm/follow_joint_trajectory", "control_msgs/FollowJointTrajectory")
         feedback: list[Any] = []
         done = me.act(client.send_goal_async, goal(0.3, 1), feedback_callback=feedback.append)
         ended = me.act(done.get_result_async)

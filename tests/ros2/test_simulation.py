@@ -191,14 +191,12 @@ def test_steps_of_lockstep_count_on_over_reset_of_state(tmp_path: Path) -> None:
 
 def simulate_steps() -> list[Any]:
     """Step a paused cell over the action, once to the end and once until a cancel."""
-    from rclpy.action import ActionClient
     from rclpy_node import Node
     from simulation_interfaces.action import SimulateSteps
     from simulation_interfaces.msg import SimulationState
 
     with Node() as me:
-        steps = ActionClient(me.node, SimulateSteps, "/simulate_steps")
-        assert steps.wait_for_server(60.0)
+        steps = me.action_client("/simulate_steps", "simulation_interfaces/SimulateSteps")
         refused = me.act(me.act(steps.send_goal_async, SimulateSteps.Goal(steps=10)).get_result_async)
         me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=2))
         counts: list[list[int]] = []

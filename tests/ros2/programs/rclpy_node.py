@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
+from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -81,6 +82,16 @@ class Node:
         future.add_done_callback(lambda _: done.set())
         assert done.wait(TIMEOUT), "no answer"
         return future.result()
+
+    def action_client(self, name: str, type_name: str) -> Any:
+        """Return a client of an action, which has a server. The thread that spins makes it.
+
+        Made in another thread it may be waited for before it is complete, which is an error in Kilted.
+        """
+        kind = interface(type_name, "action")
+        client = self.result(self.executor.create_task(lambda: ActionClient(self.node, kind, name)))
+        assert client.wait_for_server(TIMEOUT), f"no action {name}"
+        return client
 
     def act(self, function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
         """Call a function of an action's client in the thread that spins, and return the result of its future.
