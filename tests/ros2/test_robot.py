@@ -42,9 +42,10 @@ def drive(joint: str, target: float) -> dict[str, Any]:
 
 
 def test_robot_follows_best_effort_commands_and_goes_home(domain: Ground) -> None:
-    domain.teleop("qinglong")
+    robot = domain.teleop("qinglong")
     found = domain.client(drive, "J_arm_r_04", 1.2).value()
     assert found["joints"] == 75
     assert (found["stamped"], found["applied"], found["status"]) == (True, True, True)
     assert "sim_robot_controller_node" in found["nodes"]
     assert found["reset"][0]
+    assert "refused" not in robot.said

@@ -75,7 +75,8 @@ class Bridge:
         parameters = self._ask(PARAMETERS, {})
         state = self._ask(CONTROL, {"action": "state"})
         self._has = {FEATURES: self._ask(FEATURES, {}) or {}}
-        self._has[CONTROLLER_LIST] = (self._ask(CONTROLLER_LIST, {}) or {}) if self._names else {}
+        has_controllers = self._names and self._link.welcome["actions"]  # a robot would report a refused call
+        self._has[CONTROLLER_LIST] = (self._ask(CONTROLLER_LIST, {}) or {}) if has_controllers else {}
         if parameters is None or state is None:
             return ENDED
         ros = self._ros = RosNode(self._name, self._arguments)
