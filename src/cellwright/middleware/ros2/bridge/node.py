@@ -15,7 +15,6 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from cellwright.middleware.ros2.bridge.receiver import Receiver
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
@@ -49,9 +48,8 @@ class RosNode:
 
     Attributes:
         node: rclpy's node.
-        receiver: takes messages and requests, which must be fast; the executor calls all else.
+        receiver: takes messages, requests and goals, which must be fast; the executor calls all else.
         group: callback group of the executor in which callbacks do not wait for each other.
-        actions: servers of actions, which end before the node.
 
     Raises:
         MissingError: rclpy cannot start here.
@@ -66,7 +64,6 @@ class RosNode:
             raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
         self.receiver = Receiver(self.node)
         self.group = ReentrantCallbackGroup()
-        self.actions: list[Any] = []
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
@@ -82,17 +79,6 @@ class RosNode:
         name: str = self.node.resolve_service_name(relative(service))
         return name
 
-    def awaited(self) -> tuple[Future, Callable[[Any], None]]:
-        """Return a future for a coroutine of the executor, and the function that sets its result in any thread."""
-        future = Future(executor=self.executor)
-
-        def resolve(result: Any) -> None:
-            if not future.done():
-                future.set_result(result)
-                self.executor.wake()  # a result alone does not end its wait
-
-        return future, resolve
-
     def start(self) -> None:
         """Begin to call callbacks."""
         self._thread.start()
@@ -100,13 +86,11 @@ class RosNode:
 
     def close(self) -> None:
         """Leave the graph; the order is the one in which rclpy ends without complaint."""
-        self.receiver.close(SIGN_OFF_TIMEOUT)
         with contextlib.suppress(Exception):
             self.executor.shutdown()
         if self._thread.is_alive():
             self._thread.join(SIGN_OFF_TIMEOUT)
-        for action in self.actions:  # they would keep the node, and it its shared memory
-            action.destroy()
+        self.receiver.close(SIGN_OFF_TIMEOUT)
         self.node.destroy_node()
         rclpy.try_shutdown()
 

@@ -1,20 +1,23 @@
-"""Thread that takes messages and requests from ROS 2, in place of rclpy's executor."""
+"""Thread that takes messages, requests and goals from ROS 2, in place of rclpy's executor."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import QoSProfile
+from rclpy.waitable import NumberOfEntities
 
+from cellwright.middleware.ros2.bridge.coroutines import GoalServer, run
 from cellwright.middleware.wire.event_loop import nothing, report
 
 Respond = Callable[[Any], None]
 """Sends the response to a request, from any thread."""
+
+_KINDS = ("subscriptions", "guard_conditions", "timers", "clients", "services", "events")
 
 
 class _NotExecuted(CallbackGroup):  # type: ignore[misc]
@@ -31,7 +34,7 @@ class _NotExecuted(CallbackGroup):  # type: ignore[misc]
 
 
 class Receiver:
-    """Thread that calls handlers of topics and services; what it serves is advertised before `start`.
+    """Thread that calls handlers of topics, services and actions; what it serves is advertised before `start`.
 
     For each message an executor of rclpy makes a task and collects all entities of its node several times, while other
     threads of Python stand still. With a cell's entities this takes longer than the way to the cell and back.
@@ -44,6 +47,7 @@ class Receiver:
         self._is_ended = False
         self._subscriptions: list[tuple[Any, Callable[[Any], None]]] = []
         self._services: list[tuple[Any, Callable[[Any, Respond], None]]] = []
+        self._actions: list[GoalServer] = []
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
 
     def subscribe(
@@ -60,24 +64,34 @@ class Receiver:
         service = self._node.create_service(service_class, name, nothing, callback_group=self._group)
         self._services.append((service, serve))
 
+    def offer(self, action_class: Any, name: str, execute: Callable[[Any], Any], **callbacks: Any) -> None:
+        """Serve an action; `execute` and the callbacks are coroutines that await answers of `coroutines`."""
+        self._actions.append(
+            GoalServer(self._node, action_class, name, execute, callback_group=self._group, **callbacks)
+        )
+
     def start(self) -> None:
         """Begin to call handlers."""
         self._thread.start()
 
     def close(self, timeout: float) -> None:
-        """End the thread, before the node leaves the graph."""
+        """End the thread and the actions, before the node leaves the graph."""
         self._is_ended = True
         if self._thread.is_alive():
             self._end.trigger()
             self._thread.join(timeout)
+        for action in self._actions:  # they would keep the node, and it its shared memory
+            action.destroy()
 
     def _run(self) -> None:
         context = self._node.context.handle
         # Events, such as another quality of service, are waited for together with the messages. With the events in the
         # executor's set, messages came up to 13 ms late.
         events = [event for subscription, _ in self._subscriptions for event in subscription.event_handlers]
-        counts = len(self._subscriptions), 1, 0, 0, len(self._services), len(events)
-        waiting = rclpy_implementation.WaitSet(*counts, context)
+        waitables = [*events, *self._actions]
+        own = NumberOfEntities(num_subs=len(self._subscriptions), num_gcs=1, num_services=len(self._services))
+        counts = sum((each.get_num_entities() for each in waitables), own)
+        waiting = rclpy_implementation.WaitSet(*(getattr(counts, f"num_{kind}") for kind in _KINDS), context)
         subscriptions = {each.handle.pointer: (each, take) for each, take in self._subscriptions}
         services = {each.handle.pointer: (each, serve) for each, serve in self._services}
         while not self._is_ended:
@@ -87,16 +101,17 @@ class Receiver:
                 waiting.add_subscription(subscription.handle)
             for service, _ in self._services:
                 waiting.add_service(service.handle)
-            for event in events:
-                event.add_to_wait_set(waiting)
+            for waitable in waitables:
+                waitable.add_to_wait_set(waiting)
             waiting.wait(-1)
             for pointer in waiting.get_ready_entities("subscription"):  # before services: commands come before steps
                 self._do(self._take, *subscriptions[pointer])
             for pointer in waiting.get_ready_entities("service"):
-                self._do(self._answer, *services[pointer])
-            for event in events:
-                if event.is_ready(waiting):
-                    self._do(self._handle, event)
+                if pointer in services:  # else it is of an action
+                    self._do(self._answer, *services[pointer])
+            for waitable in waitables:
+                if waitable.is_ready(waiting):
+                    self._do(self._handle, waitable)
 
     def _take(self, subscription: Any, take: Callable[[Any], None]) -> None:
         with subscription.handle:
@@ -110,9 +125,8 @@ class Receiver:
         if header is not None:
             serve(request, lambda response: service.send_response(response, header))
 
-    def _handle(self, event: Any) -> None:
-        with suppress(StopIteration):
-            event.execute(event.take_data()).send(None)  # a coroutine that waits for nothing
+    def _handle(self, waitable: Any) -> None:
+        run(waitable.execute(waitable.take_data()))
 
     def _do(self, function: Callable[..., None], *arguments: Any) -> None:
         """Call a function; a defect in it is no reason to leave the others uncalled."""

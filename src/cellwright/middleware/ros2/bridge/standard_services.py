@@ -14,8 +14,9 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-from rclpy.action import ActionServer, CancelResponse
+from rclpy.action import CancelResponse
 
+from cellwright.middleware.ros2.bridge.coroutines import Answer
 from cellwright.middleware.ros2.bridge.interfaces import fill, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode
 from cellwright.middleware.ros2.bridge.receiver import Respond
@@ -95,18 +96,10 @@ class StepAction:
     """The action `simulate_steps`, which steps a paused simulation."""
 
     def __init__(self, ros: RosNode, services: ServerServices) -> None:
-        self._ros = ros
         self._services = services
         self._steps = import_module("simulation_interfaces.action").SimulateSteps
-        ros.actions.append(
-            ActionServer(
-                ros.node,
-                self._steps,
-                "simulate_steps",
-                self._simulate,
-                cancel_callback=lambda _goal: CancelResponse.ACCEPT,
-                callback_group=ros.group,
-            )
+        ros.receiver.offer(
+            self._steps, "simulate_steps", self._simulate, cancel_callback=lambda _goal: CancelResponse.ACCEPT
         )
 
     async def _simulate(self, goal: Any) -> Any:
@@ -115,9 +108,9 @@ class StepAction:
         answer: dict[str, Any] = {"result": {"result": OK, "error_message": ""}}
         while done < wanted and not goal.is_cancel_requested:
             part = min(CHUNK, wanted - done)
-            future, resolve = self._ros.awaited()
-            self._services.ask("StepSimulation", {"steps": part}, resolve)
-            answer = await future
+            answered = Answer()
+            self._services.ask("StepSimulation", {"steps": part}, answered.give)
+            answer = await answered
             if answer["result"]["result"] != OK:
                 break
             done += part
