@@ -15,14 +15,20 @@ from contextlib import suppress
 from typing import Any
 
 import rclpy
+from action_msgs.msg import GoalStatus
+from control_msgs.action import FollowJointTrajectory
+from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Image, JointState, PointCloud2
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectoryPoint
 
 _DEPTH = 100
+_STREAMED: dict[str, Any] = {"clock": Clock, "joint_states": JointState, "image": Image, "points": PointCloud2}
+"""Types of streams, by the last part of the name."""
 
 
 class Client:
@@ -48,13 +54,20 @@ class Client:
 
 
 def echo(client: Client, name: str, _number: float) -> None:
-    """Answer pings and calls until stdin ends."""
+    """Answer pings, calls and goals until stdin ends."""
+
+    def follow(goal: Any) -> Any:
+        goal.succeed()
+        return FollowJointTrajectory.Result()
+
     pong = client.node.create_publisher(String, f"{name}/pong", 10)
     client.node.create_subscription(String, f"{name}/ping", pong.publish, 10)
     client.node.create_service(Trigger, f"{name}/ask", lambda _request, response: response)
+    server = ActionServer(client.node, FollowJointTrajectory, f"{name}/follow", follow)
     client.thread.start()
     print("ready", flush=True)  # noqa: T201
     sys.stdin.read()
+    server.destroy()
 
 
 def topic(client: Client, name: str, number: float) -> list[float]:
@@ -91,6 +104,37 @@ def service(client: Client, name: str, number: float) -> list[float]:
     return _times(call, int(number))
 
 
+def action(client: Client, name: str, number: float) -> list[float]:
+    """Return the times from goals to their results [s]; the server is done with a goal when it has accepted it."""
+    caller = ActionClient(client.node, FollowJointTrajectory, f"{name}/follow")
+    goal = FollowJointTrajectory.Goal()
+    goal.trajectory.joint_names = [f"joint_{index}" for index in range(7)]
+    goal.trajectory.points = [JointTrajectoryPoint(positions=[0.1] * 7)]
+    client.thread.start()
+    caller.wait_for_server()
+
+    def follow() -> None:
+        done = threading.Event()
+        statuses: list[int] = []
+
+        def finish(answered: Any) -> None:
+            statuses.append(answered.result().status)
+            done.set()
+
+        def accept(answered: Any) -> None:
+            answered.result().get_result_async().add_done_callback(finish)
+
+        caller.send_goal_async(goal).add_done_callback(accept)
+        done.wait()
+        if statuses != [GoalStatus.STATUS_SUCCEEDED]:
+            raise ValueError(f"{name}/follow: a goal ended otherwise (got status {statuses[0]})")
+
+    follow()
+    times = _times(follow, int(number))
+    caller.destroy()
+    return times
+
+
 def _times(trip: Callable[[], None], number: int) -> list[float]:
     found = []
     for index in range(number):
@@ -103,7 +147,7 @@ def _times(trip: Callable[[], None], number: int) -> list[float]:
 
 def stream(client: Client, name: str, number: float) -> dict[str, float]:
     """Return how many stamped messages came in some seconds, how many are missing between them, and their rate [Hz]."""
-    kind: Any = Clock if name.endswith("clock") else JointState
+    kind = _STREAMED[name.rpartition("/")[2]]
     stamps: list[int] = []
 
     def take(message: Any) -> None:
@@ -128,6 +172,8 @@ def stream(client: Client, name: str, number: float) -> dict[str, float]:
 if __name__ == "__main__":
     kind, name, number = sys.argv[1:4]
     client = Client(kind)
-    result = {"echo": echo, "topic": topic, "service": service, "stream": stream}[kind](client, name, float(number))
+    result = {"echo": echo, "topic": topic, "service": service, "action": action, "stream": stream}[kind](
+        client, name, float(number)
+    )
     client.close()
     print(json.dumps(result), flush=True)  # noqa: T201
