@@ -17,6 +17,9 @@ pytestmark = pytest.mark.ros2
 SHARED = Path("/dev/shm")
 """Shared memory, in which Fast DDS has files of each process."""
 
+ROOM = 16 << 20
+"""Least shared memory of a bridge, for pictures [bytes]."""
+
 
 def observe() -> None:
     """Print when the cell's node comes and goes, and when joint states begin to flow from it.
@@ -68,6 +71,8 @@ def test_ten_ends_are_clean_and_leave_nothing(domain: Ground, number: signal.Sig
         if moment != "starting":
             observer.wait_for(f"^{moment}$", after=seen)
         own = shared_files(bridge) - before
+        if moment != "starting":
+            assert max((SHARED / name).stat().st_size for name in own) > ROOM
         cell.signal(number)
         assert cell.finish() == 0, cell.tell(moment)
         assert not cell.err, cell.tell(moment)

@@ -24,6 +24,11 @@ NAMES = ("both", "2017", "ros2_control")
 """Names of joint states and of the arm's controller: those of the contract, those of ros2_control, or both."""
 
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros2" / "bridge" / "bridge.py"
+_PROFILES = "large_messages.xml"
+
+
+OLD_PROFILES_VARIABLE, PROFILES_VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"
+_TRANSPORT_VARIABLES = (OLD_PROFILES_VARIABLE, PROFILES_VARIABLE, "FASTDDS_BUILTIN_TRANSPORTS")
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,14 @@ def discovery_variables(distribution: str, discovery: str) -> dict[str, str]:
     if distribution in ("humble", "galactic", "foxy"):  # they know no ranges
         return {OLD_RANGE_VARIABLE: "1" if discovery == "localhost" else "0"}
     return {RANGE_VARIABLE: discovery.upper()}
+
+
+def transport_variables(distribution: str, environment: Mapping[str, str]) -> dict[str, str]:
+    """Return the variables that let pictures pass without loss; none if `environment` configures Fast DDS itself."""
+    if any(environment.get(name) for name in _TRANSPORT_VARIABLES):
+        return {}
+    is_old = distribution in ("jazzy", "iron", "humble", "galactic", "foxy")
+    return {OLD_PROFILES_VARIABLE if is_old else PROFILES_VARIABLE: str(_BRIDGE_PROGRAM.with_name(_PROFILES))}
 
 
 class Ros2:
@@ -87,7 +100,8 @@ class Ros2:
         asked = found.environment.get(RANGE_VARIABLE, "")
         if RANGE_VARIABLE in own and asked.upper() not in ("", own[RANGE_VARIABLE], "SYSTEM_DEFAULT"):
             report(f"{RANGE_VARIABLE}={asked} is ignored; the range is {self.options.discovery}, see --ros2-range")
-        self._installation = replace(found, environment={**found.environment, **own})
+        more = transport_variables(found.distribution, found.environment)
+        self._installation = replace(found, environment={**found.environment, **own, **more})
         self.for_programs: Mapping[str, str] = own
         """Environment that leads a program of ROS 2 to the same nodes."""
         self.domain = found.environment.get("ROS_DOMAIN_ID") or "0"
