@@ -175,7 +175,7 @@ BENCHMARKS = (
     Benchmark("socket", "Over a socket", 2.0),
     Benchmark("teleop", "From a command to motion", 2.5),
     Benchmark("ros1", "Over ROS 1", 2.5),
-    Benchmark("ros2", "Over ROS 2", 2.0),
+    Benchmark("ros2", "Over ROS 2", 2.5),
 )
 
 

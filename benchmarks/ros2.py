@@ -1,7 +1,8 @@
 """Cost of ROS 2: round trips through bridge and cell, compared with a bare pair of rclpy nodes; messages that are lost.
 
 A cell of the trial `lesson` is stepped at 1 kHz in real time and echoes its commands. A rclpy client measures the round
-trip, and does the same with another rclpy node, in turn. Others count joint states at 1 kHz and the clock.
+trip, and does the same with another rclpy node, in turn. Others count joint states at 1 kHz, the clock, and pictures
+with point clouds.
 """
 
 from __future__ import annotations
