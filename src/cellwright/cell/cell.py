@@ -158,7 +158,7 @@ class Cell(CellDevices):
         for each in handlers:
             self.simulation.add(each)
         table = rows(trial, competition=competition)
-        bind(self.bus, self.simulation, table, (CellCommands(self, self.world.own_types), *handlers))
+        bind(self.bus, self.simulation, table, (CellCommands(self, self.world), *handlers))
         bind_plugin_sensors(self.bus, self)
         for description in trial.devices:
             self.simulation.add(make_plugin_device(description, self))

@@ -32,6 +32,7 @@ from cellwright.cell.model.frames import (
     TRAY_SURFACE,
     load_point,
 )
+from cellwright.cell.model.furniture import SHELF_BODY
 from cellwright.config.layout import BIN_WIDTH, TRAY_PLATE
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose, Vector3, normalized
@@ -51,7 +52,6 @@ FARTHEST = 50.0
 MAX_SPEED = 20.0
 """Largest velocity [m/s, rad/s] that a part may be given along an axis."""
 
-_HIDDEN = "shelf"  # where parts wait that are not in play
 _RAIL = "linear_arm_actuator"
 
 
@@ -323,7 +323,7 @@ class Entities:
         found = {}
         for body in range(1, model.nbody):
             name = model.body(body).name
-            if (model.body_parentid[body] == 0 and body not in parts and name != _HIDDEN) or self._is_tray(body):
+            if (model.body_parentid[body] == 0 and body not in parts and name != SHELF_BODY) or self._is_tray(body):
                 found[ARM if name == _RAIL else name] = body
         return found
 

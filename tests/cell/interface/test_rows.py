@@ -63,6 +63,7 @@ IN = {
 }
 SERVICES = {
     "/cellwright/part_types": "std_srvs/Trigger",
+    "/cellwright/solids": "std_srvs/Trigger",
     "/ariac/start_competition": "std_srvs/Trigger",
     "/ariac/end_competition": "std_srvs/Trigger",
     "/ariac/material_locations": "osrf_gear/GetMaterialLocations",
@@ -142,6 +143,7 @@ def test_bare_cell_has_rows_that_are_always_there() -> None:
         "/ariac/conveyor/control",
         "/cellwright/intention",
         "/cellwright/part_types",
+        "/cellwright/solids",
     }
 
 

@@ -3,14 +3,17 @@
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import cache
 from typing import cast, get_args
 
 from cellwright.cell.devices.conveyor import PopulationAction
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.trajectory_controller import check_count
 from cellwright.cell.interface.devices import CellDevices, present
+from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
+from cellwright.cell.model.solids import solids
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message, osrf_gear, service_type
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
@@ -43,9 +46,10 @@ class CellCommands:
     The reply about the trial's own part types is computed in the constructor, before time runs.
     """
 
-    def __init__(self, cell: CellDevices, own_types: Mapping[str, OwnPartType]) -> None:
+    def __init__(self, cell: CellDevices, world: World) -> None:
         self._cell = cell
-        self._own_types = part_types_json(own_types)
+        self._own_types = part_types_json(world.own_types)
+        self._solids = cache(lambda: json.dumps(solids(world)))
 
     def start_competition(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Start the trial."""
@@ -70,6 +74,10 @@ class CellCommands:
     def part_types(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """The trial's own part types."""
         return TriggerResponse(success=True, message=self._own_types)
+
+    def solids(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
+        """The solid shapes of arm and cell."""
+        return TriggerResponse(success=True, message=self._solids())
 
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""

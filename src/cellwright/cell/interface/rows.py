@@ -89,6 +89,9 @@ TRIAL = (
     accepts(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
           "Part types that the trial file defines, as a JSON object in `message`: mass, box and flat spots of the top.",
           handler="part_types"),
+    accepts(SERVICE, "/cellwright/solids", "std_srvs/Trigger", ALWAYS,
+          "Shapes of the arm's links and of what they must not hit, but for parts, as a JSON object in `message`.",
+          handler="solids"),
 )
 
 ARM = (

@@ -179,10 +179,13 @@ def add_frames(spec: Any, visuals: Visuals) -> None:
         visuals.add("world", box(0.54, thick, thick, frames.WORKCELL @ at(1.455, y, 3.0), colours.FRAME))
 
 
+SHELF_BODY = "shelf"
+
+
 def add_shelf(spec: Any, slots: int) -> None:
     """Add the shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
     side = frames.SHELF_PITCH * (frames.shelf_columns(slots) + 1)
-    body = spec.worldbody.add_body(name="shelf", pos=(*frames.SHELF_CENTRE, 0.0))
+    body = spec.worldbody.add_body(name=SHELF_BODY, pos=(*frames.SHELF_CENTRE, 0.0))
     add_shape(body, box(side, side, frames.SHELF_SURFACE, at(z=frames.SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
 
 

@@ -32,6 +32,7 @@ _STOPPED = 0.02
 _PREFIX = "/ariac/"
 _STATUS_TOPIC = "/cellwright/intention"
 _PART_TYPES = "/cellwright/part_types"
+_SOLIDS = "/cellwright/solids"
 _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
 
 log = logging.getLogger(__name__)
@@ -108,6 +109,21 @@ class Client(NodeClient):
         """
         answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
         return {str(name): dict(values) for name, values in answer.items()}
+
+    def solids(self) -> Mapping[str, list[Mapping[str, Any]]]:
+        """Return the shapes of the arm and of what it must not hit, but for parts, by frame: its links, and "world".
+
+        Those of AGVs are where they stand at their load points. A shape has the `body` that it belongs to, its `type`,
+        and its `position` [m] and `quaternion` (w, x, y, z) in the frame. The meaning of its `size` [m] depends on the
+        type: radius of a sphere; radius and half length of a capsule or cylinder along z; half axes of an ellipsoid;
+        half edges of a box. A plane is the half space below its z = 0. A mesh has `vertices` [m] in its own frame, and
+        is their convex hull.
+
+        Raises:
+            CellwrightError: the cell has no such service: it is one of an earlier version.
+        """
+        answer = json.loads(self.call(_SOLIDS, TriggerRequest()).message)
+        return {str(frame): list(shapes) for frame, shapes in answer.items()}
 
     def set_status(self, text: str) -> None:
         """Announce the next action in a line, for the viewer's panel and recordings.
