@@ -60,7 +60,7 @@ def main() -> None:
         browser = playwright.chromium.launch(
             executable_path=browser_path(), args=[*ARGUMENTS], timeout=120e3, chromium_sandbox=False
         )
-        draw(browser, ("run", "lesson", "--no-picture", "--speed", "1"), (1280, 800), 47.0, "page.jpg")
+        draw(browser, ("run", "lesson", "--no-picture", "--speed", "1"), (1280, 800), 30.0, "page.jpg")
         draw(browser, ("teleop", "qinglong", "--port", "0"), (1280, 800), 2.0, "page-robot.jpg")
         operator = "browser-operator.png"
         draw(browser, ("teleop", "qinglong", "--port", "0"), (1000, 680), 2.0, operator, opened="Right arm")

@@ -16,7 +16,7 @@ SHOWN = 248  # the frame in which a gear is taken off the belt
 
 def main() -> None:
     """Run the trial with a video, and take a frame of it."""
-    options = ["--video", VIDEO, "--video-speed", "3.4", f"--video-camera={CAMERA}"]
+    options = ["--video", VIDEO, "--video-speed", "2.3", f"--video-camera={CAMERA}"]
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--no-picture", *options]
     subprocess.run(command, check=True)  # noqa: S603
     with av.open(VIDEO) as video:

@@ -1,11 +1,12 @@
 """Subscriptions to cameras only while there is something to see."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import BINS, IMAGES, CameraView, Images, Sighting, take_fresh
+from cellwright.clients.agents.kitter.perception import BINS, IMAGES, CameraView, Images, Sighting, wait_for_images
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
@@ -21,6 +22,13 @@ def cell(*names: str) -> Cell:
 
 def listeners(of: Cell, name: str) -> tuple[str, ...]:
     return of.bus.topic(f"/ariac/{name}").subscribers
+
+
+def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
+    """Let sensors listen until each has `count` images."""
+    for each in sensors:
+        each.listen()
+    wait_for_images(client, sensors, count)
 
 
 def test_images_are_kept_after_unsubscription() -> None:
@@ -88,8 +96,43 @@ def test_look_subscribes_only_to_needed_cameras() -> None:
     assert {part.type for part in seen} == {"disk_part"}
     assert listeners(qual2b, "logical_camera_bin7") == ()
     assert listeners(qual2b, "logical_camera_belt") == ("/agent",)
-    view.look()
+    view.note_change()
     assert view.parts_in_bins() == [], "what was seen before has been forgotten"
+
+
+def test_images_are_taken_again_only_after_change() -> None:
+    qual2b = cell("qual2b", "kitter_sensors")
+    client = Client(InProcess(qual2b, node="/agent"))
+    view = CellView(client, Catalogue(), ())
+    view.look(BINS)
+    first, seen = client.time, view.parts_in_bins()
+    view.look(BINS)
+    assert (client.time, view.parts_in_bins()) == (first, seen)
+    view.note_change()
+    view.look(BINS)
+    assert client.time > first + 0.7
+    assert len(view.parts_in_bins()) == len(seen)
+
+
+def test_images_of_changed_area_are_taken_meanwhile() -> None:
+    """The cameras listen from the change on, so that a later look need not wait for them."""
+    qual2b = cell("qual2b", "kitter_sensors")
+    client = Client(InProcess(qual2b, node="/agent"))
+    view = CellView(client, Catalogue(), ())
+    view.look(BINS)
+    view.note_change(BINS, STATIONS[1].area)
+    assert view.parts_in_bins() == []
+    assert listeners(qual2b, "logical_camera_bin7") == ("/agent",)
+    assert listeners(qual2b, "quality_control_sensor_1") == ("/agent",)
+    assert listeners(qual2b, "quality_control_sensor_2") == ()
+    client.sleep(1.0)
+    now = client.time
+    view.look(BINS)
+    assert view.faulty_on_tray(1) == ()
+    assert client.time == now
+    assert {part.type for part in view.parts_in_bins()} == {"disk_part"}
+    assert listeners(qual2b, "logical_camera_bin7") == ()
+    assert listeners(qual2b, "quality_control_sensor_1") == ()
 
 
 def look_and_call(callback: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:

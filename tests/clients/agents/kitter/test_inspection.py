@@ -14,8 +14,8 @@ from cellwright.util.pose import Pose
 
 PLACE = Pose((0.1, 0.1, 0.0))
 KINDS = Catalogue()
-TASK = Task("gear_part", PLACE, PLACE)
-KIT = KitTask("kit", [TASK], KINDS, STATIONS[2])
+TASK = Task("gear_part", PLACE, tray_T_part=PLACE)
+KIT = KitTask("kit", [TASK], KINDS, station=STATIONS[2])
 
 
 def beside(dx: float = 0.0, yaw: float = 0.0, part_type: str = "gear_part") -> Sighting:
@@ -48,11 +48,11 @@ def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True
     ],
 )
 def test_inspection_verdict_depends_on_offset_and_type(seen: list[Sighting], verdict: InspectionResult) -> None:
-    assert inspect_part(view(*seen), KIT, TASK, PLACE).verdict is verdict
+    assert inspect_part(view(*seen), KIT, TASK, PLACE, is_turned=False).verdict is verdict
 
 
 def test_inspection_reports_offset_and_turn() -> None:
-    finding = inspect_part(view(beside(0.02, 0.1), beside(0.3)), KIT, TASK, PLACE)
+    finding = inspect_part(view(beside(0.02, 0.1), beside(0.3)), KIT, TASK, PLACE, is_turned=False)
     assert finding.offset == pytest.approx(0.02)
     assert finding.turn == pytest.approx(0.1)
     assert finding.world_T_part == beside(0.02, 0.1).world_T_part
@@ -60,10 +60,14 @@ def test_inspection_reports_offset_and_turn() -> None:
 
 def test_inspection_finds_fault_without_camera() -> None:
     fault = beside(0.01).world_T_part
-    assert inspect_part(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is InspectionResult.FAULTY
+    assert (
+        inspect_part(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE, is_turned=False).verdict
+        is InspectionResult.FAULTY
+    )
     elsewhere = beside(0.1).world_T_part
     assert (
-        inspect_part(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE).verdict is InspectionResult.UNSEEN
+        inspect_part(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE, is_turned=False).verdict
+        is InspectionResult.UNSEEN
     )
 
 
@@ -71,5 +75,5 @@ def test_part_away_from_placed_ones_is_stray() -> None:
     stray, other = beside(0.06), beside(-0.3, part_type="disk_part")
     assert strays(view(beside(0.03), stray, other), KIT) == [stray, other]
     assert not is_known_faulty(KIT, stray)
-    kit = KitTask("kit", [TASK], KINDS, STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
+    kit = KitTask("kit", [TASK], KINDS, station=STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
     assert is_known_faulty(kit, stray)

@@ -3,13 +3,16 @@
 import math
 from typing import Any
 
+import mujoco
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cellwright.cell.model.parts import PART_TYPES as BUILT
-from cellwright.cell.model.parts import part_type
-from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, box_outline
+from cellwright.cell.model.parts import add_part, add_part_meshes, part_type
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures, box_outline
 from cellwright.config.layout import PART_TYPES
-from cellwright.engine.shapes import bounds
+from cellwright.engine.shapes import Visuals, bounds
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
@@ -31,15 +34,16 @@ def test_part_outline_covers_part(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(PART_TYPES))
-def test_grip_point_lies_over_solid_top(name: str) -> None:
+def test_grip_points_lie_over_solid_top(name: str) -> None:
     figure = figures(name)
-    tops = []
-    for shape in part_type(name).solid:
-        lower, upper = bounds((shape,))
-        nearest = [min(max(at, low), high) for at, low, high in zip(figure.grip, lower[:2], upper[:2], strict=True)]
-        if math.dist(nearest, figure.grip) < 0.038:  # radius of the cup's face
-            tops.append(upper[2])
-    assert max(tops) == pytest.approx(figure.top, abs=0.0006)
+    for grip in (figure.grip, *figure.other_grips):
+        tops = []
+        for shape in part_type(name).solid:
+            lower, upper = bounds((shape,))
+            nearest = [min(max(at, low), high) for at, low, high in zip(grip, lower[:2], upper[:2], strict=True)]
+            if math.dist(nearest, grip) < 0.038:  # radius of the cup's face
+                tops.append(upper[2])
+        assert max(tops) == pytest.approx(figure.top, abs=0.0006)
 
 
 def test_outline_moves_with_part() -> None:
@@ -124,3 +128,86 @@ def test_first_order_of_type_sets_side_up() -> None:
     catalogue.note_order("my_part", Pose())
     assert "my_part" not in catalogue
     assert catalogue.turned("gear_part", goal) is goal
+
+
+angles, lengths = st.floats(-3.1, 3.1), st.floats(-0.3, 0.3)
+poses = st.builds(Pose.from_rpy, st.tuples(lengths, lengths, lengths), st.tuples(angles, angles, angles))
+
+
+def is_same(one: Pose, other: Pose) -> bool:
+    """Return whether two poses agree; opposite quaternions are the same rotation."""
+    cos = abs(sum(a * b for a, b in zip(one.quaternion, other.quaternion, strict=True)))
+    return math.dist(one.position, other.position) < 1e-9 and cos > 1.0 - 1e-9
+
+
+@given(poses, st.floats(0.0, 0.1), st.floats(-0.1, 0.1))
+def test_part_turned_over_twice_is_as_before(pose: Pose, top: float, below: float) -> None:
+    kind = PartFigures((0.0, 0.0), top, (Disc(0.0, 0.0, 0.1),), below, side=0.1)
+    assert is_same(pose @ kind.other_side @ kind.other_side, pose)
+
+
+def test_part_figures_hold_for_either_side() -> None:
+    """A part that can be turned over reaches as far up and down, and covers the same floor, by its other frame."""
+    turnable = [name for name in Catalogue().types if figures(name).side]
+    assert turnable == ["pulley_part"]
+    for name in turnable:
+        kind = figures(name)
+        corners = [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-kind.below, kind.top)]
+        turned = [kind.other_side.transform(corner) for corner in corners]
+        heights = sorted(round(z, 9) for _, _, z in turned)
+        assert heights == sorted(round(z, 9) for _, _, z in corners)
+        for disc in kind.outline:
+            x, y, _ = kind.other_side.transform((disc.x, disc.y, 0.0))
+            assert any(
+                math.dist((x, y), (each.x, each.y)) < 1e-9 and each.radius == disc.radius for each in kind.outline
+            )
+        assert kind.grip == pytest.approx(kind.other_side.transform((*kind.grip, 0.0))[:2])
+
+
+def test_side_of_pulley_is_that_of_its_model() -> None:
+    """The cup meets it by the widest radius of the part, with the middle of the side within the cup's face."""
+    kind, shapes = figures("pulley_part"), part_type("pulley_part").solid
+    lower, upper = bounds(shapes)
+    assert kind.side == pytest.approx(upper[0], abs=0.001)
+    assert kind.side == pytest.approx(-lower[1], abs=0.001)
+    assert (-kind.below, kind.top) == pytest.approx((lower[2], upper[2]), abs=0.001)
+
+
+def test_side_up_is_other_side_if_own_z_points_down() -> None:
+    kinds = Catalogue()
+    upright, below = Pose.from_rpy((0.1, 0.2, 0.7), (0.1, 0.0, 0.5)), Pose.from_rpy((0.1, 0.2, 0.7724), (3.0, 0.0, 0.5))
+    assert kinds.side_up("pulley_part", upright) == (upright, False)
+    pose, is_turned = kinds.side_up("pulley_part", below)
+    assert is_turned
+    assert pose.rotate((0.0, 0.0, 1.0))[2] > 0.98
+    assert pose.position == pytest.approx((0.1, 0.2, 0.7), abs=0.011)
+    assert kinds.side_up("gear_part", below) == (below, False), "it is not turned over"
+    assert kinds.side_up("u_joint_part", below) == (below, False)
+
+
+@given(poses)
+def test_side_up_points_up_and_is_its_own(pose: Pose) -> None:
+    kinds = Catalogue()
+    found, is_turned = kinds.side_up("pulley_part", pose)
+    assert found.rotate((0.0, 0.0, 1.0))[2] >= -1e-9
+    other = figures("pulley_part").other_side
+    assert is_same(found @ other if is_turned else found, pose)
+
+
+def test_turned_pulley_lies_as_figures_say() -> None:
+    """The part itself, dropped with its other side up, rests where its other frame is at the floor."""
+    spec = mujoco.MjSpec.from_string('<mujoco><worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>')
+    visuals = Visuals()
+    add_part_meshes(visuals)
+    kind = figures("pulley_part")
+    dropped = Pose.from_rpy((0.0, 0.0, 0.005), (0.0, 0.0, 0.3)) @ kind.other_side.inverse()
+    add_part(spec, visuals, "part", part_type("pulley_part"), dropped)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    while data.time < 1.0:
+        mujoco.mj_step(model, data)
+    x, y, z, *quaternion = data.qpos[:7].tolist()
+    pose, is_turned = Catalogue().side_up("pulley_part", Pose((x, y, z), tuple(quaternion)))
+    assert is_turned
+    assert pose.position == pytest.approx((0.0, 0.0, 0.0), abs=0.003)
+    assert pose.rpy == pytest.approx((0.0, 0.0, 0.3), abs=0.02)

@@ -14,11 +14,13 @@ from cellwright.clients.agents.kitter.motion import (
     folded,
     near_posture,
     on_rail,
+    side_posture,
     station_pan,
     station_posture,
 )
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS
-from cellwright.motion import Joints, forward, tool_down
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, pose_on_tray, side_grip_pose
+from cellwright.motion import Joints, forward, link_poses, tool_down
 from cellwright.util.pose import Pose
 
 PRESENT = Joints(0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0)
@@ -75,3 +77,27 @@ def test_folded_arm_keeps_direction_and_height() -> None:
     tool = forward(joints)
     assert tool.position[2] == pytest.approx(FOLDED_HEIGHT)
     assert math.dist(tool.position[:2], (0.3, 0.4)) < 0.45
+
+
+@given(st.sampled_from([1, 2]), st.floats(-0.1, 0.1), st.floats(-0.2, 0.2), st.floats(-3.0, 3.0))
+def test_side_posture_has_wrist_above_hand(number: int, x: float, y: float, direction: float) -> None:
+    pulley = Catalogue().figures("pulley_part")
+    part = pose_on_tray(STATIONS[number], pulley, Pose((x, y, 0.0)), drop=0.0)
+    goal = side_grip_pose(pulley, part, direction)
+    joints = side_posture(goal, STATIONS[number].rail, PRESENT)
+    if joints is None:
+        return
+    assert off_by(joints, goal) < 1e-6
+    links = link_poses(joints)
+    hand = links["vacuum_gripper_link"].position[2]
+    assert min(pose.position[2] for pose in links.values()) > hand - 1e-6, "nothing is lower than the hand"
+    assert links["wrist_1_link"].position[2] > hand + 0.1
+
+
+def test_side_posture_reaches_middle_of_either_tray_from_its_station() -> None:
+    pulley = Catalogue().figures("pulley_part")
+    for station in STATIONS.values():
+        part = pose_on_tray(station, pulley, Pose(), drop=0.0)
+        goals = [side_grip_pose(pulley, part, 2 * math.pi * step / 16) for step in range(16)]
+        assert any(side_posture(goal, station.rail, PRESENT) for goal in goals)
+        assert not any(side_posture(goal, -station.rail, PRESENT) for goal in goals)

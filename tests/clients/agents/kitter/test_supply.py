@@ -35,6 +35,13 @@ def test_best_part_is_nearest_of_type() -> None:
     assert supply().best("pulley_part", parts) is None
 
 
+def test_best_part_has_ordered_side_up() -> None:
+    near, far = lying(-0.4, 0.1, "pulley_part"), Sighting("pulley_part", Pose((-0.4, 0.9, 0.725)), is_turned=True)
+    assert supply().best("pulley_part", [near, far]) is near
+    assert supply().best("pulley_part", [near, far], is_turned=True) is far
+    assert supply().best("pulley_part", [near], is_turned=True) is near
+
+
 def test_failed_part_is_tried_last_and_then_given_up() -> None:
     found = supply()
     near, far = lying(-0.4, 0.1), lying(-0.4, 0.9)

@@ -45,6 +45,17 @@ def test_interpolate_turns_short_way() -> None:
     assert abs(interpolate(start, goal, 0.5).yaw) == pytest.approx(math.pi)
 
 
+def test_cup_that_ends_sideways_is_sideways_on_the_way() -> None:
+    start, goal = (
+        Pose.from_rpy((0.0, 0.0, 1.0), (0.0, 0.0, 0.3)),
+        Pose.from_rpy((0.1, 0.0, 0.8), (0.0, -math.pi / 2, 0.3)),
+    )
+    way = [pose for _, pose in straight_path(start, goal, 0.3)]
+    assert all(pose.quaternion == goal.quaternion for pose in way)
+    assert way[-1].position == pytest.approx(goal.position)
+    assert interpolate(start, goal, 0.5).position == pytest.approx((0.05, 0.0, 0.9))
+
+
 def test_following_path_catches_up_and_follows_part() -> None:
     start = Pose.from_rpy((1.21, 0.5, 1.0), (0.0, 0.0, 0.3))
     way = list(following_path(start, 0.93, 0.92, 0.2))

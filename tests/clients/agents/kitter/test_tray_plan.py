@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.agents.kitter.kits import PART_GAP, RIM_GAP, find_place, fits
+from cellwright.clients.agents.kitter.kits import PART_GAP, RIM_GAP, find_place, find_turning_spot, fits
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import TRAY_HALF_X, TRAY_HALF_Y
 from cellwright.config.layout import PART_TYPES
@@ -91,3 +91,99 @@ def test_any_ordered_pose_gives_free_place_on_tray(
     part = figures(part_type).covers(place.tray_T_part)
     assert fits(part, others, 0.0, 0.0)
     assert all(abs(disc.x) + disc.radius <= TRAY_HALF_X and abs(disc.y) + disc.radius <= TRAY_HALF_Y for disc in part)
+
+
+PULLEY = figures("pulley_part")
+HAND = ((0.03, 0.0), (0.03, 0.04), (0.08, 0.05), (0.12, 0.055), (0.16, 0.055), (0.18, 0.04), (0.195, 0.0))
+"""Outline of the hand, drawn back: distances [m] behind the part's side, and of its edge from the middle."""
+
+
+def points_of_hand(place: Pose, direction: float) -> list[tuple[float, float]]:
+    """Return points of the tray under the hand that points at the side of a pulley."""
+    x, y, _ = place.position
+    cos, sin = math.cos(direction), math.sin(direction)
+    edges = [(-(PULLEY.side + back), side * half) for back, half in HAND for side in (-1.0, 1.0)]
+    return [(x + along * cos - across * sin, y + along * sin + across * cos) for along, across in edges]
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-0.4, 0.4), st.floats(-3.0, 3.0))
+def test_part_rolled_about_direction_has_ordered_yaw(x: float, y: float, yaw: float) -> None:
+    spot = find_turning_spot(PULLEY, on_tray(x, y, yaw), (), ())
+    assert spot is not None
+    assert spot.direction is not None
+    place = spot.tray_T_part
+    axis = Pose.from_rpy(place.position, (0.0, 0.0, spot.direction))
+    roll = axis @ Pose.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0)) @ axis.inverse()
+    after = roll @ place @ PULLEY.other_side
+    assert after.position[:2] == pytest.approx(place.position[:2], abs=1e-9)
+    assert after.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
+    assert math.remainder(after.yaw - yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-0.4, 0.4), st.floats(-3.0, 3.0))
+def test_turning_spot_has_hand_and_part_inside_rims(x: float, y: float, yaw: float) -> None:
+    goal = on_tray(x, y, yaw)
+    spot = find_turning_spot(PULLEY, goal, (), ())
+    assert spot is not None
+    assert spot.direction is not None
+    assert fits(PULLEY.covers(spot.tray_T_part), (), 0.0, 0.0)
+    for px, py in points_of_hand(spot.tray_T_part, spot.direction):
+        assert abs(px) < TRAY_HALF_X
+        assert abs(py) < TRAY_HALF_Y
+    if spot.is_ordered:
+        assert spot.tray_T_part.position[:2] == pytest.approx(goal.position[:2])
+    else:
+        assert fits(PULLEY.covers(spot.tray_T_part), (), RIM_GAP, 0.0)
+
+
+def test_free_ordered_place_is_turning_spot() -> None:
+    spot = find_turning_spot(PULLEY, on_tray(0.1, 0.1), (), ())
+    assert spot is not None
+    assert spot.is_ordered
+
+
+@given(st.floats(-0.13, 0.13), st.floats(-0.23, 0.23), st.floats(-0.25, 0.25), st.floats(-0.35, 0.35))
+def test_turning_spot_is_beside_other_parts(x: float, y: float, other_x: float, other_y: float) -> None:
+    gear = figures("gear_part").covers(on_tray(other_x, other_y))
+    spot = find_turning_spot(PULLEY, on_tray(x, y), gear, gear)
+    if spot is None:
+        return
+    assert spot.direction is not None
+    assert fits(PULLEY.covers(spot.tray_T_part), gear, 0.0, 0.0)
+    for point in points_of_hand(spot.tray_T_part, spot.direction):
+        assert math.dist(point, (other_x, other_y)) > gear[0].radius
+
+
+def test_hand_avoids_only_parts_that_lie_there() -> None:
+    """Parts that are ordered under it come later: only the part itself has to leave room for them."""
+    goal = on_tray(0.1, 0.1)
+    first = find_turning_spot(PULLEY, goal, (), ())
+    assert first is not None
+    assert first.direction is not None
+    back = PULLEY.side + 0.1
+    gear = Disc(0.1 - back * math.cos(first.direction), 0.1 - back * math.sin(first.direction), 0.0392)
+    assert find_turning_spot(PULLEY, goal, [gear], ()) == first
+    other = find_turning_spot(PULLEY, goal, [gear], [gear])
+    assert other is not None
+    assert other.is_ordered
+    assert other.direction != first.direction
+
+
+def test_turning_spot_out_of_reach_is_another_direction_or_place() -> None:
+    goal = on_tray(0.1, 0.1)
+    first = find_turning_spot(PULLEY, goal, (), ())
+    assert first is not None
+    other = find_turning_spot(PULLEY, goal, (), (), lambda _pose, direction: direction != first.direction)
+    assert other is not None
+    assert other.is_ordered
+    assert other.direction != first.direction
+    elsewhere = find_turning_spot(PULLEY, goal, (), (), lambda pose, _direction: pose.position[0] < 0.0)
+    assert elsewhere is not None
+    assert not elsewhere.is_ordered
+    assert elsewhere.tray_T_part.position[0] < 0.0
+
+
+def test_tray_without_room_for_hand_has_no_turning_spot() -> None:
+    assert find_turning_spot(PULLEY, on_tray(0.0, 0.0), (), [Disc(0.0, 0.0, 1.0)]) is None
+    assert find_turning_spot(PULLEY, on_tray(0.0, 0.0), [Disc(0.0, 0.0, 1.0)], ()) is None
+    assert find_turning_spot(PULLEY, on_tray(0.0, 0.0), (), (), lambda _pose, _direction: False) is None

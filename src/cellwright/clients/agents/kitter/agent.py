@@ -3,13 +3,14 @@
 A state is a method that does one thing and returns the next state, with its arguments bound. Skills return whether
 they succeeded; the states decide what follows.
 
-    await_order -> choose_kit -> choose_part -> fetch | fetch_from_belt -> place -> check -> choose_part ...
-                                             -> clean -> submit -> await_order
+    await_order -> choose_part -> fetch | fetch_from_belt -> place -> check -> turn_over -> choose_part ...
+                               -> clean -> keep -> submit -> await_order
 """
 
 from __future__ import annotations
 
 import logging
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -17,6 +18,7 @@ from typing import Any, TypeAlias
 
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.clearance import Clearance
 from cellwright.clients.agents.kitter.kits import (
     InspectionResult,
     KitTask,
@@ -24,20 +26,15 @@ from cellwright.clients.agents.kitter.kits import (
     Task,
     TraySpot,
     find_place,
+    find_turning_spot,
     inspect_part,
     is_known_faulty,
+    is_near,
     strays,
 )
-from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import BINS, Sighting, TrackedBeltPart, is_in_bin
-from cellwright.clients.agents.kitter.pick_and_place import (
-    STATIONS,
-    Held,
-    Manipulator,
-    bin_rail,
-    pose_on_tray,
-    release_pose,
-)
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Manipulator, Station, bin_rail, pose_on_tray
 from cellwright.clients.client import Client
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose
@@ -51,8 +48,11 @@ BELT_HORIZON = 12.0
 FIRST_Y, LAST_Y = 1.7, -1.8
 """World y [m] between which parts are taken from the belt."""
 
-PART_TIMEOUT = 60.0
-"""Longest wait [s] for a part of which none is in sight."""
+KEEPING_HORIZON = 8.0
+"""Time [s] within which a part that no order has yet must arrive to be kept."""
+
+BELT_TIMEOUT, LOST_TIMEOUT = 60.0, 5.0
+"""Longest wait [s] for a part of which none is in sight: one that the belt may bring, or one that still rolls."""
 
 LATEST_WORK_TIME = 455.0
 """Time after the start [s] at which a kit is sent as it is: trials of the finals end after 500 s."""
@@ -77,7 +77,9 @@ log = logging.getLogger(__name__)
 class Supply:
     """Available parts, and failed attempts at them."""
 
-    def __init__(self, client: Client, view: CellView, arm: KitterArm, hand: Manipulator) -> None:
+    def __init__(
+        self, client: Client, view: CellView, arm: KitterArm, hand: Manipulator, belt_types: Iterable[str] = ()
+    ) -> None:
         self._client = client
         self._view = view
         self._arm = arm
@@ -85,23 +87,44 @@ class Supply:
         self._failures: Counter[tuple[int, int]] = Counter()
         self._tried: Counter[str] = Counter()
         self._too_far: Counter[str] = Counter()
+        self._belt_types = tuple(belt_types)
+        self.kept: set[str] = set()
+        """Types of which a part was kept for later."""
 
-    def on_belt(self, part_type: str) -> tuple[TrackedBeltPart, float] | None:
-        """Return the first reachable belt part of a type, and the world y [m] at which the arm meets it."""
+    def is_on_belt(self, part_type: str) -> bool:
+        """Return whether the belt brings a type."""
+        return "belt" in self._client.material_locations(part_type)
+
+    def is_on_belt_alone(self, part_type: str) -> bool:
+        """Return whether the belt brings a type, and no bin has it."""
+        return tuple(self._client.material_locations(part_type)) == ("belt",)
+
+    def unordered(self, kits: Iterable[KitTask]) -> list[str]:
+        """Return the types that the belt alone brings, that no kit has, and of which none was kept."""
+        ordered = {task.type for kit in kits for task in kit.tasks}
+        wanted = (each for each in self._belt_types if each not in ordered | self.kept)
+        return [each for each in wanted if self.is_on_belt_alone(each)]
+
+    def on_belt(self, part_type: str, horizon: float = BELT_HORIZON) -> tuple[TrackedBeltPart, float] | None:
+        """Return the first reachable belt part of a type, and the world y [m] at which the arm meets it.
+
+        Parts that the arm meets later than `horizon` [s] from now do not count.
+        """
         now = self._client.time
         for part in self._view.belt.coming(part_type, now, LAST_Y):
             y = self._hand.meeting_place(part, FIRST_Y, LAST_Y)
-            if y is not None and part.time_at(y) < now + BELT_HORIZON:
+            if y is not None and part.time_at(y) < now + horizon:
                 return part, y
         return None
 
-    def best(self, part_type: str, lying: Iterable[Sighting]) -> Sighting | None:
-        """Return the best part of a type: few failed attempts, near the rail's place, with much room around it."""
+    def best(self, part_type: str, lying: Iterable[Sighting], *, is_turned: bool = False) -> Sighting | None:
+        """Return the best part of a type: few failed attempts, the right side up, near the rail's place, with room."""
         candidates = [part for part in lying if part.type == part_type and self.failures(part.world_T_part) < ATTEMPTS]
         return min(
             candidates,
             key=lambda part: (
                 self.failures(part.world_T_part),
+                part.is_turned != is_turned,
                 round(abs(part.world_T_part.position[1] - self._arm.joints.rail), 1),
                 -part.world_T_part.position[0],
             ),
@@ -137,14 +160,22 @@ def bin_cell(world_T_part: Pose) -> tuple[int, int]:
 class Strategy:
     """Behaviour of the agent in one run."""
 
-    def __init__(self, client: Client, view: CellView, arm: KitterArm, hand: Manipulator, catalogue: Catalogue) -> None:
+    def __init__(
+        self,
+        client: Client,
+        view: CellView,
+        arm: KitterArm,
+        hand: Manipulator,
+        catalogue: Catalogue,
+        belt_types: Iterable[str] = (),
+    ) -> None:
         self._client = client
         self._view = view
         self._arm = arm
         self._hand = hand
         self._catalogue = catalogue
         self._orders = OrderBook(client, catalogue)
-        self._supply = Supply(client, view, arm, hand)
+        self._supply = Supply(client, view, arm, hand, belt_types)
         self._started = client.time
         self._last_progress = client.time
 
@@ -185,20 +216,51 @@ class Strategy:
         """Wait until there is a kit to build; None when the competition is over."""
         self._client.set_status("waiting for an order")
         self._client.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
-        return self.choose_kit if self._orders.open_kits() else None
-
-    def choose_kit(self) -> State | None:
-        """Choose the oldest kit that is not yet sent, at an AGV that is there."""
-        kit = self._orders.open_kits()[0]
-        is_ready = self._view.is_agv_ready
-        if not self._client.wait_until(lambda: any(map(is_ready, STATIONS)), 60.0):
-            self._log("no AGV is there")
-            return None if self._is_over() else self.choose_kit
-        kit.station = next(station for number, station in STATIONS.items() if is_ready(number))
-        self._view.watch_agvs(False)
         self._last_progress = self._client.time
+        return self.choose_part if self._orders.open_kits() else None
+
+    def await_agv(self) -> State | None:
+        """Wait until an AGV is there; None when the competition is over."""
+        if not self._client.wait_until(lambda: any(map(self._view.is_agv_ready, STATIONS)), 60.0):
+            self._log("no AGV is there")
+            return None if self._is_over() else self.await_agv
+        self._last_progress = self._client.time
+        return self.choose_part
+
+    def _is_workable(self, kit: KitTask) -> bool:
+        """Return whether a kit has an AGV; it gets one now if one is there."""
+        if kit.is_begun:
+            return True
+        taken = {each.station.number for each in self._orders.open_kits() if each.is_begun}
+        free = [number for number in STATIONS if number not in taken and self._view.is_agv_ready(number)]
+        if not free:
+            return False
+        self._view.look(BINS, *(STATIONS[number].area for number in free))
+        kit.station = min((STATIONS[number] for number in free), key=partial(self._drawback, kit))
+        kit.is_begun = True
+        if len(free) + len(taken) == len(STATIONS):
+            self._view.watch_agvs(False)
         self._set_status("building %s on AGV %d", kit.kit_type, kit.station.number)
-        return partial(self.choose_part, kit)
+        return True
+
+    def _drawback(self, kit: KitTask, station: Station) -> tuple[int, bool, float]:
+        """Return a key that is smaller for a station that suits a kit better.
+
+        First, parts of it may have been kept on the tray there. Second, the belt may bring a part but once. If it falls
+        beside AGV 1, it is lost: the trials that were published before the competition of 2017 have such regions over
+        both AGVs or over AGV 1, so such kits go to AGV 2. Third, the way of the rail counts.
+        """
+        types = {task.type for task in kit.tasks}
+        kept = sum(part.type in types for part in self._view.parts_on_tray(station.world_T_tray))
+        lying = self._view.parts_in_bins()
+        is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
+        way = [
+            min(
+                (abs(bin_rail(p.world_T_part.position[1]) - station.rail) for p in lying if p.type == each), default=0.0
+            )
+            for each in types
+        ]
+        return -kept, is_risky, round(sum(way), 1)
 
     def submit(self, kit: KitTask) -> State | None:
         """Send the kit."""
@@ -209,47 +271,84 @@ class Strategy:
         self._client.wait_until(lambda: self._view.is_agv_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
         self._set_status("sending AGV %d with %s: %s", number, kit.kit_type, types)
+        if kit.begun_at < math.inf:
+            self._log("%s took %.1f s to build", kit.kit_type, self._client.time - kit.begun_at)
         kit.sendings += 1
         kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
             self._log("it does not leave")
             return partial(self.submit, kit)
         self._client.sleep(1.0)
-        return self.choose_kit if self._orders.open_kits() else self.await_order
+        return self.choose_part if self._orders.open_kits() else self.await_order
 
     def _is_over(self) -> bool:
         return self._client.competition_state in ("end_game", "done")
 
-    def choose_part(self, kit: KitTask) -> State | None:
-        """Choose the next part, from the belt if one arrives in time, else from a bin; send the kit without any."""
-        self._orders.open_kits()
-        tasks = kit.open_tasks
-        if self._client.time - self._started > LATEST_WORK_TIME:
-            return partial(self.submit, kit)
-        if not tasks:
-            return partial(self.clean, kit)
-        for task in tasks:
+    def choose_part(self) -> State | None:
+        """Choose what to do next, for the kits of the newest order first; a later kit fills the wait for a part."""
+        kits = self._orders.open_kits()
+        if not kits:
+            return self.await_order
+        kits = [kit for kit in kits if self._is_workable(kit)]
+        if not kits:
+            return self.await_agv
+        is_late = self._client.time - self._started > LATEST_WORK_TIME
+        for kit in kits:
+            if is_late:
+                return partial(self.submit, kit)
+            if not kit.open_tasks:
+                return partial(self.clean, kit)
+            action = self._next_part(kit)
+            if action is not None:
+                kit.begun_at = min(kit.begun_at, self._client.time)
+                return action
+        waited = self._client.time - self._last_progress
+        hopeless = [
+            task
+            for task in kits[0].open_tasks
+            if waited > (BELT_TIMEOUT if self._supply.is_on_belt(task.type) else LOST_TIMEOUT)
+        ]
+        if hopeless:
+            for task in hopeless:
+                self._log("no %s is to be had", task.type)
+                task.given_up = self._supply.why_none(task.type)
+            return self.choose_part
+        return partial(self.wait_by_belt, kits)
+
+    def _next_part(self, kit: KitTask) -> State | None:
+        """Return how to get the next part of a kit: from the belt if one arrives in time, else from a tray or a bin."""
+        for task in kit.open_tasks:
             meeting = self._supply.on_belt(task.type)
             if meeting is not None:
                 return partial(self.fetch_from_belt, kit, task, *meeting)
         self._view.look(BINS, kit.station.area)
         lost = [part for part in strays(self._view, kit) if not is_known_faulty(kit, part)]
         for lying in (lost, self._view.parts_in_bins()):
-            for task in tasks:
-                part = self._supply.best(task.type, lying)
-                if part is not None:
-                    return partial(self.fetch, kit, task, part)
-        if self._client.time - self._last_progress > PART_TIMEOUT:
-            for task in tasks:
-                self._log("no %s is to be had", task.type)
-                task.given_up = self._supply.why_none(task.type)
-            return partial(self.choose_part, kit)
-        return partial(self.wait_by_belt, kit)
+            found = [
+                (task, part)
+                for task in kit.open_tasks
+                if (part := self._supply.best(task.type, lying, is_turned=task.is_turned)) is not None
+            ]
+            if found:
+                return partial(self.fetch, kit, *min(found, key=lambda each: self._cost(kit, *each)))
+        return None
 
-    def wait_by_belt(self, kit: KitTask) -> State | None:
+    def _cost(self, kit: KitTask, task: Task, part: Sighting) -> tuple[bool, bool, int, float]:
+        """Return a key that is smaller for a part to fetch earlier.
+
+        Those to be turned over come first, then those without another to spare: if one of these is dropped on the tray,
+        it lies flat while the tray is empty. Then few failed attempts count, and the way.
+        """
+        wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
+        lying = sum(each.type == part.type for each in self._view.parts_in_bins())
+        way = abs(bin_rail(part.world_T_part.position[1]) - kit.station.rail)
+        failures = self._supply.failures(part.world_T_part)
+        return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)
+
+    def wait_by_belt(self, kits: list[KitTask]) -> State | None:
         """Wait for a part that the belt brings, when nothing else is in reach."""
-        types = {task.type for task in kit.open_tasks}
-        if any("belt" in self._client.material_locations(each) for each in types):
+        types = {task.type for kit in kits for task in kit.open_tasks}
+        if any(map(self._supply.is_on_belt, types)):
             self._set_status("waiting by the belt for %s", ", ".join(sorted(types)))
             hover = Pose.from_rpy((1.21, WAITING_Y, 1.0), (0.0, 0.0, 0.0))
             self._arm.travel(hover, WAITING_Y - 0.3)
@@ -258,7 +357,8 @@ class Strategy:
                 self._client.sleep(0.1)
         else:
             self._client.sleep(2.0)
-        return partial(self.choose_part, kit)
+        self._see_again(kits[0])
+        return self.choose_part
 
     def fetch(self, kit: KitTask, task: Task, part: Sighting) -> State | None:
         """Take a part out of its bin, or from where it was lost on the tray."""
@@ -266,13 +366,27 @@ class Strategy:
         self._set_status("fetching a %s at (%.3f, %.3f)", task.type, x, y)
         rail = bin_rail(y) if is_in_bin(x, y) else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
-        held = self._hand.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
+        held = self._hand.from_rest(
+            task.type,
+            part.world_T_part,
+            rail,
+            is_turned=part.is_turned,
+            attempt=attempt,
+            neighbours=self._neighbours(kit, part),
+        )
+        self._view.note_change()
         if held is None:
             is_in_reach = self._hand.is_in_reach(task.type, part.world_T_part, rail)
             self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
             self._log("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
-            return partial(self.choose_part, kit)
+            return self.choose_part
         return partial(self.place, kit, task, held)
+
+    def _neighbours(self, kit: KitTask, part: Sighting) -> list[Disc]:
+        """Return the discs of other parts that were seen in bins and on the kit's tray, in the world."""
+        seen = (*self._view.parts_in_bins(), *self._view.parts_on_tray(kit.station.world_T_tray))
+        others = [each for each in seen if each is not part and not is_near(each.world_T_part, part.world_T_part, 0.01)]
+        return [disc for each in others for disc in self._catalogue.figures(each.type).covers(each.world_T_part)]
 
     def fetch_from_belt(self, kit: KitTask, task: Task, part: TrackedBeltPart, y: float) -> State | None:
         """Take a part from the belt at world y [m]."""
@@ -281,7 +395,7 @@ class Strategy:
         self._view.belt.forget(part)
         if held is None:
             self._log("it was missed")
-            return partial(self.choose_part, kit)
+            return self.choose_part
         return partial(self.place, kit, task, held)
 
     def place(self, kit: KitTask, task: Task, held: Held) -> State | None:
@@ -290,47 +404,92 @@ class Strategy:
         kind = self._catalogue.figures(task.type)
 
         def is_reachable(tray_T_part: Pose) -> bool:
-            goal = release_pose(held, pose_on_tray(station, kind, tray_T_part))
-            return self._arm.reaches(goal, station.rail)
+            return self._hand.can_put_down(held, pose_on_tray(station, kind, tray_T_part), station.rail)
 
-        place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
+        def can_turn_over(tray_T_part: Pose, direction: float) -> bool:
+            lying = pose_on_tray(station, kind, tray_T_part, drop=0.0)
+            return is_reachable(tray_T_part) and self._hand.can_turn_over(
+                task.type, lying, station.world_T_tray.yaw + direction, station.rail
+            )
+
+        if held.is_turned == task.is_turned:
+            place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
+        else:
+            place = find_turning_spot(kind, task.tray_T_goal, kit.taken(task), kit.obstacles(task), can_turn_over)
         if place is None:
             self._log("there is no room for a %s on the tray", task.type)
             task.given_up = "no room on the tray"
             self._hand.throw_away(held)
-            return partial(self.choose_part, kit)
+            return self.choose_part
         x, y, _ = place.tray_T_part.position
         where = "as ordered" if place.is_ordered else "as near as there is room"
+        where += "" if place.direction is None else ", to be turned over"
         self._set_status("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
-        if not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
+        goal, see_again = pose_on_tray(station, kind, place.tray_T_part), partial(self._see_again, kit)
+        if not self._hand.put_down(held, goal, station.rail, see_again):
             self._log("it was lost on the way")
             self._hand.let_go()
+            self._see_again(kit)
             self._note_loss(task)
-            return partial(self.choose_part, kit)
+            return self.choose_part
         task.tray_T_part = place.tray_T_part
         self._last_progress = self._client.time
         return partial(self.check, kit, task, place)
 
     def check(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
         """Check a placed part: throw a faulty one away, correct a misplaced one once."""
-        finding = inspect_part(self._view, kit, task, place.tray_T_part)
+        is_turned = task.is_turned is (place.direction is None)
+        finding = inspect_part(self._view, kit, task, place.tray_T_part, is_turned=is_turned)
         if finding.verdict is InspectionResult.FAULTY:
             return partial(self.reject, kit, task, place)
         if finding.verdict is InspectionResult.LOST:
             self._log("the %s is not on the tray", task.type)
             task.tray_T_part = None
             self._note_loss(task)
+            return self.choose_part
+        if place.direction is not None:
+            return partial(self.turn_over, kit, task, place, place.direction, finding.world_T_part)
         if finding.world_T_part is None:
-            return partial(self.choose_part, kit)
+            return self.choose_part
         self._log("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
         if finding.verdict is InspectionResult.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
-            held = self._hand.from_rest(task.type, finding.world_T_part, kit.station.rail)
+            held = self._hand.from_rest(task.type, finding.world_T_part, kit.station.rail, is_turned=task.is_turned)
             if held is not None:
                 task.tray_T_part = None
                 return partial(self.place, kit, task, held)
-        return partial(self.choose_part, kit)
+        return self.choose_part
+
+    def turn_over(
+        self, kit: KitTask, task: Task, place: TraySpot, direction: float, world_T_part: Pose | None
+    ) -> State | None:
+        """Turn a part over on the tray; then put it where it was ordered, if it is not there yet."""
+        station, kind = kit.station, self._catalogue.figures(task.type)
+        self._set_status("turning the %s over", task.type)
+        lying = world_T_part or pose_on_tray(station, kind, place.tray_T_part, drop=0.0)
+        task.tray_T_part = None
+        direction += station.world_T_tray.yaw
+        if not self._hand.turn_over(task.type, lying, direction, station.rail, partial(self._see_again, kit)):
+            self._log("the cup did not hold its side")
+            self._note_loss(task)
+            return self.choose_part
+        x, y, _ = place.tray_T_part.position
+        after = TraySpot(Pose.from_rpy((x, y, 0.0), (0.0, 0.0, task.tray_T_goal.yaw)), place.is_ordered)
+        if place.is_ordered:
+            task.tray_T_part = after.tray_T_part
+            return partial(self.check, kit, task, after)
+        finding = inspect_part(self._view, kit, task, after.tray_T_part, is_turned=task.is_turned)
+        lying = finding.world_T_part or pose_on_tray(station, kind, after.tray_T_part, drop=0.0)
+        held = self._hand.from_rest(task.type, lying, station.rail, is_turned=task.is_turned)
+        if held is None:
+            self._note_loss(task)
+            return self.choose_part
+        return partial(self.place, kit, task, held)
+
+    def _see_again(self, kit: KitTask) -> None:
+        """Begin to look at the bins and the kit's tray, as something was moved."""
+        self._view.note_change(BINS, kit.station.area)
 
     def _note_loss(self, task: Task) -> None:
         """Count a part that did not reach the tray; a type that is lost repeatedly is given up."""
@@ -346,23 +505,55 @@ class Strategy:
         if not self._throw_away(kit, task.type, lying, ATTEMPTS):
             self._log("it stays where it is")
             kit.faulty.append((task.type, place.tray_T_part))
-        return partial(self.choose_part, kit)
+        return self.choose_part
 
     def clean(self, kit: KitTask) -> State | None:
         """Remove what does not belong on the tray, then send it."""
         self._view.look(kit.station.area)
         found = strays(self._view, kit)
         if not found or kit.cleanings >= MAX_CLEANINGS:
-            return partial(self.submit, kit)
+            return self._keep_for_later(kit) or partial(self.submit, kit)
         self._set_status("removing an extra %s from the tray", found[0].type)
         self._throw_away(kit, found[0].type, found[0].world_T_part, 1, kit.cleanings)
         kit.cleanings += 1
+        return partial(self.clean, kit)
+
+    def _keep_for_later(self, kit: KitTask) -> State | None:
+        """Return how to save a part that only the belt brings, perhaps once, and that a later order may want."""
+        if self._orders.open_kits() != [kit]:
+            return None
+        other = next(station for station in STATIONS.values() if station is not kit.station)
+        for part_type in self._supply.unordered(self._orders.kits):
+            meeting = self._supply.on_belt(part_type, KEEPING_HORIZON)
+            if meeting is not None and self._view.is_agv_ready(other.number):
+                self._supply.kept.add(part_type)
+                return partial(self.keep, kit, other, *meeting)
+        return None
+
+    def keep(self, kit: KitTask, station: Station, part: TrackedBeltPart, y: float) -> State | None:
+        """Take a part off the belt, and lay it on the tray of the other AGV."""
+        self._set_status("taking a %s off the belt at y %.2f, to keep it on AGV %d", part.type, y, station.number)
+        held = self._hand.from_belt(part, y)
+        self._view.belt.forget(part)
+        if held is not None:
+            kind = self._catalogue.figures(part.type)
+            self._view.look(station.area)
+            lying = self._view.parts_on_tray(station.world_T_tray)
+            poses = [(each.type, station.world_T_tray.inverse() @ each.world_T_part) for each in lying]
+            others = [disc for name, pose in poses for disc in self._catalogue.figures(name).covers(pose)]
+            place = find_place(kind, Pose(), others)
+            if place is None:
+                self._hand.throw_away(held)
+            else:
+                self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail)
+            self._see_again(kit)
         return partial(self.clean, kit)
 
     def _throw_away(self, kit: KitTask, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
         """Take a part off the tray and drop it on the floor; False if the cup did not hold it."""
         for attempt in range(first, first + attempts):
             held = self._hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
+            self._see_again(kit)
             if held is not None:
                 self._hand.throw_away(held)
                 return True
@@ -380,7 +571,16 @@ class KitterAgent:
             catalogue = Catalogue({})
         belt_types = [each for each in catalogue.types if "belt" in client.material_locations(each)]
         view = CellView(client, catalogue, belt_types)
-        arm = KitterArm(client)
+        arm = KitterArm(client, _clearance(client))
         client.start_competition()
         client.sleep(0.02)
-        Strategy(client, view, arm, Manipulator(client, arm, catalogue), catalogue).run()
+        Strategy(client, view, arm, Manipulator(client, arm, catalogue), catalogue, belt_types).run()
+
+
+def _clearance(client: Client) -> Clearance | None:
+    """Return the clearance of the cell's arm; None without an arm, or if the cell is of an earlier version."""
+    try:
+        solids = client.solids()
+    except CellwrightError:
+        return None
+    return Clearance(solids) if len(solids) > 1 else None

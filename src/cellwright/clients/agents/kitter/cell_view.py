@@ -1,7 +1,7 @@
 """Cell view of the kitter: discovered sensors, AGV states, and the parts in bins and on trays."""
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -55,6 +55,9 @@ def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
 SURFACE_TOLERANCE = 0.02
 """Largest distance [m] of a part's origin from the surface that it lies on."""
 
+STACK_HEIGHT = 0.08
+"""Largest height [m] of a part above a surface on which it lies on others."""
+
 SAME_PART_DISTANCE = 0.03
 """Distance [m] within which two cameras see the same part of a type."""
 
@@ -79,6 +82,8 @@ class CellView:
         """Types seen with another side up, or not on the floor of their bin."""
         self._cameras: list[perception.CameraView] = []
         self._watching: set[str] = set()
+        self._begun: set[str] = set()
+        self._seen: set[str] = set()
         for name, world_T_camera in cameras.items():
             camera = perception.CameraView(client, name, world_T_camera, catalogue)
             if belt_types and perception.BELT.meets(camera.view):
@@ -101,22 +106,45 @@ class CellView:
         message = self._agvs[number].message
         return message is not None and message.data == "ready_to_deliver"
 
+    def note_change(self, *areas: perception.Area) -> None:
+        """Drop all images, as something was moved, and begin at once to take fresh ones of some areas."""
+        self._seen.clear()
+        self._begun.clear()
+        for sensor in (*self._cameras, *self._faults.values()):
+            sensor.newest.clear()
+        self._begin(areas)
+
     def look(self, *areas: perception.Area) -> None:
-        """Take fresh images of some areas with the cameras that see them; images of other cameras are dropped."""
-        for camera in self._cameras:
-            camera.newest.clear()
-        looking = [camera for camera in self._cameras if any(area.meets(camera.view) for area in areas)]
-        perception.take_fresh(self._client, looking, perception.IMAGES)
+        """Take images of some areas with the cameras that see them, but for those taken since the last change."""
+        self._begin(areas)
+        looking = [each for each in self._cameras if each.name in self._begun]
+        perception.wait_for_images(self._client, looking)
         for camera in looking:
             if camera.name not in self._watching:
                 camera.rest()
+        self._begun.difference_update(each.name for each in looking)
+        self._seen.update(each.name for each in looking)
 
     def faulty_on_tray(self, number: int) -> tuple[Pose, ...]:
-        """Return the world poses of faulty parts on the tray of an AGV, from fresh images."""
+        """Return the world poses of faulty parts on the tray of an AGV, from images since the last change."""
+        self._begin([STATIONS[number].area])
         sensor = self._faults[number]
-        perception.take_fresh(self._client, [sensor], FAULT_IMAGES)
+        perception.wait_for_images(self._client, [sensor], FAULT_IMAGES)
         sensor.rest()
+        self._begun.discard(sensor.name)
+        self._seen.add(sensor.name)
         return tuple(part.world_T_part for part in sensor.newest[-1].parts) if sensor.newest else ()
+
+    def _begin(self, areas: Sequence[perception.Area]) -> None:
+        """Begin to take images of some areas, and of faults there, but for those taken since the last change."""
+        wanted: list[perception.Images] = [
+            camera for camera in self._cameras if any(area.meets(camera.view) for area in areas)
+        ]
+        wanted += [self._faults[number] for number, station in STATIONS.items() if station.area in areas]
+        for sensor in wanted:
+            if sensor.name not in self._begun | self._seen:
+                sensor.listen()
+                self._begun.add(sensor.name)
 
     def parts_in_bins(self) -> list[perception.Sighting]:
         """Return the parts that lay flat in the bins at the last look, as far as cameras saw them."""
@@ -144,7 +172,7 @@ class CellView:
                 z -= self._catalogue.figures(part.type).below
                 if not is_inside(x, y):
                     continue
-                if abs(z - surface) > SURFACE_TOLERANCE or not part.is_upright:
+                if not -SURFACE_TOLERANCE < z - surface < STACK_HEIGHT or not part.is_upright:
                     self.not_upright.add(part.type)
                     continue
                 if not any(

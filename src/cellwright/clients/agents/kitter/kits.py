@@ -5,9 +5,10 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from itertools import chain
 
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures, discs_at
 from cellwright.clients.agents.kitter.perception import TRAY_HALF_X, TRAY_HALF_Y, Sighting
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Station, pose_on_tray
 from cellwright.clients.client import Client
@@ -21,16 +22,32 @@ RIM_GAP = 0.012
 PART_GAP = 0.008
 """Distance [m] of such a part to others."""
 
+NARROW = 0.4
+"""Share of these gaps that is enough where the part still counts as in its place."""
+
+IN_PLACE = 0.025
+"""Distance [m] from its ordered place at which a part counts as there: 30 mm are allowed."""
+
 _GRID_STEP = 0.01
 _TURNS = 16
+
+_HAND = ((0.03, 0.05), (0.10, 0.065), (0.145, 0.065))
+"""Hand at the side of a part, drawn back: distances [m] of discs behind the side, and their radii [m]."""
+_HAND_GAP = 0.01
+"""Distance [m] of the hand to rims and other parts."""
 
 
 @dataclass(frozen=True, slots=True)
 class TraySpot:
-    """A place on the tray; `is_ordered` if that is the ordered pose."""
+    """A place on the tray; `is_ordered` if that is the ordered place.
+
+    If the part is to be turned over there, the cup points in a horizontal `direction` [rad] of the tray for that, and
+    `tray_T_part` is by the side that is up before.
+    """
 
     tray_T_part: Pose
     is_ordered: bool
+    direction: float | None = None
 
 
 def find_place(
@@ -39,14 +56,49 @@ def find_place(
     """Return a place for a part beside others (in the tray frame); None when there is no room.
 
     The ordered pose is taken if it keeps the part inside the rims and off the others, however narrowly. Else places on
-    a grid of 1 cm are tried from the ordered one outwards, with the ordered yaw first.
+    a grid of 1 cm are tried from the ordered one outwards, with the ordered yaw first. Where the part still counts as
+    in its place, narrower gaps are enough.
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
         return TraySpot(goal, is_ordered=True)
-    for candidate in _candidates(goal):
-        if fits(kind.covers(candidate), others, RIM_GAP, PART_GAP) and is_reachable(candidate):
-            return TraySpot(candidate, is_ordered=False)
+    near = [each for each in _candidates(goal, turns=1) if math.dist(each.position, goal.position) < IN_PLACE]
+    for share, candidates in ((1.0, near), (NARROW, near), (1.0, _candidates(goal))):
+        for candidate in candidates:
+            gaps = share * RIM_GAP, share * PART_GAP
+            if fits(kind.covers(candidate), others, *gaps) and is_reachable(candidate):
+                return TraySpot(candidate, is_ordered=False)
+    return None
+
+
+def find_turning_spot(
+    kind: PartFigures,
+    tray_T_goal: Pose,
+    others: Sequence[Disc],
+    lying: Sequence[Disc],
+    is_reachable: Callable[[Pose, float], bool] = lambda _pose, _direction: True,
+) -> TraySpot | None:
+    """Return a place to turn a part over, beside `others`, with room for the hand beside those `lying`.
+
+    None if there is none. The ordered place is preferred. Rolled about an axis of direction d, a part of yaw y comes to
+    the yaw 2 d - y. So the
+    yaw before is chosen such that it comes to the ordered one.
+    """
+    goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
+    hand = [Disc(-(kind.side + along), 0.0, radius) for along, radius in _HAND]
+    for place in chain((goal,), _candidates(goal, turns=1)):
+        is_ordered = place is goal
+        rim_gap, part_gap = (0.0, 0.0) if is_ordered else (RIM_GAP, PART_GAP)
+        if not fits(kind.covers(place), others, rim_gap, part_gap):
+            continue
+        for step in range(_TURNS):
+            direction = 2 * math.pi * step / _TURNS
+            x, y, _ = place.position
+            if not fits(discs_at(hand, x, y, direction), lying, _HAND_GAP, _HAND_GAP):
+                continue
+            tray_T_part = Pose.from_rpy((x, y, 0.0), (0.0, 0.0, 2 * direction - goal.yaw))
+            if is_reachable(tray_T_part, direction):
+                return TraySpot(tray_T_part, is_ordered, direction)
     return None
 
 
@@ -63,7 +115,7 @@ def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap:
     )
 
 
-def _candidates(goal: Pose) -> Iterator[Pose]:
+def _candidates(goal: Pose, turns: int = _TURNS) -> Iterator[Pose]:
     """Yield poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws."""
     x0, y0, _ = goal.position
     columns, rows = round(TRAY_HALF_X / _GRID_STEP), round(TRAY_HALF_Y / _GRID_STEP)
@@ -71,7 +123,7 @@ def _candidates(goal: Pose) -> Iterator[Pose]:
         ((_GRID_STEP * i, _GRID_STEP * j) for i in range(-columns, columns + 1) for j in range(-rows, rows + 1)),
         key=lambda place: (round(math.hypot(place[0] - x0, place[1] - y0), 6), place),
     )
-    for turn in range(_TURNS):
+    for turn in range(turns):
         # to alternating sides: 0, 1, -1, 2, -2, ...
         steps = (turn + 1) // 2 * (1 if turn % 2 else -1)
         yaw = goal.yaw + steps * 2 * math.pi / _TURNS
@@ -81,10 +133,12 @@ def _candidates(goal: Pose) -> Iterator[Pose]:
 
 @dataclass
 class Task:
-    """One part of a kit, and its ordered pose."""
+    """One part of a kit, and its ordered pose by the side that is to be up."""
 
     type: str
     tray_T_goal: Pose
+    is_turned: bool = False
+    """True if its other side is to be up."""
     tray_T_part: Pose | None = None
     """Pose on the tray; None until the part lies there."""
     given_up: str = ""
@@ -102,12 +156,17 @@ class Task:
 
 @dataclass
 class KitTask:
-    """A kit to build, on the AGV of a station."""
+    """A kit to build, on the AGV of a station; `order` is the number of its order."""
 
     kit_type: str
     tasks: list[Task]
     catalogue: Catalogue
+    order: int = 0
     station: Station = STATIONS[1]
+    is_begun: bool = False
+    """True once the station is that of the kit."""
+    begun_at: float = math.inf
+    """Time at which its first part was fetched [s]."""
     is_sent: bool = False
     """True once nothing more can be done for it."""
     faulty: list[tuple[str, Pose]] = field(default_factory=list)
@@ -127,16 +186,17 @@ class KitTask:
         """Type and place on the tray of the parts that lie there."""
         return [(task.type, task.tray_T_part) for task in self.tasks if task.tray_T_part is not None]
 
+    def obstacles(self, but: Task) -> list[Disc]:
+        """Return the discs of all parts that lie on the tray, except that of `but`."""
+        figures = self.catalogue.figures
+        others = [(task.type, task.tray_T_part) for task in self.tasks if task is not but and task.tray_T_part]
+        return [disc for part_type, place in (*self.faulty, *others) for disc in figures(part_type).covers(place)]
+
     def taken(self, but: Task) -> list[Disc]:
         """Return the discs of all tasks except `but`: where parts lie, and where open ones were ordered."""
-        figures = self.catalogue.figures
-        discs = [disc for part_type, tray_T_part in self.faulty for disc in figures(part_type).covers(tray_T_part)]
+        figures, discs = self.catalogue.figures, self.obstacles(but)
         for task in self.tasks:
-            if task is but or task.type not in self.catalogue:
-                continue
-            if task.tray_T_part is not None:
-                discs += figures(task.type).covers(task.tray_T_part)
-            elif task.is_open:
+            if task is not but and task.type in self.catalogue and task.is_open:
                 place = find_place(figures(task.type), task.tray_T_goal, ())
                 if place is not None and place.is_ordered:
                     discs += figures(task.type).covers(place.tray_T_part)
@@ -157,24 +217,24 @@ class OrderBook:
         """All kits ordered so far, sent ones included."""
 
     def open_kits(self) -> list[KitTask]:
-        """Read new orders, and return the kits that are not yet sent, oldest first."""
+        """Read new orders, and return the kits that are not yet sent: those of the newest order first."""
         for order in self._client.orders[self._known :]:
             self._known += 1
             for kit in order.kits:
                 tasks = [self._task(each) for each in kit.objects]
-                self.kits.append(KitTask(kit.kit_type, tasks, self._catalogue))
+                self.kits.append(KitTask(kit.kit_type, tasks, self._catalogue, self._known))
                 types = ", ".join(task.type for task in tasks)
                 log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
                 for task in tasks:
                     if task.type not in self._catalogue:
                         task.given_up = self._catalogue.why_not(task.type)
                         log.info("%.1f s: cannot handle a %s: %s", self._client.time, task.type, task.given_up)
-        return [kit for kit in self.kits if not kit.is_sent]
+        return sorted((kit for kit in self.kits if not kit.is_sent), key=lambda kit: -kit.order)
 
     def _task(self, ordered: KitObject) -> Task:
         tray_T_goal = pose_from_message(ordered.pose)
         self._catalogue.note_order(ordered.type, tray_T_goal)
-        return Task(ordered.type, self._catalogue.turned(ordered.type, tray_T_goal))
+        return Task(ordered.type, *self._catalogue.side_up(ordered.type, tray_T_goal))
 
 
 STRAY_DISTANCE = 0.05
@@ -212,8 +272,8 @@ class Inspection:
     turn: float = 0.0
 
 
-def inspect_part(view: CellView, kit: KitTask, task: Task, tray_T_part: Pose) -> Inspection:
-    """Inspect a part that was placed on the tray of its kit. It takes a second."""
+def inspect_part(view: CellView, kit: KitTask, task: Task, tray_T_part: Pose, *, is_turned: bool) -> Inspection:
+    """Inspect a part that lies on the tray of its kit, by the side that is up. It takes a second."""
     station = kit.station
     expected = pose_on_tray(station, kit.catalogue.figures(task.type), tray_T_part)
     if any(is_near(pose, expected, SAME_PLACE) for pose in view.faulty_on_tray(station.number)):
@@ -221,7 +281,11 @@ def inspect_part(view: CellView, kit: KitTask, task: Task, tray_T_part: Pose) ->
     if not view.sees(expected):
         return Inspection(InspectionResult.UNSEEN)
     view.look(station.area)
-    seen = [part.world_T_part for part in view.parts_on_tray(station.world_T_tray) if part.type == task.type]
+    seen = [
+        part.world_T_part
+        for part in view.parts_on_tray(station.world_T_tray)
+        if (part.type, part.is_turned) == (task.type, is_turned)
+    ]
     found = min(seen, key=lambda pose: horizontal_distance(pose, expected), default=None)
     if found is None or horizontal_distance(found, expected) > LOST_DISTANCE:
         return Inspection(InspectionResult.LOST)

@@ -1,29 +1,13 @@
-"""Arm motion: joint postures for tool poses, tool paths as timed poses, travel times and velocities."""
+"""Arm motion: joint postures for tool poses, tool paths as timed poses, and velocities along them."""
 
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TypeAlias
 
-from cellwright.motion import Joints, inverse, solve
+from cellwright.motion import Joints, inverse, link_poses, solve
 from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
-
-MAX_JOINT_SPEEDS = (1.3, 1.6, 1.3, 2.0, 2.5, 2.5, 2.5)
-"""Largest joint speeds [m/s; rad/s] in free motion."""
-
-MAX_JOINT_ACCELERATIONS = (2.5, 3.0, 2.5, 4.0, 6.0, 6.0, 8.0)
-"""Largest joint accelerations [m/s^2; rad/s^2] in free motion."""
-
-
-def travel_time(start: Sequence[float], goal: Sequence[float]) -> float:
-    """Return the duration [s] of a cubic from rest to rest within the limits of speed and acceleration."""
-    distances = [abs(b - a) for a, b in zip(start, goal, strict=True)]
-    by_speed = (1.5 * distance / speed for distance, speed in zip(distances, MAX_JOINT_SPEEDS, strict=True))
-    by_acceleration = (
-        math.sqrt(6 * distance / limit) for distance, limit in zip(distances, MAX_JOINT_ACCELERATIONS, strict=True)
-    )
-    return max(0.1, *by_speed, *by_acceleration)
 
 
 def ease_in_out(share: float) -> float:
@@ -59,7 +43,10 @@ _DESCENT_TIME, _PRESS_TIME = 0.55, 0.5
 
 
 def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
-    """Yield a straight path between tool poses, cup down, with smooth start and stop, at about `speed` [m/s]."""
+    """Yield a straight path between tool poses with smooth start and stop, at about `speed` [m/s].
+
+    The cup faces down all the way, or as in `goal` if it faces elsewhere there.
+    """
     length = math.dist(start.position, goal.position)
     steps = max(2, math.ceil(length / _LINE_STEP))
     duration = max(length / speed, 0.05) + 0.15
@@ -86,8 +73,13 @@ def following_path(start: Pose, near: float, press: float, speed: float) -> Iter
 
 
 def interpolate(start: Pose, goal: Pose, share: float) -> Pose:
-    """Return a tool pose on the straight line between two; the cup faces down, the yaw turns the short way."""
+    """Return a tool pose on the straight line between two.
+
+    If the cup faces down in `goal`, it does so on the way, and the yaw turns the short way. Else it faces as in `goal`.
+    """
     position = [a + (b - a) * share for a, b in zip(start.position, goal.position, strict=True)]
+    if goal.rotate((0.0, 0.0, 1.0))[2] < 0.5:
+        return Pose((position[0], position[1], position[2]), goal.quaternion)
     turn = math.remainder(goal.yaw - start.yaw, 2 * math.pi)
     return Pose.from_rpy((position[0], position[1], position[2]), (0.0, 0.0, start.yaw + turn * share))
 
@@ -130,6 +122,22 @@ def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints
         return solve(goal, favoured, rail=rail, accept=partial(faces_station, pan=pan))
     except UnreachableError:
         return None
+
+
+def side_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints | None:
+    """Return joints for a tool pose whose cup faces sideways, with the wrist above the hand; None if out of reach.
+
+    The forearm comes from above then, and nothing of the arm is lower than the hand.
+    """
+    try:
+        return solve(goal, Joints(*present), rail=on_rail(rail), accept=_is_wrist_above_hand)
+    except UnreachableError:
+        return None
+
+
+def _is_wrist_above_hand(joints: Joints) -> bool:
+    links = link_poses(joints)
+    return links["wrist_1_link"].position[2] > links["wrist_3_link"].position[2] + 0.1
 
 
 def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | None:

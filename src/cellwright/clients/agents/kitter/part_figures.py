@@ -5,7 +5,7 @@ the cell (`Client.part_types`); poses of parts come from sensors alone.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,11 +36,20 @@ class PartFigures:
     """Discs that together cover the part's floor plan."""
     below: float = 0.0
     """Distance [m] that the part reaches below its origin."""
+    side: float = 0.0
+    """Radius [m] of the upright round side by which it is turned over; 0 if it has none that is high enough."""
+    other_grips: tuple[tuple[float, float], ...] = ()
+    """Further places of the cup's middle, for parts at which the arm has no room for the first one."""
 
     @property
     def height(self) -> float:
         """Distance [m] that the part hangs below the cup."""
         return self.top + self.below
+
+    @property
+    def other_side(self) -> Pose:
+        """Frame of the part with its other side up: in it the part looks as in its own frame before."""
+        return Pose.from_rpy((0.0, 0.0, self.top - self.below), (math.pi, 0.0, 0.0))
 
     @property
     def extent(self) -> float:
@@ -49,11 +58,13 @@ class PartFigures:
 
     def covers(self, frame_T_part: Pose) -> tuple[Disc, ...]:
         """Return the discs of a part that lies at a pose, in the frame of that pose."""
-        yaw, (x, y, _) = frame_T_part.yaw, frame_T_part.position
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        return tuple(
-            Disc(x + cos * disc.x - sin * disc.y, y + sin * disc.x + cos * disc.y, disc.radius) for disc in self.outline
-        )
+        return discs_at(self.outline, *frame_T_part.position[:2], frame_T_part.yaw)
+
+
+def discs_at(discs: Iterable[Disc], x: float, y: float, yaw: float) -> tuple[Disc, ...]:
+    """Return discs of a frame at x, y [m] and yaw [rad] in the frame around it."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return tuple(Disc(x + cos * disc.x - sin * disc.y, y + sin * disc.x + cos * disc.y, disc.radius) for disc in discs)
 
 
 def box_outline(length: float, width: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> tuple[Disc, ...]:
@@ -78,9 +89,12 @@ _PARTS = {
     ),
     # the origin is in the head, the middle of mass on the rod
     "piston_rod_part": PartFigures(
-        (0.0, 0.04), 0.0075, (*box_outline(0.059, 0.052), *box_outline(0.031, 0.11, 0.0, 0.08))
+        (0.0, 0.04),
+        0.0075,
+        (*box_outline(0.059, 0.052), *box_outline(0.031, 0.11, 0.0, 0.08)),
+        other_grips=((0.0, 0.0), (0.0, 0.09)),
     ),
-    "pulley_part": PartFigures((0.0, 0.0), 0.0724, (Disc(0.0, 0.0, 0.1125),)),
+    "pulley_part": PartFigures((0.0, 0.0), 0.0724, (Disc(0.0, 0.0, 0.1125),), side=0.1125),
     "part1": PartFigures((0.0, 0.0), 0.0075, box_outline(0.3, 0.1), 0.0075),
     "part2": PartFigures((0.0, 0.0), 0.01, box_outline(0.06, 0.015)),
     "part3": PartFigures((0.03, 0.03), 0.02, box_outline(0.13, 0.07, 0.03, 0.03, 0.9)),
@@ -159,6 +173,18 @@ class Catalogue:
         """Return the pose of a part with z of its upward side as its z; types of 2017 stay as they are."""
         turn = self._turns.get(part_type)
         return frame_T_part if turn is None else frame_T_part @ turn
+
+    def side_up(self, part_type: str, frame_T_part: Pose) -> tuple[Pose, bool]:
+        """Return the pose of a part by the side that is up, and whether that is its other side.
+
+        The part looks the same in both frames, so all figures hold for both. Only types that can be turned over have
+        another side.
+        """
+        pose = self.turned(part_type, frame_T_part)
+        kind = self._known.get(part_type)
+        if kind is None or not kind.side or pose.rotate((0.0, 0.0, 1.0))[2] >= 0.0:
+            return pose, False
+        return pose @ kind.other_side, True
 
     def _choose_top(self, name: str, number: int) -> None:
         top = self._own[name]["tops"][number]

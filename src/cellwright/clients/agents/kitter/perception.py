@@ -105,6 +105,9 @@ class Sighting:
 
     type: str
     world_T_part: Pose
+    """By the side that is up, see `Catalogue.side_up`."""
+    is_turned: bool = False
+    """True if that is the part's other side."""
 
     @property
     def is_upright(self) -> bool:
@@ -127,7 +130,7 @@ def resting_parts(images: Sequence[Image]) -> list[Sighting]:
         poses = [_nearest_pose(part, image.parts) for image in images]
         together = [pose for pose in poses if pose is not None]
         if len(together) == len(images):
-            found.append(Sighting(part.type, mean_pose(together)))
+            found.append(Sighting(part.type, mean_pose(together), part.is_turned))
     return found
 
 
@@ -197,7 +200,7 @@ class Images:
             return
         world_T_camera = pose_from_message(message.pose)
         parts = tuple(
-            Sighting(model.type, self._catalogue.turned(model.type, world_T_camera @ pose_from_message(model.pose)))
+            Sighting(model.type, *self._catalogue.side_up(model.type, world_T_camera @ pose_from_message(model.pose)))
             for model in message.models
             if model.type in self._catalogue
         )
@@ -215,10 +218,8 @@ class CameraView(Images):
         self.view = view_of(world_T_camera, catalogue.max_extent)
 
 
-def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
-    """Wait until each sensor has taken `count` images from now on: a tenth of a second each."""
-    for sensor in sensors:
-        sensor.listen()
+def wait_for_images(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
+    """Wait until each sensor has taken `count` images since it listens: a tenth of a second each."""
     if sensors:
         client.wait_until(lambda: all(len(each.newest) >= count for each in sensors), timeout=count * 0.1 + 0.5)
 
@@ -245,6 +246,8 @@ class TrackedBeltPart:
     """Its pose at time 0 for each sighting: the belt moves along y only."""
     has_yaw: bool = True
     """True if its yaw is known."""
+    is_turned: bool = False
+    """True if its other side is up."""
     _mean: Pose | None = field(default=None, init=False, repr=False)
 
     def pose(self, time: float) -> Pose:
@@ -301,7 +304,7 @@ class BeltWatch:
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
                 while self._unsubscribe_beams:  # once a camera sees the belt, beams are not needed
                     self._unsubscribe_beams.pop()()
-                self._note(seen.type, seen.world_T_part, image.time)
+                self._note(seen, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[TrackedBeltPart]:
         """Return the parts of a type that pass world y later than `time` [s], the first of them first."""
@@ -312,10 +315,11 @@ class BeltWatch:
         """Forget a part that has left the belt, or that was tried in vain."""
         self.parts = [each for each in self.parts if each is not part]
 
-    def _note(self, part_type: str, pose: Pose, time: float) -> None:
-        known = next((p for p in self.parts if p.type == part_type and p.has_yaw and p.is_near(pose, time)), None)
+    def _note(self, seen: Sighting, time: float) -> None:
+        pose = seen.world_T_part
+        known = next((p for p in self.parts if p.type == seen.type and p.has_yaw and p.is_near(pose, time)), None)
         if known is None:
-            known = self._new(TrackedBeltPart(part_type), time)
+            known = self._new(TrackedBeltPart(seen.type, is_turned=seen.is_turned), time)
         known.add(pose, time)
 
     def _watch_beam(self, name: str, y: float) -> Callable[[], None]:

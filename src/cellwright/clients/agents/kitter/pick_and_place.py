@@ -2,11 +2,13 @@
 
 import logging
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from cellwright.clients.agents.kitter.arm import CUP_FACE, KitterArm
+from cellwright.clients.agents.kitter.clearance import Load
 from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, RAIL_END, SHOULDER_OFFSET, at_height
-from cellwright.clients.agents.kitter.part_figures import Catalogue, PartFigures
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
 from cellwright.clients.agents.kitter.perception import (
     BELT_SPEED,
     TRAY_HALF_X,
@@ -32,14 +34,25 @@ BELT_TIME_MARGIN = 0.5
 """Time [s] by which the arm is there before the part."""
 SUCTION_TIMEOUT = 0.35
 """Longest wait [s] of the cup on the part."""
+CUP_SPACE = 0.042
+"""Radius [m] around the cup's axis that other parts should leave free: its face, and a little more."""
+LEVEL_TILT = 0.03
+"""Tilt [rad] up to which a part on the cup counts as level."""
+SIDE_HEIGHT = 0.062
+"""Height [m] of the cup's axis above the surface at a part's side: the hand clears the surface by 10 mm."""
+SIDE_RETREAT = 0.04
+"""Distance [m] of the cup to the side of a part before and after it is turned over."""
+TURNING_HEIGHT = 0.25
+"""Height [m] above the surface at which the hand turns a part over, and itself sideways."""
 
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A part on the cup: its type, and its pose there."""
+    """A part on the cup: its type, its pose there, and whether its other side is up."""
 
     type: str
     gripper_T_part: Pose
+    is_turned: bool = False
 
 
 def bin_rail(y: float) -> float:
@@ -66,36 +79,86 @@ class Manipulator:
         self._arm = arm
         self._catalogue = catalogue
 
-    def from_rest(self, part_type: str, world_T_part: Pose, rail: float, *, attempt: int = 0) -> Held | None:
+    def from_rest(
+        self,
+        part_type: str,
+        world_T_part: Pose,
+        rail: float,
+        *,
+        is_turned: bool = False,
+        attempt: int = 0,
+        neighbours: Sequence[Disc] = (),
+    ) -> Held | None:
         """Take an upright part at rest, and lift it; None if the cup did not hold it.
 
-        The rail goes to `rail` [m] for it. At each `attempt` the cup goes to a slightly different place.
+        The rail goes to `rail` [m] for it. At each `attempt` the cup goes to a slightly different place. It keeps off
+        `neighbours`, the discs of other parts in the world, if it can: else it might hold one of them.
         """
         client, arm = self._client, self._arm
-        hover, z = self._hover(part_type, world_T_part, attempt)
-        if not arm.travel(hover, rail):
+        approach = self._approach(part_type, world_T_part, rail, attempt, neighbours)
+        if approach is None:
+            return None
+        hover, z, place = approach
+        if not arm.travel(hover, place):
             return None
         client.control_gripper(True)
         arm.line(at_height(hover, z + PICK_APPROACH_HEIGHT), 0.35)
-        arm.line(at_height(hover, z - PRESS_DEPTH), PRESS_SPEED, wait=False)
+        arm.press(at_height(hover, z - PRESS_DEPTH), PRESS_SPEED)
         client.wait_until(
             lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
         )
         held = None
         if client.gripper_attached:
-            held = self._loaded(Held(part_type, arm.tool.inverse() @ world_T_part))
+            held = self._loaded(Held(part_type, arm.tool.inverse() @ world_T_part, is_turned))
         arm.rise(max(arm.safe, z + 0.15))
         return self._kept(held)
 
     def is_in_reach(self, part_type: str, world_T_part: Pose, rail: float) -> bool:
-        """Return whether a part at rest is in reach; arguments as for `from_rest`."""
-        return self._arm.reaches(self._hover(part_type, world_T_part, 0)[0], rail)
+        """Return whether a part at rest is in reach, and nothing in the way; arguments as for `from_rest`."""
+        return self._approach(part_type, world_T_part, rail, 0) is not None
 
-    def _hover(self, part_type: str, world_T_part: Pose, attempt: int) -> tuple[Pose, float]:
-        """Return the gripper's pose above a part at rest, and its height [m] with the cup's face on the part."""
-        above = grip_pose(self._catalogue.figures(part_type), world_T_part, attempt, self._arm.tool.yaw)
-        x, y, z = above.position
-        return Pose((x, y, max(z + 0.1, 0.9)), above.quaternion), z
+    def can_put_down(self, held: Held, world_T_part: Pose, rail: float) -> bool:
+        """Return whether a held part can be put down at a pose; arguments as for `put_down`."""
+        goal = self._release(held, world_T_part)
+        return self._arm.clear_rail(self._above(goal), goal, rail) is not None
+
+    def _release(self, held: Held, world_T_part: Pose) -> Pose:
+        """Return the gripper's pose that brings a held part to a place, higher if the part hangs askew."""
+        tilt = math.acos(max(-1.0, min(1.0, held.gripper_T_part.rotate((0.0, 0.0, 1.0))[2])))
+        goal = release_pose(held, world_T_part)
+        extra = max(0.0, math.sin(tilt) - LEVEL_TILT) * self._catalogue.figures(held.type).extent
+        return at_height(goal, goal.position[2] + extra)
+
+    def _above(self, goal: Pose) -> Pose:
+        """Return the gripper's pose above one at which it puts a part down."""
+        return at_height(goal, max(self._arm.safe, goal.position[2] + 0.05))
+
+    def _approach(
+        self, part_type: str, world_T_part: Pose, rail: float, attempt: int, neighbours: Sequence[Disc] = ()
+    ) -> tuple[Pose, float, float] | None:
+        """Return how to come to a part at rest by the first grip for which there is room; None if there is none.
+
+        That is the gripper's pose above it, the gripper's height [m] with the cup's face on the part, and the rail's
+        place [m]. Grips at which the cup keeps off `neighbours` come first.
+        """
+        kind = self._catalogue.figures(part_type)
+
+        def overlap(above: Pose) -> float:
+            x, y, _ = above.position
+            gaps = [math.hypot(disc.x - x, disc.y - y) - disc.radius for disc in neighbours]
+            return max(0.0, CUP_SPACE - min(gaps, default=CUP_SPACE))
+
+        grips = [
+            grip_pose(replace(kind, grip=grip), world_T_part, attempt, self._arm.tool.yaw)
+            for grip in (kind.grip, *kind.other_grips)
+        ]
+        for above in sorted(grips, key=overlap):
+            z = above.position[2]
+            hover = at_height(above, max(z + 0.1, 0.9))
+            place = self._arm.clear_rail(hover, above, rail)
+            if place is not None:
+                return hover, z, place
+        return None
 
     def meeting_place(self, part: TrackedBeltPart, first: float, last: float) -> float | None:
         """Return a world y [m] in `first` to `last` where the arm can meet a belt part; None if it comes too late."""
@@ -134,12 +197,12 @@ class Manipulator:
         client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
         held = None
         if client.gripper_attached:
-            held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time)))
+            held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.is_turned))
         arm.rise(z + 0.12)
         return self._kept(held)
 
     def _loaded(self, held: Held) -> Held:
-        self._arm.load_height = self._catalogue.figures(held.type).height
+        self._arm.load = Load(self._catalogue.figures(held.type), held.gripper_T_part)
         return held
 
     def _kept(self, held: Held | None) -> Held | None:
@@ -149,16 +212,19 @@ class Manipulator:
         self.let_go()
         return None
 
-    def put_down(self, held: Held, world_T_part: Pose, rail: float) -> bool:
+    def put_down(
+        self, held: Held, world_T_part: Pose, rail: float, on_release: Callable[[], None] = lambda: None
+    ) -> bool:
         """Put a held part down at a pose, its height included, with the rail at `rail` [m], and draw back.
 
-        False if it was lost on the way or is out of reach.
+        `on_release` is called once the part lies there. False if it was lost on the way or is out of reach.
         """
         client, arm = self._client, self._arm
-        goal = release_pose(held, world_T_part)
+        goal = self._release(held, world_T_part)
         z = goal.position[2]
-        hover = at_height(goal, max(arm.safe, z + 0.05))
-        if not arm.travel(hover, rail):
+        hover = self._above(goal)
+        place = arm.clear_rail(hover, goal, rail)
+        if place is None or not arm.travel(hover, place):
             log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
             return False
         if not client.gripper_attached:
@@ -170,8 +236,61 @@ class Manipulator:
         was_held = client.gripper_attached
         client.control_gripper(False)
         client.sleep(0.1)
+        on_release()
         arm.rise(arm.safe)
-        arm.load_height = 0.0
+        arm.load = None
+        return was_held
+
+    def can_turn_over(self, part_type: str, world_T_part: Pose, direction: float, rail: float) -> bool:
+        """Return whether the arm reaches all poses of `turn_over`, for a part at rest at a pose."""
+        kind = self._catalogue.figures(part_type)
+        at_side = side_grip_pose(kind, world_T_part, direction)
+        ready = beside(at_side, SIDE_RETREAT)
+        load = Load(kind, at_side.inverse() @ world_T_part)
+        is_reached = self._arm.reaches_sideways((raised(ready, TURNING_HEIGHT), ready, at_side), rail)
+        return is_reached and self._arm.can_roll(raised(at_side, TURNING_HEIGHT), load, rail)
+
+    def turn_over(
+        self,
+        part_type: str,
+        world_T_part: Pose,
+        direction: float,
+        rail: float,
+        on_release: Callable[[], None] = lambda: None,
+    ) -> bool:
+        """Turn a part at rest over by its side, where it stands; False if the cup did not hold it.
+
+        The cup points in a horizontal `direction` [rad] of the world. Lifted, the part is rolled half a turn about the
+        cup's axis. It is released where the hand just clears the surface, and falls the rest, about 5 cm.
+        """
+        client, arm = self._client, self._arm
+        at_side = side_grip_pose(self._catalogue.figures(part_type), world_T_part, direction)
+        ready = beside(at_side, SIDE_RETREAT)
+        if not arm.turn_sideways(raised(ready, TURNING_HEIGHT), rail):
+            return False
+        arm.line(ready, 0.35)
+        arm.settle(ready)
+        client.control_gripper(True)
+        arm.line(beside(at_side, PICK_APPROACH_HEIGHT), 0.2)
+        arm.press(beside(at_side, -PRESS_DEPTH), PRESS_SPEED)
+        client.wait_until(
+            lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
+        )
+        was_held = client.gripper_attached
+        if was_held:
+            arm.line(raised(at_side, TURNING_HEIGHT), 0.35)
+            arm.roll(math.pi)
+            rolled = at_side @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi))
+            arm.settle(raised(rolled, TURNING_HEIGHT))
+            was_held = client.gripper_attached
+            arm.line(rolled, 0.2)
+            arm.settle(rolled)
+            ready = beside(rolled, SIDE_RETREAT)
+        client.control_gripper(False)
+        client.sleep(0.3)
+        on_release()
+        arm.line(ready, 0.2)
+        arm.line(raised(ready, TURNING_HEIGHT), 0.35)
         return was_held
 
     def throw_away(self, held: Held) -> None:
@@ -184,7 +303,7 @@ class Manipulator:
     def let_go(self) -> None:
         """Switch the vacuum off; the cup is empty then."""
         self._client.control_gripper(False)
-        self._arm.load_height = 0.0
+        self._arm.load = None
 
 
 def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -> Pose:
@@ -195,6 +314,25 @@ def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -
     aside = ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))[attempt % 5]
     x, y, _ = world_T_part.transform((kind.grip[0] + aside[0], kind.grip[1] + aside[1], 0.0))
     return Pose.from_rpy((x, y, world_T_part.position[2] + kind.top + CUP_FACE), (0.0, 0.0, yaw))
+
+
+def side_grip_pose(kind: PartFigures, world_T_part: Pose, direction: float) -> Pose:
+    """Return the gripper's pose with the cup on the side of a part, pointing in a horizontal `direction` [rad]."""
+    x, y, z = world_T_part.position
+    reach = kind.side + CUP_FACE
+    height = z - kind.below + SIDE_HEIGHT
+    place = Pose.from_rpy((x - reach * math.cos(direction), y - reach * math.sin(direction), height), (0, 0, direction))
+    return place @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -math.pi / 2, 0.0))
+
+
+def beside(world_T_gripper: Pose, distance: float) -> Pose:
+    """Return a gripper's pose drawn back by a distance [m] along the cup's axis."""
+    return world_T_gripper @ Pose((0.0, 0.0, distance))
+
+
+def raised(pose: Pose, height: float) -> Pose:
+    """Return a pose higher by `height` [m]."""
+    return at_height(pose, pose.position[2] + height)
 
 
 @dataclass(frozen=True, slots=True)
