@@ -2,6 +2,7 @@
 
 import json
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,14 @@ def test_scene_survives_encoding() -> None:
     assert (found.name, found.bodies, found.shapes) == (scene.name, scene.bodies, scene.shapes)
     assert np.array_equal(found.meshes[0].vertices, scene.meshes[0].vertices)
     assert np.array_equal(found.meshes[0].faces, scene.meshes[0].faces)
+
+
+def test_scene_without_names_of_static_bodies_is_read() -> None:
+    scene = small()[2].scene
+    document = json.loads(zlib.decompress(encode_scene(scene)))
+    del document["static_bodies"]
+    found = decode_scene(zlib.compress(json.dumps(document).encode()))
+    assert found.shapes == tuple(replace(shape, static_body="") for shape in scene.shapes)
 
 
 @given(st.binary(max_size=100))
@@ -46,9 +55,12 @@ def test_scene_document_with_mistake_is_refused(data: st.DataObject) -> None:
                 [[0, "box"]],
             ]
         ),
+        "static_bodies": st.sampled_from([5, ["bin1"]]),
     }
     key = data.draw(st.sampled_from(sorted(slips)))
     document[key] = data.draw(slips[key])
+    if key == "shapes":
+        del document["static_bodies"]  # of another number of shapes, which is a mistake too
     with pytest.raises(MessageError, match="invalid scene"):
         decode_scene(zlib.compress(json.dumps(document).encode()))
 

@@ -32,6 +32,12 @@ def test_static_shapes_are_in_world_with_their_poses() -> None:
     assert abs(box.pose.quaternion[3]) == pytest.approx(np.sqrt(0.5))
 
 
+def test_static_shapes_name_their_bodies() -> None:
+    shapes = small()[2].scene.shapes
+    found = {shape.form: shape.static_body for shape in shapes if shape.static_body}
+    assert found == {ShapeType.PLANE: "world", ShapeType.BOX: "stand"}
+
+
 def test_shapes_have_form_size_colour_and_layer() -> None:
     shapes = {shape.form: shape for shape in small()[2].scene.shapes}
     assert shapes[ShapeType.BOX].colour == (0.0, 0.0, 1.0, 1.0)

@@ -134,7 +134,9 @@ def _shapes(
     mujoco.mj_kinematics(model, still)
     frames = [None if moving[body] else _pose(still.xpos[body], still.xquat[body]) for body in range(model.nbody)]
     return tuple(
-        shape if (frame := frames[body]) is None else replace(shape, pose=frame @ shape.pose)  # static: in the world
+        shape  # static shapes are in the world
+        if (frame := frames[body]) is None
+        else replace(shape, pose=frame @ shape.pose, static_body=model.body(body).name or f"body {body}")
         for body, shape in found
         if shape.colour[3] > 0.0
     )

@@ -76,6 +76,8 @@ class SceneShape:
         colour: red, green, blue and opacity, sRGB 0..1.
         layer: its purpose.
         mesh: index in `Scene.meshes`; None unless the form is MESH.
+        static_body: name of the engine's body that a static shape is on, such as `bin7`; `world` for the floor. Empty
+            for a shape of a body that moves, and in scenes of older recordings.
     """
 
     body: int
@@ -85,6 +87,7 @@ class SceneShape:
     colour: tuple[float, float, float, float]
     layer: ShapeLayer
     mesh: int | None = None
+    static_body: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,6 +233,7 @@ def encode_scene(scene: Scene) -> bytes:
             for s in scene.shapes
         ],
         "meshes": [[_base64(mesh.vertices, "<f4"), _base64(mesh.faces, "<i4")] for mesh in scene.meshes],
+        "static_bodies": [shape.static_body for shape in scene.shapes],
     }
     return zlib.compress(json.dumps(document).encode(), 6)
 
@@ -257,11 +261,15 @@ def _scene(document: dict[str, Any]) -> Scene:
     bodies = tuple(document["bodies"])
     if not 1 <= len(bodies) <= MAX_BODIES or not all(isinstance(name, str) for name in bodies):
         raise ValueError(f"bodies must be 1 to {MAX_BODIES} names")
-    shapes = tuple(_shape(each, len(bodies), len(meshes)) for each in document["shapes"])
+    entries = document["shapes"]
+    statics = document.get("static_bodies", [""] * len(entries))  # older scenes have none
+    shapes = tuple(
+        _shape(entry, len(bodies), len(meshes), str(static)) for entry, static in zip(entries, statics, strict=True)
+    )
     return Scene(str(document["name"]), bodies, shapes, meshes)
 
 
-def _shape(entry: Any, bodies: int, meshes: int) -> SceneShape:
+def _shape(entry: Any, bodies: int, meshes: int, static_body: str) -> SceneShape:
     body, form, size, position, quaternion, colour, layer, mesh = entry
     numbers = np.array([*size, *position, *quaternion, *colour], np.float64)
     if numbers.shape != (14,) or not np.isfinite(numbers).all() or (numbers[:3] < 0).any():
@@ -278,6 +286,7 @@ def _shape(entry: Any, bodies: int, meshes: int) -> SceneShape:
         colour=(red, green, blue, opacity),
         layer=ShapeLayer(layer),
         mesh=int(mesh) if known is ShapeType.MESH else None,
+        static_body="" if body else static_body,
     )
 
 
