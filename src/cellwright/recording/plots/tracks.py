@@ -42,6 +42,11 @@ class Span:
     end: float
     label: str = ""
 
+    @property
+    def duration(self) -> float:
+        """Its length [s]."""
+        return self.end - self.begin
+
 
 @dataclass(frozen=True)
 class ToolTrack:

@@ -1,6 +1,6 @@
 """Recordings for analysis in Python: messages, frames and arrays, with times in seconds."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright._package import former_names
-from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.cell.model.arm import GRIPPER, JOINTS
+from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import EVENT
 from cellwright.recording.format.reader import RecordingFile, recorded_frames
+from cellwright.recording.plots.tracks import Span
+from cellwright.recording.replay.distances import BodyDistances, Clearance, Contact
+from cellwright.recording.replay.signals import Signals
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import MessageError, RecordingError, UnknownNameError
@@ -191,10 +195,7 @@ class Recording:
             UnknownNameError: the scene has no such body.
             RecordingError: the file is damaged.
         """
-        bodies = self.scene.bodies
-        if body not in bodies:
-            raise UnknownNameError("body", body, bodies)
-        index = bodies.index(body)
+        index = self._index(body)
         found = [(frame.time, frame.poses[index]) for frame in self.frames(start=start, until=until)]
         times = np.array([seconds(time) for time, _ in found])
         return times, np.array([pose for _, pose in found], np.float64).reshape(-1, 7)
@@ -214,6 +215,169 @@ class Recording:
             RecordingError: the file is damaged.
         """
         return ((seconds(time), value) for time, value in self.recording.values(EVENT))
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Names of all signals, such as `gripper attached` and `agv1 delivering`.
+
+        A boolean field of a message is a signal, and so is each text of a topic of texts.
+
+        Raises:
+            RecordingError: the file is damaged.
+        """
+        return self._signals.names()
+
+    def spans(self, signal: str) -> tuple[Span, ...]:
+        """Return the periods in which a signal holds, in order, with `begin`, `end` and `duration` [s].
+
+        They are as exact as the rate of the topic. A period that the recording cuts ends with it.
+
+        Raises:
+            UnknownNameError: the recording has no such signal; a text that never occurred is none.
+            RecordingError: the file is damaged.
+        """
+        return self._signals.spans(signal)
+
+    def span(self, signal: str, number: int = 0) -> Span:
+        """Return one period of a signal: the first, or another by its number from 0; -1 is the last.
+
+        Raises:
+            UnknownNameError: the recording has no such signal.
+            RecordingError: the signal has no such period, or the file is damaged.
+        """
+        found = self.spans(signal)
+        if not -len(found) <= number < len(found):
+            raise RecordingError(
+                f"{self.recording.path}: {signal} has no period {number} (got {len(found)} periods); see spans()"
+            )
+        return found[number]
+
+    def cycle_times(self, signal: str = "gripper attached") -> NDArray[np.float64]:
+        """Return the times [s] from each begin of a signal to the next; empty with fewer than two periods.
+
+        Raises:
+            UnknownNameError: the recording has no such signal.
+            RecordingError: the file is damaged.
+        """
+        return np.diff([span.begin for span in self.spans(signal)])
+
+    def held_parts(self) -> tuple[Span, ...]:
+        """Return the periods in which the gripper of a cell holds a part; the label is the part's name.
+
+        The part is the body that is nearest to the gripper in the first frame of the period.
+
+        Raises:
+            UnknownNameError: the recording has no gripper.
+            RecordingError: the file is damaged.
+        """
+        spans = self.spans("gripper attached")
+        arm = {GRIPPER, *(joint.link for joint in JOINTS)}
+        others = [name for name in self._distances.names if name not in arm and name in self.scene.bodies]
+        found = []
+        for span in spans:
+            frame = next(self.frames(start=span.begin), None)
+            nearest = frame and self._distances.clearance([frame], [GRIPPER], others)
+            found.append(Span(span.begin, span.end, nearest.other if nearest else ""))
+        return tuple(found)
+
+    def clearance(
+        self,
+        one: str | Sequence[str],
+        other: str | Sequence[str] | None = None,
+        *,
+        start: float | None = None,
+        until: float | None = None,
+    ) -> Clearance:
+        """Return the least distance between two groups of bodies in the recorded frames.
+
+        Nothing is known of the 40 ms between two frames.
+
+        Args:
+            one: a name, a pattern such as `*_link`, or several of them.
+            other: the same; None for all bodies that are not in the first group.
+            start: from this time [s] on.
+            until: before this time [s].
+
+        Raises:
+            UnknownNameError: the scene has no such body.
+            RecordingError: no frame shows a body of each group, or the file is damaged.
+        """
+        found = self._distances.clearance(self.frames(start=start, until=until), *self._groups(one, other))
+        if found is None:
+            raise RecordingError(
+                f"{self.recording.path}: no frame shows both {one} and {other or 'another body'}; check start and until"
+            )
+        return found
+
+    def contacts(
+        self,
+        one: str | Sequence[str],
+        other: str | Sequence[str] | None = None,
+        *,
+        start: float | None = None,
+        until: float | None = None,
+    ) -> tuple[Contact, ...]:
+        """Return the contacts between two groups of bodies in the recorded frames, with `begin` and `end` [s].
+
+        A contact that is over within the 40 ms between two frames is not found. Bodies of which the engine ignores
+        contacts, such as neighbouring links, count as others do.
+
+        Args:
+            one: a name, a pattern such as `*_part_*`, or several of them.
+            other: the same; None for all bodies that are not in the first group.
+            start: from this time [s] on.
+            until: before this time [s].
+
+        Raises:
+            UnknownNameError: the scene has no such body.
+            RecordingError: the file is damaged.
+        """
+        return self._distances.contacts(self.frames(start=start, until=until), *self._groups(one, other))
+
+    def speed(
+        self, body: str, *, start: float | None = None, until: float | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the mean speed of a body's origin between each two frames, while it is in play.
+
+        Returns:
+            Times [s] of the later frames, and speeds [m/s].
+
+        Raises:
+            UnknownNameError: the scene has no such body.
+            RecordingError: the file is damaged.
+        """
+        index = self._index(body)
+        found = [
+            (frame.time, *frame.poses[index, :3].tolist(), frame.shown[index])
+            for frame in self.frames(start=start, until=until)
+        ]
+        rows = np.array(found, np.float64).reshape(-1, 5)
+        times, steps = rows[:, 0] / NANOSECONDS, np.diff(rows[:, 1:4], axis=0)
+        known = (np.diff(times) > 0) & (rows[1:, 4] > 0) & (rows[:-1, 4] > 0)
+        speeds = np.linalg.norm(steps[known], axis=1) / np.diff(times)[known]
+        return times[1:][known], speeds
+
+    @cached_property
+    def _signals(self) -> Signals:
+        return Signals(self.recording)
+
+    @cached_property
+    def _distances(self) -> BodyDistances:
+        return BodyDistances(self.scene)
+
+    def _groups(
+        self, one: str | Sequence[str], other: str | Sequence[str] | None
+    ) -> tuple[frozenset[str], frozenset[str]]:
+        """Return the names of two groups of bodies."""
+        first = self._distances.select(one)
+        rest = frozenset(self._distances.names) - first
+        return first, rest if other is None else self._distances.select(other)
+
+    def _index(self, body: str) -> int:
+        """Return the index of a body in the scene."""
+        if body not in self.scene.bodies:
+            raise UnknownNameError("body", body, self.scene.bodies)
+        return self.scene.bodies.index(body)
 
 
 def open_recording(path: str | Path) -> Recording:
