@@ -23,7 +23,7 @@ FOLLOWED = {
     *(ROOT / name for name in test_tutorials.PAGES),
     *test_how_to.PAGES,
     *(DOCS / name for name in test_ros1_page.PAGES),
-    *(DOCS / name for name in ("adapt-a-robot.md", "cameras.md", "lesson.md", "operate.md")),
+    *(DOCS / name for name in ("adapt-a-robot.md", "assert.md", "cameras.md", "lesson.md", "operate.md")),
 }
 """Pages whose `console` and `python` blocks a test runs."""
 RUN = ("console", "python")
