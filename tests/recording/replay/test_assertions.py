@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 import cellwright
+from cellwright.cell.cell import Cell
+from cellwright.recording.replay.distances import TOUCHING
 from cellwright.recording.replay.opened import Recording
 from cellwright.util.errors import RecordingError, UnknownNameError
 
@@ -18,10 +21,37 @@ LINKS = ["upper_arm_link", "forearm_link", "wrist_*_link"]
 FIRST = "bin7|piston_rod_part_5"
 
 
+FRAMES = [Fraction(number, 25) for number in range(1, 13 * 25)]
+"""Simulation times of the frames [s]."""
+
+
+class EngineContacts:
+    """Pairs of bodies that touch in the engine, by simulation time [s]; those of sleeping bodies are missing."""
+
+    def __init__(self) -> None:
+        self.pairs: dict[float, set[frozenset[str]]] = {}
+
+    def look(self, cell: Cell) -> None:
+        data, model = cell.simulation.data, cell.simulation.model
+        parts = {body: part.name for body, part in cell.parts.by_body.items()}
+        geoms = data.contact.geom[data.contact.dist < TOUCHING]
+        names = [
+            [parts.get(int(body)) or model.body(body).name or "floor" for body in pair]
+            for pair in model.geom_bodyid[geoms]
+        ]
+        self.pairs[cell.simulation.time] = {frozenset(pair) for pair in names}
+
+
 @pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def engine() -> EngineContacts:
+    return EngineContacts()
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory, engine: EngineContacts) -> Path:
     path = tmp_path_factory.mktemp("asserted") / "run.mcap"
-    cellwright.run_trial("lesson", "lesson", record=path, options=cellwright.RunOptions(until=13.0))
+    options = cellwright.RunOptions(until=13.0, at=[(time, engine.look) for time in FRAMES])
+    cellwright.run_trial("lesson", "lesson", record=path, options=options)
     return path
 
 
@@ -70,6 +100,26 @@ def test_contact_of_gripper_and_part_covers_its_period(run: Recording) -> None:
     assert during == ()
 
 
+def test_contacts_of_the_engine_are_among_those_of_the_frames(run: Recording, engine: EngineContacts) -> None:
+    contacts = run.contacts("*", "*")
+    found = {(pair, time) for time, pairs in engine.pairs.items() for pair in pairs}
+    assert len(found) > 100
+    assert {pair for pair, _ in found} >= {frozenset({FIRST, "vacuum_gripper_link"}), frozenset({FIRST, "bin7"})}
+    for pair, time in found:
+        spans = [(each.begin, each.end) for each in contacts if {each.one, each.other} == pair]
+        assert any(begin - 1e-9 <= time <= end + 1e-9 for begin, end in spans), (pair, time)
+
+
+def test_robot_is_measured_by_its_seen_shapes(tmp_path: Path) -> None:
+    with cellwright.Session("tandem", record=tmp_path / "robot.mcap") as session:
+        session.run(until=0.3)
+    with cellwright.open_recording(tmp_path / "robot.mcap") as robot:
+        assert 0.0 <= robot.clearance("*", "floor").distance < 0.1
+        assert robot.spans("io_teleop status enabled")[0].begin < 0.3
+        with pytest.raises(UnknownNameError, match="unknown signal 'gripper attached'"):
+            robot.held_parts()
+
+
 def test_part_at_rest_touches_its_bin_and_no_part_the_floor(run: Recording) -> None:
     (contact,) = run.contacts("bin7|piston_rod_part_1")
     assert (contact.other, contact.end) == ("bin7", run.end)
@@ -113,6 +163,12 @@ def test_part_out_of_play_has_no_speed(run: Recording) -> None:
 def test_unknown_name_is_refused_with_suggestion(run: Recording, ask: object, text: str) -> None:
     with pytest.raises(UnknownNameError, match=text):
         ask(run)  # type: ignore[operator]
+
+
+def test_times_without_a_frame_are_refused(run: Recording) -> None:
+    for ask in (run.contacts, run.clearance):
+        with pytest.raises(RecordingError, match=r"no frame in these times \(got start 20.0, until None\)"):
+            ask("*|*", "floor", start=20.0)
 
 
 def test_period_that_is_not_there_is_refused(run: Recording) -> None:

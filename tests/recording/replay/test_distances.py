@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.recording.replay.distances import BodyDistances, Clearance, Contact
 from cellwright.rendering.scene.scene import Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
-from cellwright.util.errors import RecordingError, UnknownNameError
+from cellwright.util.errors import RecordingError, UnknownNameError, UsageError
 from cellwright.util.pose import Pose
 
 RED = (1.0, 0.0, 0.0, 1.0)
@@ -38,6 +38,15 @@ def test_names_are_those_of_shapes_that_touch() -> None:
     assert sorted(BodyDistances(SCENE).names) == EVERYTHING
     older = Scene("small", SCENE.bodies, tuple(replace(shape, static_body="") for shape in SCENE.shapes), ())
     assert sorted(BodyDistances(older).names) == ["ball", "block", "static"]
+
+
+def test_seen_shapes_stand_for_bodies_without_others_on_request() -> None:
+    looks = [replace(shape, layer=ShapeLayer.LOOKS) for shape in (BLOCK, replace(BALL, size=(0.5, 0.0, 0.0)))]
+    distances = BodyDistances(replace(SCENE, shapes=(BALL, *looks, FLOOR)), seen_too=True)
+    assert sorted(distances.names) == ["ball", "block", "floor"]
+    found = distances.clearance(frames((0.0, 0.0, 1.0)), ["ball"], ["floor"])
+    assert found is not None
+    assert found.distance == pytest.approx(0.9, abs=1e-6), "of the small ball, which touches"
 
 
 def test_bodies_are_selected_by_names_and_patterns() -> None:
@@ -91,6 +100,14 @@ def test_bodies_a_millimetre_apart_do_not_touch() -> None:
 def test_pair_in_both_groups_counts_once_and_static_bodies_never() -> None:
     (found,) = BodyDistances(SCENE).contacts(frames((0.0, 0.0, 1.0), block=(0.15, 0.0, 1.0)), EVERYTHING, EVERYTHING)
     assert {found.one, found.other} == {"ball", "block"}, "the wall stands in the floor"
+
+
+@pytest.mark.parametrize(("one", "other"), [(["ball"], ["ball"]), (["wall"], ["floor"]), (EVERYTHING, [])])
+def test_groups_without_a_pair_that_moves_are_refused(one: list[str], other: list[str]) -> None:
+    distances = BodyDistances(SCENE)
+    for ask in (distances.contacts, distances.clearance):
+        with pytest.raises(UsageError, match="no pair of the two groups can move"):
+            ask(frames((0.0, 0.0, 1.0)), one, other)
 
 
 def test_hidden_body_touches_nothing() -> None:

@@ -1,11 +1,12 @@
 """Distances and contacts between the bodies of a scene, in its recorded frames.
 
-The engine computes distances from the shapes that it collides: boxes, cylinders and the convex hulls of meshes. A pair
+The engine computes distances from the shapes that it collides: boxes, cylinders and the convex hulls of meshes. A
+robot's shapes are mostly seen only, and stand for its links. A pair
 is skipped where the gap between the shapes' bounding boxes, which is a lower bound, is larger than any of interest.
 """
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from itertools import product
 
@@ -14,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.clock import seconds
-from cellwright.rendering.scene import Scene, SceneFrame
+from cellwright.rendering.scene import Scene, SceneFrame, SceneShape
 from cellwright.rendering.scene.engine import EngineScene
-from cellwright.rendering.scene.scene import TOUCHED
-from cellwright.util.errors import RecordingError, UnknownNameError
+from cellwright.rendering.scene.scene import SEEN, TOUCHED
+from cellwright.util.errors import RecordingError, UnknownNameError, UsageError
 
 TOUCHING = 1e-4
 """Bodies closer than this [m] touch: bodies at rest overlap by some micrometres."""
@@ -71,19 +72,29 @@ class Contact:
 class BodyDistances:
     """Distances between the bodies of a scene. Bodies are selected by names or patterns such as `bin*`.
 
+    Args:
+        scene: the scene.
+        seen_too: whether bodies without shapes that touch count, with the shapes that are seen; else they are left out.
+
     Attributes:
-        names: names of all bodies that can touch something, static ones included.
+        names: names of all bodies that count, static ones included.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self._engine = EngineScene(scene, layers=TOUCHED)
-        # the engine sorts shapes by their bodies
-        shapes = sorted((shape for shape in scene.shapes if shape.layer in TOUCHED), key=lambda shape: shape.body)
+    def __init__(self, scene: Scene, *, seen_too: bool = False) -> None:
         statics = {"world": FLOOR, "": STATIC}
-        self._name = [
-            scene.bodies[shape.body] if shape.body else statics.get(shape.static_body, shape.static_body)
-            for shape in shapes
+
+        def name_of(shape: SceneShape) -> str:
+            return scene.bodies[shape.body] if shape.body else statics.get(shape.static_body, shape.static_body)
+
+        touched = {name_of(shape) for shape in scene.shapes if shape.layer in TOUCHED}
+        shapes = [
+            shape
+            for shape in scene.shapes
+            if shape.layer in TOUCHED or (seen_too and shape.layer in SEEN and name_of(shape) not in touched)
         ]
+        shapes.sort(key=lambda shape: shape.body)  # as the engine does
+        self._engine = EngineScene(replace(scene, shapes=tuple(shapes)), layers=TOUCHED | SEEN)
+        self._name = [name_of(shape) for shape in shapes]
         self._body = np.array([shape.body for shape in shapes], np.intp)
         self.names = tuple(dict.fromkeys(self._name))
 
@@ -139,14 +150,23 @@ class BodyDistances:
         return tuple(sorted(found, key=lambda contact: (contact.begin, contact.one, contact.other)))
 
     def _pairs(self, one: Collection[str], other: Collection[str]) -> NDArray[np.intp]:
-        """Return the pairs of shapes (n, 2) of two groups, without those that stay as they are and repeated ones."""
+        """Return the pairs of shapes (n, 2) of two groups, without those that stay as they are and repeated ones.
+
+        Raises:
+            UsageError: there are none, so that an assertion would hold whatever happened.
+        """
         groups = [[shape for shape, name in enumerate(self._name) if name in names] for names in (one, other)]
         found: dict[tuple[int, int], None] = {}
         for first, second in product(*groups):
             moves = self._body[first] or self._body[second]
             if moves and self._name[first] != self._name[second] and (second, first) not in found:
                 found[first, second] = None
-        return np.array(list(found), np.intp).reshape(-1, 2)
+        if not found:
+            raise UsageError(
+                f"bodies: no pair of the two groups can move (got {_listed(one)}, and {_listed(other)}); "
+                "name other bodies"
+            )
+        return np.array(list(found), np.intp)
 
     def _bounds(self, frame: SceneFrame, pairs: NDArray[np.intp]) -> NDArray[np.float64]:
         """Show a frame; return a lower bound [m] of the distance of each pair, infinite where one is hidden."""
@@ -167,3 +187,9 @@ class BodyDistances:
     def _distance(self, pair: NDArray[np.intp], most: float) -> float:
         """Return the distance [m] of two shapes in the shown frame; `most` if it is larger."""
         return float(mujoco.mj_geomDistance(self._engine.model, self._engine.data, *pair, most, None))
+
+
+def _listed(names: Collection[str]) -> str:
+    """Return some names in words."""
+    first = sorted(names)[:3]
+    return ", ".join(first) + (" …" if len(names) > len(first) else "") or "none"

@@ -300,9 +300,10 @@ class Recording:
 
         Raises:
             UnknownNameError: the scene has no such body.
+            UsageError: no pair of the two groups can move.
             RecordingError: no frame shows a body of each group, or the file is damaged.
         """
-        found = self._distances.clearance(self.frames(start=start, until=until), *self._groups(one, other))
+        found = self._distances.clearance(self._some_frames(start, until), *self._groups(one, other))
         if found is None:
             raise RecordingError(
                 f"{self.recording.path}: no frame shows both {one} and {other or 'another body'}; check start and until"
@@ -330,9 +331,10 @@ class Recording:
 
         Raises:
             UnknownNameError: the scene has no such body.
-            RecordingError: the file is damaged.
+            UsageError: no pair of the two groups can move.
+            RecordingError: there is no frame in these times, or the file is damaged.
         """
-        return self._distances.contacts(self.frames(start=start, until=until), *self._groups(one, other))
+        return self._distances.contacts(self._some_frames(start, until), *self._groups(one, other))
 
     def speed(
         self, body: str, *, start: float | None = None, until: float | None = None
@@ -363,7 +365,19 @@ class Recording:
 
     @cached_property
     def _distances(self) -> BodyDistances:
-        return BodyDistances(self.scene)
+        return BodyDistances(self.scene, seen_too=self.kind == "robot")
+
+    def _some_frames(self, start: float | None, until: float | None) -> Iterator[SceneFrame]:
+        """Yield frames; none is an error, since an assertion would hold whatever happened."""
+        found = False
+        for frame in self.frames(start=start, until=until):
+            found = True
+            yield frame
+        if not found:
+            raise RecordingError(
+                f"{self.recording.path}: no frame in these times (got start {start}, until {until}); "
+                f"frames are 40 ms apart, from {self.begin:g} to {self.end:g} s"
+            )
 
     def _groups(
         self, one: str | Sequence[str], other: str | Sequence[str] | None
