@@ -90,12 +90,12 @@ def test_eval_with_unwritable_reports_still_prints_results(cellwright: CommandLi
     for name in ("junit.xml", "report.html"):
         Path("evaluation", name).mkdir(parents=True)
     ran = cellwright("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--json", "--jobs", "1")
-    assert ran.status == 1
+    assert ran.status == 75
     assert [line for line in ran.err.splitlines() if line.startswith("error: ")] == [
         f"error: {Path('evaluation', name)}: cannot be written: Is a directory" for name in ("junit.xml", "report.html")
     ]
     assert json.loads(ran.out)["results"][0]["points"] == 6.0
-    assert json.loads(Path("evaluation/summary.json").read_text())["exit_status"] == 1
+    assert json.loads(Path("evaluation/summary.json").read_text())["exit_status"] == 75
 
 
 def test_unreadable_agent_file_is_reported(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:

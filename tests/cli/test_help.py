@@ -16,6 +16,7 @@ COMMANDS = [
     "",
     "run",
     "eval",
+    "eval merge",
     "serve",
     "teleop",
     "view",

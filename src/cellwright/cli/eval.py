@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, NoReturn, Self
 
 import typer
 from rich.console import Console, Group
@@ -15,7 +15,7 @@ from rich.text import Text
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cli import options
 from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, AsJson, Vary
-from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
+from cellwright.cli.main import DONE, MACHINE_FAILED, NOT_DONE, argument, flag, option
 from cellwright.cli.options import N
 from cellwright.cli.output import FOLD, RIGHT, print_entry, print_line, table, write_result
 from cellwright.cli.signals import stopped_by_signals
@@ -26,9 +26,11 @@ from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.evaluate import Evaluation, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
-from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
+from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
+from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.shard import Shard
 
 _MAX_REASONS = 10
 
@@ -99,6 +101,10 @@ class EvalProgress:
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
         print_line(self._console, text + tail, None if result.is_done else "yellow")
 
+    def show_fault(self, line: str) -> None:
+        """Print what the machine did to a run."""
+        print_line(self._console, line, "yellow")
+
     def show_jobs(self, running: Sequence[Running]) -> None:
         """Show the runs in progress."""
         self._running = running
@@ -152,6 +158,10 @@ def evaluate(
     seeds: Annotated[int, option("N", "Run each trial with the seeds 1 to N.", SIMULATION)] = 1,
     vary: Vary = False,
     jobs: Annotated[int | None, option("J", "Runs in parallel. Default: the number of processors.", SIMULATION)] = None,
+    shard: Annotated[
+        str | None,
+        option("K/N", "Do part K of N of the runs, or `auto` by variables of Slurm or Kubernetes.", SIMULATION),
+    ] = None,
     time_limit: Annotated[float, option("T", "Wall time [s].", _LIMITS)] = 600.0,
     memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0,
     min_score: Annotated[
@@ -175,10 +185,15 @@ def evaluate(
         # your agent in CI: status 1 if a run has less than 75 % of the points
         cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%
 
+        # one of 16 machines; then, of all folders: cellwright eval merge shards/*
+        cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
+
     Exit status: 0 every run is done and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
+    With 75 the machine failed, such as by a full disk or a killed process; repeat the command for the runs left.
     """
-    with options.errors_of("--min-score"):
-        threshold = None if min_score is None else summary.Threshold.read(min_score)
+    threshold = threshold_of(min_score)
+    with options.errors_of("--shard"):
+        part = None if shard is None else Shard.read(shard)
     limits = RunLimits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
@@ -192,16 +207,56 @@ def evaluate(
     console = Console(stderr=as_json, highlight=False)
     if not MEMORY_IS_LIMITED:
         console.print("note: this system cannot limit the memory of a run")
+    if part is None:
+        own: Sequence[Job] = planned
+    else:
+        own = part.select(planned)
+        if not own:
+            options.refuse(f"--shard {part}: there are only {len(planned)} runs; give no more shards than runs")
+        print_line(console, f"shard {part} of {len(planned)} runs")
     try:
         store = ResultsFile(out)
     except OSError as error:
-        options.refuse(f"--out {out}: cannot be written: {error.strerror}")
+        refuse_file(f"--out {out}: cannot be written: {error.strerror}", error)
     with store:
-        results, failures = _work(planned, store, limits, workers, console, records=record)
-    left = len(planned) - len(results)
+        unwritten = write_result(out / PLAN_NAME, plan_text(plan_of(planned, limits)))
+        results, failures = _work(own, store, limits, workers, console, records=record)
+    left = len(own) - len(results)
+    conclude(out, results, [*unwritten, *failures], threshold, console, left=left, as_json=as_json)
+
+
+def threshold_of(min_score: str | None) -> summary.Threshold | None:
+    """Return the threshold of `--min-score`; None without one."""
+    with options.errors_of("--min-score"):
+        return None if min_score is None else summary.Threshold.read(min_score)
+
+
+def refuse_file(message: str, error: OSError) -> NoReturn:
+    """Refuse a file as bad input, unless the disk is full."""
+    if error.errno in DISK_FULL:
+        typer.echo(f"error: {message}", err=True)
+        raise typer.Exit(MACHINE_FAILED)
+    options.refuse(message)
+
+
+def conclude(
+    out: Path,
+    results: Sequence[Result],
+    failures: list[str],
+    threshold: summary.Threshold | None,
+    console: Console,
+    *,
+    left: int,
+    as_json: bool,
+) -> NoReturn:
+    """Write the files of an evaluation to `out`, print its summary, and exit.
+
+    `failures` are what the machine did wrong, a line each; `left` is the number of runs that were interrupted.
+    """
     failures += write_result(out / "junit.xml", summary.junit(results, threshold))
     failures += write_result(out / "report.html", report(results, threshold))
-    status = NOT_DONE if left or failures or any(summary.shortcoming(result, threshold) for result in results) else DONE
+    short = any(summary.shortcoming(result, threshold) for result in results)
+    status = MACHINE_FAILED if failures else NOT_DONE if left or short else DONE
     document = json.dumps(summary.summary_document(results, threshold, status), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
     show_summary(console, results, threshold)
@@ -212,7 +267,7 @@ def evaluate(
         typer.echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
-    raise typer.Exit(NOT_DONE if failures else status)
+    raise typer.Exit(MACHINE_FAILED if failures else status)
 
 
 def _work(
@@ -227,20 +282,18 @@ def _work(
             records=records,
             on_result=progress.take,
             on_progress=progress.show_jobs,
+            on_fault=progress.show_fault,
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
         if len(known) < len(jobs):
-            try:
-                problem = evaluation.check_agent(jobs[0].agent)
-            except OSError as error:
-                problem = f"{error.filename}: {error.strerror}"
-            if problem:
+            if problem := evaluation.check_agent(jobs[0].agent):
                 options.refuse(problem)
-            with stopped_by_signals(evaluation.stop):
-                evaluation.run(jobs)
+            if not evaluation.failure:
+                with stopped_by_signals(evaluation.stop):
+                    evaluation.run(jobs)
     results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
-    return results, [evaluation.failure] if evaluation.failure else []
+    return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
 
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:

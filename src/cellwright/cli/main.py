@@ -28,6 +28,8 @@ Reasons: time limit, --until came first, agent gave up or crashed, below --min-s
 """
 BAD_INPUT = 2
 """The input is not valid; nothing has been started."""
+MACHINE_FAILED = 75
+"""The machine failed, and runs are left without a result; the same command may succeed. (EX_TEMPFAIL of sysexits.h)"""
 
 
 def argument(metavar: str, text: str) -> Any:
@@ -61,6 +63,7 @@ COMMANDS = {
     "run": "run.command:run",
     "check": "check:check",
     "eval": "eval:evaluate",
+    "eval merge": "merge:merge",
     "serve": "serve:serve",
     "teleop": "teleop:teleop",
     "view": "view:view",
@@ -74,7 +77,10 @@ COMMANDS = {
     "ros2-workspace": "ros2:ros2_workspace",
     "operate": "operate:app",
 }
-"""Module of each command, below this package, in the order of the help: a function, or an app of several commands."""
+"""Module of each command, below this package, in the order of the help: a function, or an app of several commands.
+
+A name of two words comes before that of one: `eval merge` is a command, and `eval lesson` is `eval` with an argument.
+"""
 
 
 class CommandsOnDemand(TyperGroup):
@@ -93,6 +99,11 @@ class CommandsOnDemand(TyperGroup):
         if cmd_name == "bench":
             raise UsageError("bench: command removed; run `python -m benchmarks` in a checkout of Cellwright")
         return _loaded(cmd_name) if cmd_name in COMMANDS else None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the name of the command in the first words, the command, and the words behind it."""
+        two = " ".join(args[:2])
+        return super().resolve_command(ctx, [two, *args[2:]] if two in COMMANDS else args)
 
 
 @cache

@@ -42,6 +42,7 @@ def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
     assert sorted(path.name for path in folder.iterdir()) == [
         "junit.xml",
         "logs",
+        "plan.json",
         "recordings",
         "report.html",
         "results.jsonl",

@@ -25,10 +25,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def tiny_jobs(folder: Path, program: str, seeds: int = 1) -> list[Job]:
+def tiny_jobs(folder: Path, program: str, seeds: int = 1, file: str = "programs.py") -> list[Job]:
     """Return jobs of the tiny trial."""
     trial = EvaluatedTrial("tiny", (folder / "tiny.yaml",), 6.0, 6.0, 500.0)
-    return make_jobs([trial], f"programs.py:{program}", range(1, seeds + 1), vary=False)
+    return make_jobs([trial], f"{file}:{program}", range(1, seeds + 1), vary=False)
 
 
 @pytest.fixture

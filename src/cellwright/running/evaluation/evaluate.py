@@ -1,8 +1,12 @@
-"""Execution of many jobs in parallel: a process for each, within its limits, with its result on disk as it comes."""
+"""Execution of many jobs in parallel: a process for each, within its limits, with its result on disk as it comes.
 
+What the machine does to a run is no result of it. The run is repeated at once, up to `_ATTEMPTS` starts.
+"""
+
+import errno
 import math
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
@@ -11,9 +15,11 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from cellwright.running.evaluation.job import Job
+from cellwright.running.evaluation.merge import LOGS, RECORDINGS
 from cellwright.running.evaluation.process import (
     MEBIBYTE,
     MEMORY_IS_LIMITED,
+    NO_MEMORY,
     JobOrder,
     RunLimits,
     WorkerProcess,
@@ -23,14 +29,15 @@ from cellwright.running.evaluation.result import Lost, Result, ResultsFile
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, printable
 
-LOGS, RECORDINGS = "logs", "recordings"
-"""Folders beside the results."""
-
 _CHECK_PERIOD = 0.2  # [s] between two checks of the limits
 _START_TIMEOUT = 60.0  # [s] that a process may take before it starts on its job
 _END_TIMEOUT = 5.0  # [s] after which a worker is ended that should have ended by then
 _CLOCK_TOLERANCE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
 _MAX_REASON = 1000  # characters
+_ATTEMPTS = 3
+"""Starts of a run that the machine ends."""
+_NO_ROOM = (errno.EAGAIN, errno.ENOMEM)
+"""Errors at the start of a process when the machine has no room for it."""
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
 
@@ -51,6 +58,7 @@ class Evaluation:
         store: stores the results, and holds those of earlier evaluations.
         on_result: called with each new result.
         on_progress: called periodically with the jobs in progress.
+        on_fault: called with a line for each run that the machine has ended.
     """
 
     def __init__(
@@ -62,6 +70,7 @@ class Evaluation:
         records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
         on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
+        on_fault: Callable[[str], None] = lambda _line: None,
     ) -> None:
         if workers < 1:
             raise UsageError(f"workers must be at least 1 (got {workers})")
@@ -71,28 +80,44 @@ class Evaluation:
         self._records = records
         self._on_result = on_result
         self._on_progress = on_progress
+        self._on_fault = on_fault
+        self._waiting: deque[Job] = deque()
         self._running: dict[WorkerProcess, Job] = {}
+        self._starts: Counter[str] = Counter()
+        self._failed_starts = 0
         self._wakes: SimpleQueue[Any] = SimpleQueue()
         self._stopped = False
         self.failure = ""
         """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
+        self.unjudged: list[str] = []
+        """Runs that the machine ended at every start, and how, a line each. They have no result."""
 
     def is_settled(self, job: Job) -> bool:
         """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
         result = self._store.results.get(job.key)
-        return result is not None and (not result.is_lost or result.limits == asdict(self._limits))
+        return result is not None and result.counts_under(asdict(self._limits))
 
     def check_agent(self, agent: str) -> str:
         """Return why an agent cannot be used; empty if it can. A process of its own makes the agent, within the limits.
 
-        Raises:
-            OSError: the process or its log cannot be created.
+        If the machine prevents that, `failure` says how.
         """
-        worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
-        try:
-            worker.wait(_START_TIMEOUT + self._limits.wall)
-        finally:
-            ending = worker.stop()
+        for _ in range(_ATTEMPTS):
+            try:
+                worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
+            except OSError as error:
+                self.failure = self._words_of(error)
+                return ""
+            try:
+                worker.wait(_START_TIMEOUT + self._limits.wall)
+            finally:
+                ending = worker.stop()
+            self.failure = worker.machine_fault(ending)
+            if not self.failure:
+                break
+            self._on_fault(f"check of the agent: {self.failure}")
+        if self.failure:
+            return ""
         if worker.refused:
             return worker.refused
         if worker.result is None:
@@ -110,18 +135,17 @@ class Evaluation:
         No worker process outlives this call, however it ends.
 
         Returns:
-            False if it was stopped or failed before all jobs were done.
+            False if it was stopped or failed before all jobs had a result.
         """
         unsettled = [job for job in jobs if not self.is_settled(job)]
-        waiting = deque(sorted(unsettled, key=_max_duration, reverse=True))
+        self._waiting = deque(sorted(unsettled, key=_max_duration, reverse=True))
         checked = 0.0
         try:
-            while (waiting or self._running) and not self._stopped:
+            while (self._waiting or self._running) and not self._stopped:
                 over = [each for each in self._running if each.is_over]
                 try:  # the next ones first: ending a process takes 20 ms, in which its processor would have no work
-                    while waiting and len(self._running) - len(over) < self._workers:
-                        self._begin(waiting[0])
-                        waiting.popleft()
+                    while self._waiting and len(self._running) - len(over) < self._workers and self._begin_next():
+                        pass
                 finally:
                     for worker in over:
                         self._finish(worker)
@@ -132,13 +156,34 @@ class Evaluation:
                     self._enforce_limits()
                     self._on_progress([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
-            self.failure = f"{error.filename or self._store.path}: {error.strerror or error}"
+            self.failure = self._words_of(error)
         finally:
-            unfinished = bool(waiting or self._running)
+            unfinished = bool(self._waiting or self._running or self.unjudged)
             for worker in self._running:
                 worker.stop()
             self._running.clear()
         return not unfinished
+
+    def _words_of(self, error: OSError) -> str:
+        return f"{error.filename or self._store.path}: {error.strerror or error}"
+
+    def _begin_next(self) -> bool:
+        """Start the next job; return False if the machine has no room for its process now.
+
+        Then as many as run now are the most that run in parallel from here on.
+        """
+        try:
+            self._begin(self._waiting[0])
+        except OSError as error:
+            self._failed_starts += not self._running
+            if error.errno not in _NO_ROOM or self._failed_starts >= _ATTEMPTS:
+                raise
+            self._on_fault(f"{self._waiting[0].name}: no process could be started: {error.strerror}")
+            self._workers = max(1, len(self._running))
+            return False
+        self._failed_starts = 0
+        self._waiting.popleft()
+        return True
 
     def _begin(self, job: Job) -> None:
         log = self._beside(LOGS, job.log_name)
@@ -170,6 +215,9 @@ class Evaluation:
         job = self._running.pop(worker)
         progress = self._progress_of(worker, job)
         ending = worker.stop()
+        if exceeded is None and (fault := worker.machine_fault(ending)):
+            self._repeat(job, fault)
+            return
         if worker.result is not None and exceeded is None:
             result = self._reported(job, worker.result)
         else:
@@ -185,6 +233,18 @@ class Evaluation:
             self._store.append(result)
         finally:
             self._on_result(result)
+
+    def _repeat(self, job: Job, fault: str) -> None:
+        """Let a job that the machine has ended run again, next, unless that was its last start."""
+        self._starts[job.key] += 1
+        if fault.endswith(NO_MEMORY):
+            self._workers = max(1, self._workers - 1)
+        line = f"{job.name}: {fault}"
+        self._on_fault(line)
+        if self._starts[job.key] < _ATTEMPTS:
+            self._waiting.appendleft(job)
+        else:
+            self.unjudged.append(f"{line}; no result after {_ATTEMPTS} starts")
 
     def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
         content = dict(report)

@@ -72,8 +72,13 @@ class Job:
     @property
     def log_name(self) -> str:
         """Name of the file for its output."""
-        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name[:_MAX_NAME])
-        return f"{trial}-{self.seed}-{self.key[:8]}.log"
+        return log_name(self.trial.name, self.seed, self.key)
+
+
+def log_name(trial: str, seed: int, key: str) -> str:
+    """Return the name of the file for a run's output; trials with the same letters and digits have their own key."""
+    letters = "".join(letter if letter.isalnum() else "_" for letter in trial[:_MAX_NAME])
+    return f"{letters}-{seed}-{key[:8]}.log"
 
 
 def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int], *, vary: bool) -> list[Job]:

@@ -1,5 +1,6 @@
 """Worker process of an evaluation: its start, its limits and its end, and the number of processors."""
 
+import errno
 import json
 import os
 import signal
@@ -71,12 +72,29 @@ def memory_of_sessions() -> Counter[int]:
     return total
 
 
+def oom_kills() -> int:
+    """Return how many processes the kernel of this machine has killed so far for want of memory; 0 where unknown."""
+    with suppress(OSError, ValueError):
+        for line in Path("/proc/vmstat").read_text().splitlines():
+            if line.startswith("oom_kill "):
+                return int(line.split()[1])
+    return 0
+
+
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that limit numerical libraries to one thread each: workers share the processor among them."""
 
 _TAIL_LINES = 30  # lines of a log that a result holds
 _TAIL_BYTES = 16384
 _KILL_TIMEOUT = 5.0  # [s] that a killed process may take to end
+NO_MEMORY = "while the machine had no memory left"
+"""End of the fault of a run that the kernel, most likely, has killed for want of memory."""
+
+_OUTSIDE = frozenset(f"killed by {name}" for name in ("SIGKILL", "SIGTERM"))  # what a machine ends processes with
+DISK_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+"""Errors of a file when the disk, or the user's part of it, is full."""
+
+_DISK_FULL_TEXTS = tuple(f"OSError: [Errno {number}]" for number in DISK_FULL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +133,9 @@ class WorkerProcess(ChildProcess):
         self.progress: Mapping[str, Any] = {}
         self.result: Mapping[str, Any] | None = None
         self.refused = ""
+        self.kills_itself = False
+        """True if the program has sent its own process SIGKILL or SIGTERM."""
+        self._oom_kills = oom_kills()
         self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
         with log.open("wb") as stderr:
             command = own_program("cellwright.running.evaluation.worker")
@@ -148,6 +169,19 @@ class WorkerProcess(ChildProcess):
         self._kill()
         self.end(_KILL_TIMEOUT)
         return "" if status is None else _ending(status)
+
+    def machine_fault(self, ending: str) -> str:
+        """Return what the machine did to the run, in one line; empty if nothing is known.
+
+        Args:
+            ending: what `stop` returned.
+        """
+        if self.result is not None:
+            error = self.result.get("error", "").strip().rpartition("\n")[2]
+            return f"the disk is full: {error}" if error.startswith(_DISK_FULL_TEXTS) else ""
+        if self.kills_itself or self.refused or ending not in _OUTSIDE:
+            return ""
+        return f"{ending} {NO_MEMORY if oom_kills() > self._oom_kills else 'from outside'}"
 
     def log_size(self) -> int:
         """Return the size of its log [bytes]; 0 if the log was removed."""
@@ -186,6 +220,7 @@ class WorkerProcess(ChildProcess):
                 self.begun = time.monotonic()
             self.progress = report.get("progress", self.progress)
             self.refused = report.get("refused", self.refused)
+            self.kills_itself = report.get("kills", self.kills_itself)
             self.result = report.get("result", self.result)
             self._wakes.put(self)
         self._wakes.put(self)

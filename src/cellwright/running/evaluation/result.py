@@ -23,6 +23,7 @@ from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.run import Outcome
 from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.files import open_to_read
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +199,10 @@ class Result:
         """True if the run was ended, or ended, before it was over."""
         return self.outcome in tuple(Lost)
 
+    def counts_under(self, limits: Mapping[str, float]) -> bool:
+        """Return whether the result is valid under these limits; only that of a lost run depends on them."""
+        return not self.is_lost or self.limits == limits
+
     @property
     def share(self) -> float:
         """Share of the reachable points; 1 for a trial that has none."""
@@ -265,15 +270,15 @@ class ResultsFile:
         """Results by key."""
         return self._results
 
-    def append(self, result: Result) -> None:
-        """Add a result; it is on the disk when this returns.
+    def append(self, *results: Result) -> None:
+        """Add results; they are on the disk when this returns.
 
         Raises:
-            OSError: nothing of it could be written; `results` holds it all the same.
+            OSError: nothing of them could be written; `results` holds them all the same.
         """
-        self._results[result.key] = result
-        line = json.dumps(result.as_json(), separators=(",", ":"), allow_nan=False)
-        rest = memoryview(f"{line}\n".encode())
+        self._results |= {result.key: result for result in results}
+        lines = (json.dumps(each.as_json(), separators=(",", ":"), allow_nan=False) + "\n" for each in results)
+        rest = memoryview("".join(lines).encode())
         size = self._size + len(rest)
         try:
             if not os.fstat(self._file.fileno()).st_nlink:
@@ -299,17 +304,35 @@ class ResultsFile:
 
     def _read(self) -> None:
         self._file.seek(0)
-        *lines, _cut_short = self._file.readall().split(b"\n")  # the process was killed while it wrote the last
-        for number, line in enumerate(lines, start=1):
-            self._size += len(line) + 1
-            try:
-                result = Result.from_json(json.loads(line))
-            except (ValueError, RecursionError, ResultError) as error:
-                message = f"{error}; use another folder, or remove the file to start over"
-                raise UsageError(str(Problem(Place(0, str(self.path), number), "", message))) from error
-            self._results[result.key] = result
+        self._results, self._size = _parse(self._file.readall(), self.path)
         self._file.truncate(self._size)
         self._file.seek(0, os.SEEK_END)
+
+
+def read_results(folder: Path) -> dict[str, Result]:
+    """Return the results in a folder by key, as `ResultsFile` does. The folder may be in use, and is not changed.
+
+    Raises:
+        UsageError: the file holds something else.
+        OSError: it cannot be read.
+    """
+    path = folder / RESULTS_NAME
+    with open_to_read(path) as file:
+        return _parse(file.read(), path)[0]
+
+
+def _parse(content: bytes, path: Path) -> tuple[dict[str, Result], int]:
+    """Return the results by key, and the number of bytes up to the end of the last whole line."""
+    results: dict[str, Result] = {}
+    *lines, cut_short = content.split(b"\n")  # the process was killed while it wrote the last
+    for number, line in enumerate(lines, start=1):
+        try:
+            result = Result.from_json(json.loads(line))
+        except (ValueError, RecursionError, ResultError) as error:
+            message = f"{error}; use another folder, or remove the file to start over"
+            raise UsageError(str(Problem(Place(0, str(path), number), "", message))) from error
+        results[result.key] = result
+    return results, len(content) - len(cut_short)
 
 
 def _lock(descriptor: int) -> bool:

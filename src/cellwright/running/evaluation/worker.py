@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn, TextIO
 
@@ -172,6 +173,7 @@ def main() -> NoReturn:
     faulthandler.enable()
     if order.memory:
         limit_memory(order.memory)
+    _report_own_kills(channel)
     send(channel, "begun", os.getpid())
     # C's own timer: it ends a program that hangs inside a library too, and the log shows where
     faulthandler.dump_traceback_later(order.wall, exit=True)
@@ -186,6 +188,24 @@ def main() -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)  # does not wait for threads that the agent has left behind
+
+
+def _report_own_kills(channel: TextIO) -> None:
+    """Report when the program kills this process from Python: the end of a process does not show who sent the signal.
+
+    A thread or a fork of the agent may do so too. The line bypasses the buffer of the channel.
+    """
+    if sys.platform == "win32":
+        return
+    number = os.getpid()
+    own = {"os.kill": {number, -number, 0, -1}, "os.killpg": {number, 0}}
+
+    def hook(event: str, arguments: tuple[Any, ...]) -> None:
+        if event in own and arguments[0] in own[event] and arguments[1] in (signal.SIGKILL, signal.SIGTERM):
+            with suppress(OSError):  # the evaluation has ended
+                os.write(channel.fileno(), b'{"kills": true}\n')
+
+    sys.addaudithook(hook)
 
 
 def _take_over_standard_streams() -> tuple[BinaryIO, TextIO]:

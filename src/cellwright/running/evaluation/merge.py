@@ -1,0 +1,139 @@
+"""Plan of an evaluation, and the merge of the results that several machines have for one plan."""
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from cellwright.running.evaluation.job import Job, log_name
+from cellwright.running.evaluation.process import RunLimits
+from cellwright.running.evaluation.result import Each, Result, ResultsFile, find_misfit, read_results
+from cellwright.running.run import versions
+from cellwright.util.errors import UsageError
+from cellwright.util.files import replacement_path, write_atomic
+
+PLAN_NAME = "plan.json"
+LOGS, RECORDINGS = "logs", "recordings"
+"""Folders beside the results."""
+
+_FORM: Mapping[str, Any] = {
+    "agent": str,
+    "vary": bool,
+    "limits": Each(float),
+    "versions": Each(str),
+    "runs": [{"key": str, "trial": str, "seed": int}],
+}
+
+
+def plan_of(jobs: Sequence[Job], limits: RunLimits) -> dict[str, Any]:
+    """Return the plan of an evaluation as JSON values: all its runs, in order. Each shard has the whole plan."""
+    return {
+        "agent": jobs[0].agent,
+        "vary": jobs[0].vary,
+        "limits": asdict(limits),
+        "versions": versions(),
+        "runs": [{"key": job.key, "trial": job.trial.name, "seed": job.seed} for job in jobs],
+    }
+
+
+def plan_text(plan: Mapping[str, Any]) -> str:
+    """Return the text of a plan's file."""
+    return json.dumps(plan, separators=(",", ":")) + "\n"
+
+
+def read_plan(folder: Path) -> dict[str, Any]:
+    """Read the plan in the folder of the results.
+
+    Raises:
+        UsageError: there is none.
+        OSError: it cannot be read.
+    """
+    file = folder / PLAN_NAME
+    try:
+        plan = json.loads(file.read_bytes())
+    except FileNotFoundError:
+        raise UsageError(f"{folder}: it has no {PLAN_NAME}; give the --out of `cellwright eval`") from None
+    except (ValueError, RecursionError) as error:
+        raise UsageError(f"{file}: not a plan ({error}); repeat that shard") from error
+    if misfit := find_misfit(plan, _FORM):
+        raise UsageError(f"{file}: not a plan ({misfit}); repeat that shard")
+    return {name: plan[name] for name in _FORM}
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """Results of several folders.
+
+    Attributes:
+        results: those that are there, in the order of the plan.
+        missing: names of the runs without a result.
+        differing: names of the runs that have results with different contents, besides wall times.
+    """
+
+    results: Sequence[Result]
+    missing: Sequence[str]
+    differing: Sequence[str]
+
+
+def merge(folders: Sequence[Path], out: Path) -> Merged:
+    """Add the results of one plan, with logs and recordings, to the folder `out`, which becomes a whole evaluation.
+
+    Of a run with several results the first counts: that in `out`, then in the order of the folders.
+
+    Raises:
+        UsageError: a folder has no results or those of another plan, or `out` is in use.
+        OSError: a file cannot be read or written.
+    """
+    plan = read_plan(folders[0])
+    _refuse_other(folders[0], plan["versions"], versions(), "this installation")
+    for folder in [*folders[1:], *([out] if (out / PLAN_NAME).exists() else [])]:
+        other = read_plan(folder)
+        for name in _FORM:
+            _refuse_other(folder, other[name], plan[name], str(folders[0]), name)
+    found: dict[str, list[tuple[Path, Result]]] = {}
+    with ResultsFile(out) as store:
+        write_atomic(out / PLAN_NAME, plan_text(plan))
+        for folder, results in [(out, {**store.results}), *((each, read_results(each)) for each in folders)]:
+            for key, result in results.items():
+                if result.counts_under(plan["limits"]):
+                    found.setdefault(key, []).append((folder, result))
+        first = {run["key"]: found[run["key"]][0] for run in plan["runs"] if run["key"] in found}
+        for folder, result in first.values():
+            _copy_files(folder, out, log_name(result.trial, result.seed, result.key))
+        store.append(*(result for folder, result in first.values() if store.results.get(result.key) != result))
+    return Merged(
+        [result for _, result in first.values()],
+        [f"{run['trial']} seed {run['seed']}" for run in plan["runs"] if run["key"] not in first],
+        [result.name for key, (_, result) in first.items() if _differ(each for _, each in found[key])],
+    )
+
+
+def _differ(results: Any) -> bool:
+    first, *others = (replace(each, wall=0.0) for each in results)
+    return any(each != first for each in others)
+
+
+def _refuse_other(folder: Path, own: Any, reference: Any, place: str, name: str = "versions") -> None:
+    if own == reference:
+        return
+    if name == "runs":
+        words = "other runs: trials, seeds, program or Cellwright's sources differ"
+    else:
+        words = f"{name} {_words(own)}, but {_words(reference)}"
+    raise UsageError(f"{folder}: does not belong to {place}: {words}; merge shards of one evaluation")
+
+
+def _words(value: Any) -> str:
+    return ", ".join(f"{name} {each}" for name, each in value.items()) if isinstance(value, Mapping) else str(value)
+
+
+def _copy_files(source: Path, target: Path, name: str) -> None:
+    for kind, suffix in ((LOGS, ".log"), (LOGS, ".jsonl"), (RECORDINGS, ".mcap")):
+        file = (source / kind / name).with_suffix(suffix)
+        copy = target / kind / file.name
+        if file.is_file() and not copy.exists():
+            copy.parent.mkdir(exist_ok=True)
+            with replacement_path(copy) as path:
+                shutil.copyfile(file, path)
