@@ -78,8 +78,9 @@ def check_command(command: Any, words: list[str], line: str) -> None:
     """That there is a command of this name, and that it has these options."""
     inner = getattr(command, "commands", None)
     if inner is not None and words and re.fullmatch("[a-z][a-z0-9-]*", words[0]):
-        assert words[0] in inner, f"no such command: {line}"
-        check_command(command.get_command(None, words[0]), words[1:], line)
+        count = 2 if " ".join(words[:2]) in inner else 1
+        assert " ".join(words[:count]) in inner, f"no such command: {line}"
+        check_command(command.get_command(None, " ".join(words[:count])), words[count:], line)
         return
     if "--ros-args" in words:  # what follows is rclpy's
         words = words[: words.index("--ros-args")]
@@ -93,6 +94,9 @@ def check_command(command: Any, words: list[str], line: str) -> None:
 def test_check_of_unknown_command_or_option_fails() -> None:
     check_command(COMMANDS, ["run", "lesson", "--agent", "none"], "")
     check_command(COMMANDS, ["operate", "signal", "--wave", "step"], "")
+    check_command(COMMANDS, ["eval", "merge", "a", "--out", "b"], "")
+    with pytest.raises(AssertionError, match="no such option --agent"):
+        check_command(COMMANDS, ["eval", "merge", "a", "--agent", "none"], "")
     with pytest.raises(AssertionError, match="no such command"):
         check_command(COMMANDS, ["rum", "lesson"], "")
     with pytest.raises(AssertionError, match="no such option --agnt"):
