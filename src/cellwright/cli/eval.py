@@ -15,7 +15,7 @@ from rich.text import Text
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cli import options
 from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, AsJson, Vary
-from cellwright.cli.main import DONE, MACHINE_FAILED, NOT_DONE, argument, flag, option
+from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, argument, flag, option
 from cellwright.cli.options import N
 from cellwright.cli.output import FOLD, RIGHT, print_entry, print_line, table, write_result
 from cellwright.cli.signals import stopped_by_signals
@@ -189,7 +189,7 @@ def evaluate(
         cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
 
     Exit status: 0 every run is done and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
-    With 75 the machine failed, such as by a full disk or a killed process; repeat the command for the runs left.
+    With 75 runs are left: a signal came, or the machine failed, such as by a full disk. The same command continues.
     """
     threshold = threshold_of(min_score)
     with options.errors_of("--shard"):
@@ -235,7 +235,7 @@ def refuse_file(message: str, error: OSError) -> NoReturn:
     """Refuse a file as bad input, unless the disk is full."""
     if error.errno in DISK_FULL:
         typer.echo(f"error: {message}", err=True)
-        raise typer.Exit(MACHINE_FAILED)
+        raise typer.Exit(TRY_AGAIN)
     options.refuse(message)
 
 
@@ -256,7 +256,7 @@ def conclude(
     failures += write_result(out / "junit.xml", summary.junit(results, threshold))
     failures += write_result(out / "report.html", report(results, threshold))
     short = any(summary.shortcoming(result, threshold) for result in results)
-    status = MACHINE_FAILED if failures else NOT_DONE if left or short else DONE
+    status = TRY_AGAIN if failures or left else NOT_DONE if short else DONE
     document = json.dumps(summary.summary_document(results, threshold, status), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
     show_summary(console, results, threshold)
@@ -267,7 +267,7 @@ def conclude(
         typer.echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
-    raise typer.Exit(MACHINE_FAILED if failures else status)
+    raise typer.Exit(TRY_AGAIN if failures else status)
 
 
 def _work(

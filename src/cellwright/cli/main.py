@@ -28,8 +28,11 @@ Reasons: time limit, --until came first, agent gave up or crashed, below --min-s
 """
 BAD_INPUT = 2
 """The input is not valid; nothing has been started."""
-MACHINE_FAILED = 75
-"""The machine failed, and runs are left without a result; the same command may succeed. (EX_TEMPFAIL of sysexits.h)"""
+TRY_AGAIN = 75
+"""Runs are left without a result, because the machine failed or a signal came; the same command continues.
+
+Schedulers tell it from the others, which are final. (EX_TEMPFAIL of sysexits.h)
+"""
 
 
 def argument(metavar: str, text: str) -> Any:
