@@ -241,6 +241,16 @@ def test_damaged_plan_is_refused_in_one_line(tiny: CommandLine, text: str) -> No
     assert re.fullmatch(r"error: a/plan\.json: not a plan \(.*\); repeat that shard\n", ran.err)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
+@pytest.mark.parametrize("name", ["plan.json", "results.jsonl"])
+def test_file_that_is_not_regular_is_refused(tiny: CommandLine, name: str) -> None:
+    shard(tiny, "a")
+    Path("a", name).unlink()
+    Path("a", name).symlink_to("/dev/zero")
+    ran = tiny("eval", "merge", "a")
+    assert (ran.status, ran.err) == (2, f"error: a/{name}: not a regular file; use another folder\n")
+
+
 def test_folders_without_an_evaluation_are_refused(tiny: CommandLine) -> None:
     Path("empty").mkdir()
     ran = tiny("eval", "merge", "empty")

@@ -148,7 +148,7 @@ def test_run_killed_from_outside_is_repeated_at_once(number: signal.Signals, eva
     found = evaluate("Waits", look=killer(number, times=2))
     assert found.is_complete
     assert [(each.outcome, each.points) for each in found.results] == [("done", 6.0)]
-    assert found.faults == [f"tiny seed 1: killed by {number.name} from outside"] * 2
+    assert found.faults == [f"tiny seed 1: killed by {number.name} from outside; it starts again"] * 2
     assert (found.unjudged, found.failure) == ([], "")
 
 
@@ -166,7 +166,7 @@ def test_later_evaluation_does_the_run_that_was_killed(evaluate: Evaluate) -> No
 
 def test_killed_run_does_not_affect_others(evaluate: Evaluate) -> None:
     found = evaluate("KilledByItsChild", seeds=2, workers=2)
-    assert len(found.faults) == 6
+    assert len(found.faults) == 4
     assert sorted(line.partition(":")[0] for line in found.unjudged) == ["tiny seed 1", "tiny seed 2"]
 
 
@@ -207,7 +207,7 @@ def test_kill_while_kernel_had_no_memory_says_so_and_runs_fewer_in_parallel(
 
     found = evaluate("Waits", seeds=4, workers=2, look=look)
     assert len(found.faults) == 1
-    assert found.faults[0].endswith(": killed by SIGKILL while the machine had no memory left")
+    assert found.faults[0].endswith(": killed by SIGKILL while the machine had no memory left; it starts again")
     assert sorted(each.seed for each in found.results) == [1, 2, 3, 4]
     # the third was started in place of the killed one, before its end was looked at
     assert events.read_text().split() == ["start"] * 3 + ["end"] * 2 + ["start", "end"] * 2

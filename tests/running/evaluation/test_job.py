@@ -9,7 +9,7 @@ import pytest
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation import job as job_module
-from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, make_jobs, models_digest
+from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, log_name, make_jobs, models_digest
 
 
 def keys(folder: Path, agent: str = "robot.py:Robot", seeds: int = 1, *, vary: bool = False) -> list[str]:
@@ -107,3 +107,7 @@ def test_log_name_of_long_trial_name_can_be_written(tmp_path: Path) -> None:
     file.write_text("")
     (job,) = make_jobs([EvaluatedTrial("配" * 80, (file,), 0.0, 0.0, 0.0)], "none", [1], vary=False)
     (tmp_path / job.log_name).write_text("")
+
+
+def test_log_name_is_no_path_whatever_a_file_of_results_says() -> None:
+    assert log_name("../up", 1, "../../etc") == "___up-1-______et.log"

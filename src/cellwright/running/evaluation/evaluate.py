@@ -58,7 +58,7 @@ class Evaluation:
         store: stores the results, and holds those of earlier evaluations.
         on_result: called with each new result.
         on_progress: called periodically with the jobs in progress.
-        on_fault: called with a line for each run that the machine has ended.
+        on_fault: called with a line when the machine has ended a run that starts again.
     """
 
     def __init__(
@@ -239,12 +239,11 @@ class Evaluation:
         self._starts[job.key] += 1
         if fault.endswith(NO_MEMORY):
             self._workers = max(1, self._workers - 1)
-        line = f"{job.name}: {fault}"
-        self._on_fault(line)
         if self._starts[job.key] < _ATTEMPTS:
+            self._on_fault(f"{job.name}: {fault}; it starts again")
             self._waiting.appendleft(job)
         else:
-            self.unjudged.append(f"{line}; no result after {_ATTEMPTS} starts")
+            self.unjudged.append(f"{job.name}: {fault}; no result after {_ATTEMPTS} starts")
 
     def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
         content = dict(report)

@@ -77,8 +77,10 @@ class Job:
 
 def log_name(trial: str, seed: int, key: str) -> str:
     """Return the name of the file for a run's output; trials with the same letters and digits have their own key."""
-    letters = "".join(letter if letter.isalnum() else "_" for letter in trial[:_MAX_NAME])
-    return f"{letters}-{seed}-{key[:8]}.log"
+    letters, digits = (
+        "".join(each if each.isalnum() else "_" for each in text) for text in (trial[:_MAX_NAME], key[:8])
+    )
+    return f"{letters}-{seed}-{digits}.log"
 
 
 def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int], *, vary: bool) -> list[Job]:

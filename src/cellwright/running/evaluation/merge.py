@@ -9,7 +9,7 @@ from typing import Any
 
 from cellwright.running.evaluation.job import Job, log_name
 from cellwright.running.evaluation.process import RunLimits
-from cellwright.running.evaluation.result import Each, Result, ResultsFile, find_misfit, read_results
+from cellwright.running.evaluation.result import Each, Result, ResultsFile, find_misfit, read_regular, read_results
 from cellwright.running.run import versions
 from cellwright.util.errors import UsageError
 from cellwright.util.files import replacement_path, write_atomic
@@ -52,7 +52,7 @@ def read_plan(folder: Path) -> dict[str, Any]:
     """
     file = folder / PLAN_NAME
     try:
-        plan = json.loads(file.read_bytes())
+        plan = json.loads(read_regular(file))
     except FileNotFoundError:
         raise UsageError(f"{folder}: it has no {PLAN_NAME}; give the --out of `cellwright eval`") from None
     except (ValueError, RecursionError) as error:

@@ -23,7 +23,6 @@ from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.run import Outcome
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.util.files import open_to_read
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,8 +251,7 @@ class ResultsFile:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / RESULTS_NAME
-        if self.path.exists() and not self.path.is_file():  # a device may be read without end
-            raise UsageError(f"{self.path}: not a regular file; use another folder")
+        _refuse_device(self.path)
         self._results: dict[str, Result] = {}
         self._file: FileIO = self.path.open("a+b", buffering=0)
         self._size = 0  # bytes that are known to be sound
@@ -317,8 +315,23 @@ def read_results(folder: Path) -> dict[str, Result]:
         OSError: it cannot be read.
     """
     path = folder / RESULTS_NAME
-    with open_to_read(path) as file:
-        return _parse(file.read(), path)[0]
+    return _parse(read_regular(path), path)[0]
+
+
+def read_regular(path: Path) -> bytes:
+    """Return the content of a file beside the results.
+
+    Raises:
+        UsageError: it is no regular file.
+        OSError: it cannot be read.
+    """
+    _refuse_device(path)
+    return path.read_bytes()
+
+
+def _refuse_device(path: Path) -> None:
+    if path.exists() and not path.is_file():  # a device may be read without end
+        raise UsageError(f"{path}: not a regular file; use another folder")
 
 
 def _parse(content: bytes, path: Path) -> tuple[dict[str, Result], int]:
