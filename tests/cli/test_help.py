@@ -17,6 +17,7 @@ COMMANDS = [
     "run",
     "eval",
     "eval merge",
+    "eval compare",
     "serve",
     "teleop",
     "view",

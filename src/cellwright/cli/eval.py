@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import fmean
 from typing import Annotated, NoReturn, Self
 
 import typer
@@ -17,7 +18,7 @@ from cellwright.cli import options
 from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, AsJson, Vary
 from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, argument, flag, option
 from cellwright.cli.options import N
-from cellwright.cli.output import FOLD, RIGHT, print_entry, print_line, table, write_result
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
@@ -25,7 +26,7 @@ from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.evaluate import Evaluation, Running
-from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest, repeated
 from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
 from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
@@ -35,28 +36,54 @@ from cellwright.running.evaluation.shard import Shard
 _MAX_REASONS = 10
 
 
-def show_summary(console: Console, results: Sequence[Result], threshold: summary.Threshold | None) -> None:
-    """Print a row for each trial, and a line for each run that did not pass."""
+def show_summary(
+    console: Console,
+    results: Sequence[Result],
+    threshold: summary.Threshold | None,
+    repeats: Sequence[summary.Repeat] = (),
+) -> None:
+    """Print a row for each trial, and a line for each run that did not pass or not repeat."""
     console.print()
     console.print(summary_table(results))
+    if rows := summary.measure_rows(summary.summarize(results)):
+        console.print()
+        figures = dict.fromkeys(("mean", "95 %", "spread"), RIGHT)
+        console.print(table({"trial": FOLD, "figure": WHOLE, **figures}, rows))
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
     short = [(result, reason) for result, reason in short if reason]
-    for result, reason in short[:_MAX_REASONS]:
-        print_line(console, f"  {result.name}: {reason}")
-    if len(short) > _MAX_REASONS:
-        console.print(f"  and {len(short) - _MAX_REASONS} more")
-    print_entry(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
+    _print_first(console, [f"{result.name}: {reason}" for result, reason in short])
+    passed = f"{len(results) - len(short)} of {len(results)} runs"
+    print_entry(console, "passed", summary.with_interval(passed, summary.passed_interval(results, threshold)))
+    if results:
+        share = f"{fmean(result.share for result in results):.0%} of the attainable points"
+        print_entry(console, "share", summary.with_interval(share, summary.share_interval(results)))
+    if repeats:
+        different = [repeat for repeat in repeats if repeat.difference]
+        _print_first(console, [f"{repeat.first.name} is not repeatable: {repeat.difference}" for repeat in different])
+        print_entry(
+            console, "repeated", f"{len(repeats) - len(different)} of {len(repeats)} runs ended in the same state"
+        )
+    if same := [trial for trial, group in summary.by_trial(results).items() if summary.are_same(group)]:
+        print_entry(console, "note", f"all runs are the same, whatever the seed: {', '.join(same)} (see --vary)")
     print_entry(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
+
+
+def _print_first(console: Console, lines: Sequence[str]) -> None:
+    for line in lines[:_MAX_REASONS]:
+        print_line(console, f"  {line}")
+    if len(lines) > _MAX_REASONS:
+        console.print(f"  and {len(lines) - _MAX_REASONS} more")
 
 
 def summary_table(results: Sequence[Result]) -> Table:
     """Return a table with a row for each trial."""
-    figures = dict.fromkeys(("runs", "mean", "min", "max", "reach", "share"), RIGHT)
+    figures = dict.fromkeys(("runs", "mean", "95 %", "min", "max", "reach"), RIGHT)
     rows = []
     for each in summary.summarize(results):
         outcomes = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in each.outcomes.items())
         points = [f"{number:.4g}" for number in (each.mean, each.min, each.max, each.reachable)]
-        rows.append([each.trial, str(each.runs), *points, f"{each.share:.0%}", outcomes])
+        points.insert(1, summary.range_text(each.mean_interval))
+        rows.append([each.trial, str(each.runs), *points, outcomes])
     return table({"trial": FOLD, **figures, "outcomes": {}}, rows)
 
 
@@ -157,6 +184,9 @@ def evaluate(
     ] = None,
     seeds: Annotated[int, option("N", "Run each trial with the seeds 1 to N.", SIMULATION)] = 1,
     vary: Vary = False,
+    repeat: Annotated[
+        bool, flag("--repeat", "Run each trial and seed twice, and find programs that are not repeatable.", SIMULATION)
+    ] = False,
     jobs: Annotated[int | None, option("J", "Runs in parallel. Default: the number of processors.", SIMULATION)] = None,
     shard: Annotated[
         str | None,
@@ -169,6 +199,9 @@ def evaluate(
         option("SCORE", "Exit with status 1 if a run scores less: points, or `75%` of the reachable points.", OUTPUT),
     ] = None,
     out: Annotated[Path, option("FOLDER", "Folder for results, logs and reports.", OUTPUT)] = Path("evaluation"),
+    fresh: Annotated[
+        bool, flag("--fresh", "Run everything, also what has a valid result in FOLDER already.", OUTPUT)
+    ] = False,
     record: Annotated[
         bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
     ] = False,
@@ -177,7 +210,8 @@ def evaluate(
     """Evaluate an agent in many runs, each in its own process.
 
     Each result is in FOLDER/results.jsonl at once; repeat the command to continue an interrupted evaluation. At the end
-    FOLDER has report.html for people, and junit.xml and summary.json for CI.
+    FOLDER has report.html for people, and junit.xml and summary.json for CI. `cellwright eval compare` compares two
+    such folders.
 
         # the bundled agent in two trials, five variations of each
         cellwright eval lesson final01 --vary --seeds 5
@@ -188,8 +222,9 @@ def evaluate(
         # one of 16 machines; then, of all folders: cellwright eval merge shards/*
         cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
 
-    Exit status: 0 every run is done and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
-    With 75 runs are left: a signal came, or the machine failed, such as by a full disk. The same command continues.
+    Exit status: 0 every run is done, not below --min-score, and repeatable (--repeat); 1 some are not; 2 bad input, and
+    nothing was started. With 75 runs are left: a signal came, or the machine failed, such as by a full disk. The same
+    command continues.
     """
     threshold = threshold_of(min_score)
     with options.errors_of("--shard"):
@@ -218,7 +253,11 @@ def evaluate(
         store = ResultsFile(out)
     except OSError as error:
         refuse_file(f"--out {out}: cannot be written: {error.strerror}", error)
+    if repeat:
+        planned, own = [*planned, *map(repeated, planned)], [*own, *map(repeated, own)]
     with store:
+        if fresh:
+            store.forget(job.key for job in own)
         unwritten = write_result(out / PLAN_NAME, plan_text(plan_of(planned, limits)))
         results, failures = _work(own, store, limits, workers, console, records=record)
     left = len(own) - len(results)
@@ -241,7 +280,7 @@ def refuse_file(message: str, error: OSError) -> NoReturn:
 
 def conclude(
     out: Path,
-    results: Sequence[Result],
+    ended: Sequence[Result],
     failures: list[str],
     threshold: summary.Threshold | None,
     console: Console,
@@ -251,15 +290,17 @@ def conclude(
 ) -> NoReturn:
     """Write the files of an evaluation to `out`, print its summary, and exit.
 
-    `failures` are what the machine did wrong, a line each; `left` is the number of runs that were interrupted.
+    `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each; `left` is the
+    number of runs that were interrupted.
     """
-    failures += write_result(out / "junit.xml", summary.junit(results, threshold))
-    failures += write_result(out / "report.html", report(results, threshold))
-    short = any(summary.shortcoming(result, threshold) for result in results)
-    status = TRY_AGAIN if failures or left else NOT_DONE if short else DONE
-    document = json.dumps(summary.summary_document(results, threshold, status), indent=2)
+    results, repeats = summary.with_repeats(ended)
+    failures += write_result(out / "junit.xml", summary.junit(results, threshold, repeats))
+    failures += write_result(out / "report.html", report(results, threshold, repeats))
+    reasons = [*(summary.shortcoming(result, threshold) for result in results), *(each.difference for each in repeats)]
+    status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else DONE
+    document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
-    show_summary(console, results, threshold)
+    show_summary(console, results, threshold, repeats)
     if left:
         console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
     print_entry(console, "report", str(out / "report.html"))

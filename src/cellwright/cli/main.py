@@ -67,6 +67,7 @@ COMMANDS = {
     "check": "check:check",
     "eval": "eval:evaluate",
     "eval merge": "merge:merge",
+    "eval compare": "compare:compare",
     "serve": "serve:serve",
     "teleop": "teleop:teleop",
     "view": "view:view",

@@ -67,6 +67,38 @@ def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
+def test_repeat_finds_programs_that_are_not_repeatable(tiny: CommandLine) -> None:
+    work = ("eval", "tiny.yaml", "--jobs", "1", "--repeat", "--json", "--out")
+    ran = tiny(*work, "good", "--agent", "programs.py:Deliver")
+    assert ran.status == 0
+    assert "2 runs, agent programs.py:Deliver" in ran.err
+    assert "repeated    1 of 1 runs ended in the same state" in ran.err
+    (repeat,) = json.loads(ran.out)["repeats"]
+    assert (repeat["difference"], len(set(repeat["state_hashes"]))) == ("", 1)
+    assert ElementTree.parse("good/junit.xml").getroot().get("tests") == "2"
+    ran = tiny(*work, "bad", "--agent", "programs.py:Learn")
+    assert ran.status == 1
+    assert "tiny seed 1 is not repeatable: state " in ran.err
+    document = json.loads(ran.out)
+    assert (document["runs"], document["passed"], document["exit_status"]) == (1, 1, 1)
+    assert len(set(document["repeats"][0]["state_hashes"])) == 2
+    (failure,) = ElementTree.parse("bad/junit.xml").getroot().iter("failure")
+    assert (failure.get("message") or "").startswith("not repeatable: state ")
+    assert "tiny seed 1: state " in Path("bad", "report.html").read_text(encoding="utf-8")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_fresh_runs_again_what_has_a_result(tiny: CommandLine) -> None:
+    work = ("eval", "tiny.yaml", "--agent", "programs.py:Noted")
+    for options, runs in (((), 1), ((), 1), (("--fresh",), 2), ((), 2)):
+        assert tiny(*work, *options).status == 0
+        assert Path("notes.txt").read_text().count("run") == runs
+    assert len(Path("evaluation", "results.jsonl").read_text().splitlines()) == 2
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
 def test_agent_that_crashes_in_one_of_two_trials_fails(tiny: CommandLine) -> None:
     Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
     ran = tiny("eval", "tiny.yaml", "other.yaml", "--with", "sensors.yaml", "--agent", "programs.py:Crash", "--json")
@@ -131,7 +163,7 @@ def test_summary_fits_terminal_and_lists_worst_runs(capsys: pytest.CaptureFixtur
     assert max(map(len, lines)) <= 80
     assert lines.index("  tiny seed 3: still running after 5 s") < lines.index("  tiny seed 10: " + BELOW)
     assert "  and 2 more" in lines
-    assert "passed      1 of 13 runs" in lines
+    assert "passed      1 of 13 runs (95 %: 1.37 to 33.3 %)" in lines
 
 
 BELOW = "1 of 12 points, below the required 50 % of the points"

@@ -50,6 +50,15 @@ class Noted(Deliver):
             notes.write("run\\n")
 
 
+class Learn(Deliver):
+    """Takes longer in its second run, as a program does that depends on more than its seed."""
+
+    def run(self, client):
+        client.sleep(0.5 if Path("learned.txt").exists() else 0.0)
+        Path("learned.txt").write_text("it works\\n")
+        super().run(client)
+
+
 class GiveUp:
     def run(self, client):
         client.start_competition()

@@ -13,9 +13,19 @@ PART = {
     "pose": 1.0,
     "reachable_presence": 1.0,
     "reachable_pose": 1.0,
+    "distance": 0.0042,
+    "yaw_difference": 0.05,
     "sentence": "bin1|gear_part_1 lies in its place, off by 4.2 mm and 50 mrad",
 }
-MISSING = {**PART, "verdict": "missing", "presence": 0.0, "pose": 0.0, "sentence": "none on the tray <when> submitted"}
+MISSING = {
+    **PART,
+    "verdict": "missing",
+    "presence": 0.0,
+    "pose": 0.0,
+    "distance": None,
+    "yaw_difference": None,
+    "sentence": "none on the tray <when> submitted",
+}
 KIT = {
     "kit_type": "order_0_kit_0",
     "submitted": True,

@@ -9,7 +9,7 @@ import pytest
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation import job as job_module
-from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, log_name, make_jobs, models_digest
+from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, log_name, make_jobs, models_digest, repeated
 
 
 def keys(folder: Path, agent: str = "robot.py:Robot", seeds: int = 1, *, vary: bool = False) -> list[str]:
@@ -45,21 +45,73 @@ def test_key_changes_with_options_agent_seeds_and_versions(folder: Path, monkeyp
     assert keys(folder) != first
 
 
+def test_repeated_job_has_key_of_its_own(folder: Path) -> None:
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0)
+    first, second = make_jobs([trial], "robot.py:Robot", [1, 2], vary=False)
+    again = repeated(first)
+    assert len({first.key, second.key, again.key, repeated(second).key}) == 4
+    assert (again.name, again.command, repeated(first)) == (first.name, first.command, again)
+    assert again.log_name != first.log_name
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("agent", ["robot.py:Robot", "robot:Robot"])
 @pytest.mark.parametrize("file", ["one.yaml", "robot.py", "beside.py"])
 def test_key_changes_with_files_of_trial_and_agent(folder: Path, file: str, agent: str) -> None:
+    (folder / "robot.py").write_text("import beside\nclass Robot: ...")
+    (folder / "beside.py").write_text("")
     first = keys(folder, agent)
     (folder / file).write_text("# changed")
     assert keys(folder, agent) != first
 
 
-def test_digest_of_agent_in_package_covers_whole_package(folder: Path) -> None:
-    (folder / "team" / "skills").mkdir(parents=True)
-    (folder / "team" / "__init__.py").write_text("raise RuntimeError('read, not run')")
-    (folder / "team" / "skills" / "pick.py").write_text("")
+@pytest.mark.parametrize("agent", ["robot.py:Robot", "robot:Robot"])
+def test_key_stays_when_a_file_changes_that_the_agent_does_not_import(folder: Path, agent: str) -> None:
+    first = keys(folder, agent)
+    (folder / "other_robot.py").write_text("# a program of another team")
+    assert keys(folder, agent) == first
+
+
+@pytest.fixture
+def team(folder: Path) -> Path:
+    """Return the folder of a package: `robot` imports `skills.pick`, and nothing imports `idle`."""
+    package = folder / "team"
+    (package / "skills").mkdir(parents=True)
+    (package / "__init__.py").write_text("raise RuntimeError('read, not run')")
+    (package / "robot.py").write_text("from .skills import pick\nclass Robot: ...")
+    (package / "skills" / "pick.py").write_text("")
+    (package / "idle.py").write_text("")
+    return package
+
+
+def test_digest_of_agent_in_package_covers_what_it_imports(team: Path) -> None:
+    for file, counts in (("skills/pick.py", True), ("__init__.py", True), ("robot.py", True), ("idle.py", False)):
+        first = agent_digest("team.robot:Robot")
+        with (team / file).open("a") as text:
+            text.write("\n# better")
+        assert (agent_digest("team.robot:Robot") != first) == counts, file
+
+
+def test_digest_of_installed_package_covers_what_it_imports(team: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    elsewhere = team.parent / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.syspath_prepend(str(team.parent))
+    monkeypatch.chdir(elsewhere)
+    (team.parent / "numpy.py").write_text("")  # of another package, though it is installed beside
+    (team / "robot.py").write_text("import numpy\nfrom team.skills import pick")
     first = agent_digest("team.robot:Robot")
-    (folder / "team" / "skills" / "pick.py").write_text("# better")
+    (team / "idle.py").write_text("# changed")
+    (team.parent / "numpy.py").write_text("# changed")
+    assert agent_digest("team.robot:Robot") == first
+    (team / "skills" / "pick.py").write_text("# changed")
+    assert agent_digest("team.robot:Robot") != first
+
+
+@pytest.mark.parametrize("text", ["import importlib; importlib.import_module('id' + 'le')", "import sys; sys.path[0]"])
+def test_digest_of_agent_that_computes_its_imports_covers_whole_package(team: Path, text: str) -> None:
+    (team / "skills" / "pick.py").write_text(text)
+    first = agent_digest("team.robot:Robot")
+    (team / "idle.py").write_text("# changed")
     assert agent_digest("team.robot:Robot") != first
 
 
@@ -95,7 +147,7 @@ def test_command_of_job_repeats_run(folder: Path) -> None:
 
 def test_digest_ignores_broken_link_and_folder(tmp_path: Path) -> None:
     program = tmp_path / "mine.py"
-    program.write_text("class Mine: ...")
+    program.write_text("__import__('ours')\nclass Mine: ...")  # all files beside it count
     before = agent_digest(f"{program}:Mine")
     (tmp_path / ".#mine.py").symlink_to("nobody@nowhere.1234")  # an editor's lock
     (tmp_path / "folder.py").mkdir()

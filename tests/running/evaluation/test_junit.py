@@ -30,6 +30,19 @@ def test_junit_has_case_per_run_and_failure_per_failed_run() -> None:
     assert "\N{REPLACEMENT CHARACTER}[31m" in (cases[2].findtext("system-err") or "")
 
 
+def test_junit_properties_have_figures_with_intervals() -> None:
+    results = [result(6.0 + seed % 3, seed=seed) for seed in range(12)]
+    root = ElementTree.fromstring(junit(results, Threshold.read("7")))
+    assert root.find("testsuite/*[1]") is root.find("testsuite/properties")  # its place in the schema
+    found = {each.get("name"): each.get("value") for each in root.iter("property")}
+    assert found["passed"] == found["tiny: passed"] == "8 of 12"
+    assert found["passed, 95 % interval"] == "39.1 to 86.2 %"
+    assert found["share"] == "58.3%"
+    assert found["tiny: mean"] == "7"
+    assert (found["tiny: time, s"], found["tiny: time, s, spread"]) == ("20", "0")
+    assert found["tiny: mean, 95 % interval"] == "6.45 to 7.53"
+
+
 def test_junit_without_results_or_threshold_has_no_failures() -> None:
     assert ElementTree.fromstring(junit([], None)).get("tests") == "0"
     root = ElementTree.fromstring(junit([worked(vary=True)], None))

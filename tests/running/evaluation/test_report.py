@@ -86,6 +86,22 @@ def test_report_contains_scores_reasons_and_evidence() -> None:
     assert "2 trials" in Page(report([result(), result(trial="other")], None)).text
 
 
+def test_report_has_intervals_beside_rates_and_scores() -> None:
+    text = Page(report([result(6.0 + seed % 3, seed=seed) for seed in range(12)], Threshold.read("7"))).text
+    assert "runs completed (95 %: 75.8 to 100 %)" in text
+    for words in ("runs passed (95 %: 39.1 to 86.2 %)", "attainable points (95 %: 53.8 to 62.8 %)", "6.45 to 7.53"):
+        assert words in text, words
+    assert "95 %:" not in Page(report([result()], None)).text
+
+
+def test_report_has_time_and_placement() -> None:
+    text = Page(report(RESULTS, None)).text
+    assert "Time and placement" in text
+    assert "tinytime, s20" in text
+    assert "tinyoff, mm4.2" in text
+    assert "Time and placement" not in Page(report([LOST], None)).text
+
+
 def test_lost_run_has_no_timeline() -> None:
     assert '<svg class="timeline"' not in report([LOST], None)
     assert report([worked()], None).count('<svg class="timeline"') == 1

@@ -9,6 +9,7 @@ from cellwright.running.evaluation.result import Result, ResultError
 
 PART: dict[str, Any] = {
     "type": "gear_part", "sentence": "there", "presence": 1, "pose": 0.0, "reachable_presence": 1, "reachable_pose": 1,
+    "distance": 0.004, "yaw_difference": None,
 }  # fmt: skip
 KIT: dict[str, Any] = {
     "kit_type": "order_0_kit_0", "submitted": True, "bonus_reason": "all there", "total": 1, "reachable": 2, "best": 3,
@@ -68,6 +69,7 @@ def test_result_from_json_gives_same_json_and_report() -> None:
         ("score", [], "score must be an object"),
         ("score.orders.0.kits.0.total", None, r"score.orders\[0\].kits\[0\].total must be a finite number"),
         ("score.orders.0.kits.0.parts.0.sentence", ..., r"parts\[0\].sentence is missing"),
+        ("score.orders.0.kits.0.parts.0.distance", "4 mm", r"parts\[0\].distance must be a finite number"),
         ("timeline.end", ..., "timeline.end is missing"),
         ("timeline.held.0.end", "x", r"timeline.held\[0\].end must be a finite number"),
         ("timeline.agvs.1", 3, "timeline.agvs.1 must be a list"),

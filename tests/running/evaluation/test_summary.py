@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.running.evaluation.job import repeated_key
 from cellwright.running.evaluation.result import Result, ResultError
 from cellwright.running.evaluation.summary import (
+    Repeat,
     Threshold,
+    are_same,
+    passed_interval,
+    range_text,
     real_time_factor,
+    share_interval,
     shortcoming,
     summarize,
     summary_document,
+    with_interval,
+    with_repeats,
     worst_first,
 )
 from cellwright.util.errors import UsageError
@@ -68,6 +78,60 @@ def test_summarize_gives_figures_per_trial() -> None:
     assert real_time_factor([LOST]) == 0.0
 
 
+def test_summaries_have_intervals_of_means_and_rates() -> None:
+    results = [result(6.0 + seed % 3, seed=seed) for seed in range(12)]
+    (summary,) = summarize(results, Threshold.read("7"))
+    assert summary.mean_interval == pytest.approx((6.4, 7.5), abs=0.2)
+    assert summary.share_interval == pytest.approx([end / 12.0 for end in summary.mean_interval or ()])
+    assert (summary.done, summary.passed) == (12, 8)
+    assert summary.passed_interval == pytest.approx((0.391, 0.862), abs=1e-3)
+    assert passed_interval(results, Threshold.read("7")) == summary.passed_interval
+    assert share_interval(results) == summary.share_interval
+    assert share_interval([*results, result(trial="alone")]) is None
+    document = json.loads(json.dumps(summary_document(results, None, 0), allow_nan=False))
+    assert document["trials"][0]["mean_interval"] == list(summary.mean_interval or ())
+    assert document["share_interval"] == list(summary.share_interval or ())
+
+
+def test_same_runs_of_a_trial_without_chance_are_no_sample() -> None:
+    same = [worked(seed=1), worked(seed=2)]
+    assert are_same(same)
+    assert not are_same([worked()])
+    assert not are_same([worked(), worked(seed=2, simulated=20.002)])
+    assert not are_same([LOST, LOST])
+    (summary,) = summarize(same)
+    assert summary.mean_interval is summary.passed_interval is summary.share_interval is None
+    assert share_interval(same) is None
+    assert passed_interval(same, None) is None
+    document = summary_document(same, None, 0)
+    assert document["share"] == pytest.approx(1 / 6)
+    assert document["share_interval"] is None
+
+
+@pytest.mark.parametrize(
+    ("second", "difference"),
+    [
+        ({}, ""),
+        ({"wall": 9.0, "key": "other"}, ""),
+        ({"state_hash": "b" * 64}, "state aaaaaaaa, then bbbbbbbb"),
+        ({"state_hash": "b" * 64, "points": 3.0}, "12, then 3 points; state aaaaaaaa, then bbbbbbbb"),
+        ({"outcome": "wall_limit", "state_hash": ""}, "done, then wall limit"),
+    ],
+)
+def test_repeat_says_how_runs_differ(second: dict[str, Any], difference: str) -> None:
+    first = result(state_hash="a" * 64)
+    repeat = Repeat(first, replace(first, **second))
+    assert repeat.difference == difference
+    assert repeat.as_json()["difference"] == difference
+    assert Repeat(LOST, LOST).difference == ""
+
+
+def test_interval_as_text() -> None:
+    assert with_interval("8 of 10 runs", (0.4902, 0.9433)) == "8 of 10 runs (95 %: 49 to 94.3 %)"
+    assert with_interval("1 of 1 runs", None) == "1 of 1 runs"
+    assert (range_text((4.111, 12.0)), range_text(None)) == ("4.11 to 12", "-")
+
+
 @pytest.mark.slow
 @given(points=st.lists(st.floats(min_value=0.0, max_value=12.0), min_size=1, max_size=30))
 def test_mean_of_summary_lies_between_min_and_max(points: list[float]) -> None:
@@ -108,3 +172,20 @@ def test_result_survives_json() -> None:
 def test_result_has_name_and_ending_in_words() -> None:
     assert (LOST.name, LOST.ending, LOST.is_lost, LOST.is_done) == ("tiny seed 3", "lost: wall limit", True, False)
     assert (CRASHED.ending, CRASHED.is_lost) == ("the agent crashed", False)
+
+
+@given(st.lists(st.sampled_from(("run", "repetition", "both")), max_size=6), st.randoms())
+def test_runs_and_repetitions_are_distinguished_in_any_order(kinds: list[str], chance: Any) -> None:
+    runs = [replace(LOST, key=f"key{number}") for number in range(len(kinds))]
+    seconds = [replace(each, key=repeated_key(each.key), points=1.0) for each in runs]
+    ended = [run for run, kind in zip(runs, kinds, strict=True) if kind != "repetition"]
+    ended += [second for second, kind in zip(seconds, kinds, strict=True) if kind != "run"]
+    chance.shuffle(ended)
+    results, repeats = with_repeats(ended)
+    assert len(results) == len(kinds)
+    assert {each.key for each in results} == {
+        second.key if kind == "repetition" else run.key for run, second, kind in zip(runs, seconds, kinds, strict=True)
+    }
+    assert {(each.first.key, each.second.key) for each in repeats} == {
+        (run.key, second.key) for run, second, kind in zip(runs, seconds, kinds, strict=True) if kind == "both"
+    }

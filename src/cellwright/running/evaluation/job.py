@@ -5,7 +5,7 @@ import importlib.util
 import json
 import shlex
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -13,9 +13,12 @@ from pathlib import Path
 from cellwright._package import FOLDER
 from cellwright.clients.agents.agent import BUNDLED
 from cellwright.config.trial.trial import Trial
+from cellwright.running.evaluation.imports import imported_files, module_files
 from cellwright.running.run import versions
 
 _MAX_NAME = 60  # letters of a trial's name in a file name, which Windows wants to be short
+
+_KEY_LENGTH = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +98,16 @@ def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int]
     return list(jobs.values())
 
 
+def repeated(job: Job) -> Job:
+    """Return the same job once more, under a key of its own."""
+    return replace(job, key=repeated_key(job.key))
+
+
+def repeated_key(key: str) -> str:
+    """Return the key of the repetition of a job."""
+    return hashlib.sha256(f"{key} repeated".encode()).hexdigest()[:_KEY_LENGTH]
+
+
 def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
     known = {
         "trial": [hashlib.sha256(text).hexdigest() for text in texts],
@@ -104,7 +117,7 @@ def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
         "versions": versions(),
         "source": _cellwright_digest(),
     }
-    return hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:24]
+    return hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:_KEY_LENGTH]
 
 
 def models_digest(trial: Trial) -> str:
@@ -120,7 +133,8 @@ def models_digest(trial: Trial) -> str:
 def agent_digest(agent: str) -> str:
     """Return the digest of an agent's name and of its program, which is read and not run.
 
-    The program is its file and the Python files beside it, or the whole package of its module.
+    The program is its file with all that it imports from the folder or package. If it computes what it imports, these
+    are all Python files beside it, or the whole package.
     """
     installed = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # agents of other packages
     place = BUNDLED.get(agent, installed.get(agent, agent)).rpartition(":")[0]
@@ -129,18 +143,31 @@ def agent_digest(agent: str) -> str:
 
 def _sources(place: str) -> list[Path]:
     if place.endswith(".py"):
-        return sorted(Path(place).resolve().parent.glob("*.py"))
+        file = Path(place).resolve()
+        return _program([file], file.parent, file.parent.glob("*.py"))
     top = place.partition(".")[0]
     if not top.isidentifier():
         return []  # no such module; the check of the agent reports it
+    if top == Path(FOLDER).name:
+        return []  # the digest of Cellwright covers it
+    here = Path.cwd()
     local = Path(f"{top}.py")
     if local.is_file():  # modules are found in the working folder
-        return sorted(local.resolve().parent.glob("*.py"))
+        return _program(module_files(place, [here]), here, local.resolve().parent.glob("*.py"))
     spec = None if Path(top).is_dir() else importlib.util.find_spec(top)
     if spec is None or spec.origin is None:
-        return sorted(Path(top).resolve().rglob("*.py"))
+        return _program(module_files(place, [here]), here, Path(top).resolve().rglob("*.py"))
     origin = Path(spec.origin)
-    return sorted(origin.parent.rglob("*.py")) if origin.name == "__init__.py" else [origin]
+    if origin.name != "__init__.py":
+        return [origin]
+    folder = origin.parent.parent
+    return _program(module_files(place, [folder]), folder, origin.parent.rglob("*.py"), top)
+
+
+def _program(first: Sequence[Path], folder: Path, otherwise: Iterable[Path], package: str = "") -> list[Path]:
+    """Return the files of a program, sorted; `otherwise` those that count if its imports are not known."""
+    found = imported_files(first, [folder], package)
+    return sorted(otherwise) if found is None or not found else sorted(found)
 
 
 @cache

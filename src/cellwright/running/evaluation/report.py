@@ -8,12 +8,19 @@ from typing import Any
 
 from cellwright.running.evaluation.result import OUTCOMES, Result
 from cellwright.running.evaluation.summary import (
+    Repeat,
     Threshold,
     TrialSummary,
+    done_interval,
     kit_words,
+    measure_rows,
+    passed_interval,
+    range_text,
     real_time_factor,
+    share_interval,
     shortcoming,
     summarize,
+    with_interval,
     worst_first,
 )
 from cellwright.running.run import versions
@@ -194,7 +201,7 @@ _LEGEND = (
 )
 
 
-def report(results: Sequence[Result], threshold: Threshold | None) -> str:
+def report(results: Sequence[Result], threshold: Threshold | None, repeats: Sequence[Repeat] = ()) -> str:
     """Return the page."""
     agents = ", ".join(sorted({result.agent for result in results})) or "no agent"
     known = ", ".join(f"{name} {version}" for name, version in versions().items())
@@ -203,7 +210,9 @@ def report(results: Sequence[Result], threshold: Threshold | None) -> str:
         f'<p class="soft">{_subtitle(results, threshold)}</p>',
         f'<div class="tiles">{"".join(_tiles(results, threshold))}</div>',
         "<h2>Trials</h2>",
-        _trials(results),
+        _trials(results, threshold),
+        _measures(results),
+        _repeats(repeats),
         "<h2>Runs, worst first</h2>",
         _legend(),
         *_runs(results, threshold),
@@ -232,9 +241,11 @@ def _tiles(results: Sequence[Result], threshold: Threshold | None) -> Iterator[s
     share = fmean(each.share for each in results) if results else 0.0
     passed = sum(not shortcoming(each, threshold) for each in results)
     lost = sum(each.is_lost for each in results)
-    yield _tile(f"{share:.1%}", "of the attainable points", _grade(share))
-    yield _tile(f"{passed} of {len(results)}", "runs passed", "good" if passed == len(results) else "bad")
-    yield _tile(str(sum(each.is_done for each in results)), "runs completed")
+    yield _tile(f"{share:.1%}", with_interval("of the attainable points", share_interval(results)), _grade(share))
+    words = with_interval("runs passed", passed_interval(results, threshold))
+    yield _tile(f"{passed} of {len(results)}", words, "good" if passed == len(results) else "bad")
+    words = with_interval("runs completed", done_interval(results))
+    yield _tile(str(sum(each.is_done for each in results)), words)
     yield _tile(str(lost), "lost: crashed, killed or over a limit", "bad" if lost else "")
     yield _tile(f"{real_time_factor(results):.0f} x", "real time")
 
@@ -243,11 +254,33 @@ def _tile(value: str, words: str, kind: str = "") -> str:
     return f'<div class="tile"><b class="{kind}">{escape(value)}</b><span>{escape(words)}</span></div>'
 
 
-def _trials(results: Sequence[Result]) -> str:
-    heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("min", "n"), ("max", "n"), ("attainable", "n")]
-    heads += [("share", "n"), ("outcomes", ""), ("x real time", "n")]
-    rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
+def _trials(results: Sequence[Result], threshold: Threshold | None) -> str:
+    heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("95 %", "n"), ("min", "n"), ("max", "n")]
+    heads += [("attainable", "n"), ("share", "n"), ("passed, 95 %", "n"), ("outcomes", ""), ("x real time", "n")]
+    summaries = summarize(results, threshold)
+    rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summaries)
     return f'<div class="card">{_table(heads, rows)}</div>'
+
+
+def _measures(results: Sequence[Result]) -> str:
+    rows = measure_rows(summarize(results))
+    if not rows:
+        return ""
+    heads = [("trial", ""), ("figure", ""), ("mean", "n"), ("95 %", "n"), ("spread", "n")]
+    cells = [
+        [f'<td class="{kind}">{escape(text)}</td>' for text, (_, kind) in zip(row, heads, strict=True)] for row in rows
+    ]
+    lines = (f"<tr>{''.join(row)}</tr>" for row in cells)
+    return f'<h2>Time and placement</h2><div class="card">{_table(heads, lines)}</div>'
+
+
+def _repeats(repeats: Sequence[Repeat]) -> str:
+    if not repeats:
+        return ""
+    differences = [(repeat.first.name, repeat.difference) for repeat in repeats if repeat.difference]
+    words = f"{len(repeats) - len(differences)} of {len(repeats)} ended in the same state"
+    lines = (f'<p class="bad">{escape(name)}: {escape(difference)}</p>' for name, difference in differences)
+    return f'<h2>Repeated runs</h2><div class="card"><p>{words}</p>{"".join(lines)}</div>'
 
 
 def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
@@ -258,11 +291,14 @@ def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
 
 def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     outcomes = ", ".join(f"{count} {_outcome_words(name)}" for name, count in summary.outcomes.items())
-    numbers = [summary.mean, summary.min, summary.max, summary.reachable]
-    cells = "".join(f'<td class="n">{number:.4g}</td>' for number in numbers)
+    numbers = [f"{number:.4g}" for number in (summary.mean, summary.min, summary.max, summary.reachable)]
+    numbers.insert(1, range_text(summary.mean_interval))
+    cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
+    passed = f"{summary.passed} of {summary.runs}, {range_text(summary.passed_interval, 100.0, ' %')}"
     return (
         f"<tr><td><b>{escape(summary.trial)}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"
-        f'<td class="n {_grade(summary.share)}">{summary.share:.0%}</td><td class="tight">{escape(outcomes)}</td>'
+        f'<td class="n {_grade(summary.share)}">{summary.share:.0%}</td><td class="n tight">{passed}</td>'
+        f'<td class="tight">{escape(outcomes)}</td>'
         f'<td class="n">{summary.real_time_factor:.1f}</td></tr>'
     )
 

@@ -43,6 +43,7 @@ _PART = {
     "type": str,
     "sentence": str,
     **dict.fromkeys(("presence", "pose", "reachable_presence", "reachable_pose"), float),
+    **dict.fromkeys(("distance", "yaw_difference"), Maybe(float)),
 }
 _KIT = {
     "kit_type": str,
@@ -267,6 +268,11 @@ class ResultsFile:
     def results(self) -> Mapping[str, Result]:
         """Results by key."""
         return self._results
+
+    def forget(self, keys: Iterable[str]) -> None:
+        """Remove results from `results`; their lines stay in the file until later ones of the same key count."""
+        for key in keys:
+            self._results.pop(key, None)
 
     def append(self, *results: Result) -> None:
         """Add results; they are on the disk when this returns.

@@ -1,0 +1,101 @@
+"""Command `cellwright eval compare`: the difference between two evaluations, and whether it is a regression."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console, RenderableType
+from rich.text import Text
+
+from cellwright.cli import options
+from cellwright.cli.arguments import AsJson
+from cellwright.cli.main import DONE, NOT_DONE, argument, option
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table
+from cellwright.running.evaluation.comparison import Comparison, Pair, read_evaluation
+from cellwright.running.evaluation.measures import MEASURES, Change
+from cellwright.running.evaluation.summary import range_text, with_interval
+from cellwright.util.errors import printable
+
+_MAX_TURNED = 10
+
+
+def compare(
+    before: Annotated[str, argument("A", "Folder of the first evaluation, or its `summary.json`.")],
+    after: Annotated[str, argument("B", "Folder of the second evaluation, such as that of your new version.")],
+    margin: Annotated[
+        float, option("P", "Loss that is no regression yet [% of the attainable points].", "Comparison")
+    ] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Compare two evaluations, paired by trial and seed: the difference, its interval, and the runs that turned.
+
+    Both are folders of `cellwright eval`, with two programs or two versions of one. B is a regression if the whole 95 %
+    interval of the difference lies beyond --margin. Pairs need fewer seeds than two separate means.
+
+        cellwright eval lesson --vary --seeds 10 --agent old.py:MyRobot --out old
+        cellwright eval lesson --vary --seeds 10 --agent new.py:MyRobot --out new
+        cellwright eval compare old new --margin 2
+
+    Exit status: 0 no regression; 1 a regression; 2 bad input.
+    """
+    options.in_range("--margin", margin, 0.0, 100.0, "a number from 0 to 100")
+    found = Comparison.of(read_evaluation(Path(before)), read_evaluation(Path(after)))
+    document = found.as_json(margin / 100.0)
+    if as_json:
+        typer.echo(json.dumps(document, indent=2))
+    else:
+        _show(found, document, (before, after), margin)
+    raise typer.Exit(NOT_DONE if document["regression"] else DONE)
+
+
+def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], margin: float) -> None:
+    console = Console(highlight=False)
+    for side in (0, 1):
+        share = f"{document['shares'][side]:.1%} of the attainable points"
+        words = with_interval(share, document["share_intervals"][side])
+        done = f"{document['done'][side]} of {len(found.pairs)} runs done"
+        done = with_interval(done, document["done_intervals"][side])
+        print_entry(console, "AB"[side], f"{names[side]}, agent {document['agents'][side]}: {words}, {done}")
+    console.print()
+    figures = dict.fromkeys(("pairs", "A", "B", "B - A", "95 %", "better", "worse"), RIGHT)
+    rows: list[list[RenderableType]] = []
+    for each in found.trials():
+        means = [f"{each.before:.4g}", f"{each.after:.4g}", f"{each.difference:+.3g}", range_text(each.interval)]
+        rows.append([Text(printable(each.trial)), str(each.pairs), *means, str(each.better), str(each.worse)])
+    console.print(table({"trial": FOLD, **figures}, rows))
+    measured: list[list[RenderableType]] = [
+        [Text(printable(each.trial)), measure.label, *_measured(each.measures[measure.name], measure.scale)]
+        for each in found.trials()
+        for measure in MEASURES
+        if measure.name in each.measures
+    ]
+    if measured:
+        console.print()
+        figures = dict.fromkeys(("pairs", "A", "B", "B - A", "95 %"), RIGHT)
+        console.print(table({"trial": FOLD, "figure": WHOLE, **figures}, measured))
+    turned = found.turned
+    for pair in turned[:_MAX_TURNED]:
+        print_line(console, f"  {printable(_turn(pair))}")
+    if len(turned) > _MAX_TURNED:
+        console.print(f"  and {len(turned) - _MAX_TURNED} more")
+    if any(found.unpaired):
+        print_entry(console, "unpaired", f"{found.unpaired[0]} runs of A, {found.unpaired[1]} of B")
+    difference = f"{found.difference * 100.0:+.3g} % of the attainable points"
+    print_entry(console, "difference", with_interval(difference, found.interval))
+    verdict = "B is worse by more than" if document["regression"] else "B is not shown to be worse by more than"
+    print_entry(console, "verdict", f"{verdict} {margin:g} %")
+
+
+def _measured(change: Change, scale: float) -> list[str]:
+    means = [f"{change.before * scale:.3g}", f"{change.after * scale:.3g}", f"{change.difference * scale:+.3g}"]
+    return [str(change.pairs), *means, range_text(change.interval, scale)]
+
+
+def _turn(pair: Pair) -> str:
+    before, after = pair.before, pair.after
+    points = f"{before.name}: {before.points:g} -> {after.points:g} of {after.reachable:g} points"
+    if before.outcome == after.outcome:
+        return points
+    reason = f" ({after.reason})" if after.reason else ""
+    return f"{points}, {before.outcome.replace('_', ' ')} -> {after.outcome.replace('_', ' ')}{reason}"
