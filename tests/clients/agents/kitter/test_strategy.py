@@ -12,20 +12,14 @@ from typing import Any, cast
 
 import pytest
 
-from cellwright.clients.agents.kitter.agent import (
-    ATTEMPTS,
-    BELT_TIMEOUT,
-    LOST_TIMEOUT,
-    MAX_LOSSES,
-    MAX_SENDINGS,
-    Strategy,
-)
+from cellwright.clients.agents.kitter.agent import BELT_TIMEOUT, LOST_TIMEOUT, MAX_LOSSES, MAX_SENDINGS, Strategy
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import BELT_SPEED, Area, Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Manipulator
+from cellwright.clients.agents.kitter.supply import ATTEMPTS
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order

@@ -3,11 +3,11 @@
 from types import SimpleNamespace
 from typing import cast
 
-from cellwright.clients.agents.kitter.agent import ATTEMPTS, BELT_HORIZON, Supply, bin_cell
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.perception import BELT_SPEED, Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
+from cellwright.clients.agents.kitter.supply import ATTEMPTS, BELT_HORIZON, Supply, bin_cell
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
