@@ -75,7 +75,7 @@ def memory_of_sessions() -> Counter[int]:
 def oom_kills() -> int:
     """Return how many processes the kernel of this machine has killed so far for want of memory; 0 where unknown."""
     with suppress(OSError, ValueError):
-        for line in Path("/proc/vmstat").read_text().splitlines():
+        for line in Path("/proc/vmstat").read_text(encoding="ascii").splitlines():
             if line.startswith("oom_kill "):
                 return int(line.split()[1])
     return 0
