@@ -450,11 +450,15 @@ class Strategy:
             lying = self._view.parts_on_tray(station.world_T_tray)
             poses = [(each.type, station.world_T_tray.inverse() @ each.world_T_part) for each in lying]
             others = [disc for name, pose in poses for disc in self._catalogue.figures(name).covers(pose)]
-            place = find_place(kind, Pose(), others)
+
+            def is_reachable(tray_T_part: Pose) -> bool:
+                return self._hand.can_put_down(held, pose_on_tray(station, kind, tray_T_part), station.rail)
+
+            place = find_place(kind, Pose(), others, is_reachable)
             if place is None:
                 self._hand.throw_away(held)
-            else:
-                self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail)
+            elif not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
+                self._hand.let_go()
             self._see_again(kit)
         return partial(self.clean, kit)
 

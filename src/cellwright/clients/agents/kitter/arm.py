@@ -179,9 +179,12 @@ class KitterArm:
             return False
         return self._move(joints) and self.settle(goal)
 
-    def roll(self, angle: float) -> None:
-        """Turn the tool about the cup's axis by an angle [rad], or by its opposite within the range of the wrist."""
-        self._move(_rolled(Joints(*self._commanded), angle))
+    def roll(self, angle: float) -> bool:
+        """Turn the tool about the cup's axis by an angle [rad], or by its opposite within the range of the wrist.
+
+        False if something is in the way.
+        """
+        return self._move(_rolled(Joints(*self._commanded), angle))
 
     def settle(self, goal: Pose) -> bool:
         """Correct the arm, at most three times, to within a millimetre of a pose; False if it is out of reach."""
@@ -202,9 +205,11 @@ class KitterArm:
         if self.tool.position[2] < height:
             self.line(facing_down(at_height(self.tool, height)), RISING)
 
-    def line(self, goal: Pose, speed: float) -> None:
-        """Move straight to a tool pose at about `speed` [m/s], and wait until there."""
-        self._client.idle(self._follow_path(straight_path(self.tool, goal, speed)))
+    def line(self, goal: Pose, speed: float) -> bool:
+        """Move straight to a tool pose at about `speed` [m/s], and wait until there; False if it did not move."""
+        duration = self._follow_path(straight_path(self.tool, goal, speed))
+        self._client.idle(duration)
+        return duration > 0.0
 
     def press(self, goal: Pose, speed: float) -> None:
         """Move straight towards a tool pose inside a part at about `speed` [m/s], without waiting."""

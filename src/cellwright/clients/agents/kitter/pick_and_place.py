@@ -102,7 +102,8 @@ class Manipulator:
         if not arm.travel(hover, place):
             return None
         client.control_gripper(True)
-        arm.line(at_height(hover, z + PICK_APPROACH_HEIGHT), 0.35)
+        if not arm.line(at_height(hover, z + PICK_APPROACH_HEIGHT), 0.35):
+            return self._kept(None)
         arm.press(at_height(hover, z - PRESS_DEPTH), PRESS_SPEED)
         client.wait_until(
             lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
@@ -266,9 +267,8 @@ class Manipulator:
         client, arm = self._client, self._arm
         at_side = side_grip_pose(self._catalogue.figures(part_type), world_T_part, direction)
         ready = beside(at_side, SIDE_RETREAT)
-        if not arm.turn_sideways(raised(ready, TURNING_HEIGHT), rail):
+        if not arm.turn_sideways(raised(ready, TURNING_HEIGHT), rail) or not arm.line(ready, 0.35):
             return False
-        arm.line(ready, 0.35)
         arm.settle(ready)
         client.control_gripper(True)
         arm.line(beside(at_side, PICK_APPROACH_HEIGHT), 0.2)
@@ -279,10 +279,10 @@ class Manipulator:
         was_held = client.gripper_attached
         if was_held:
             arm.line(raised(at_side, TURNING_HEIGHT), 0.35)
-            arm.roll(math.pi)
-            rolled = at_side @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi))
+            is_rolled = arm.roll(math.pi)
+            rolled = at_side @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi)) if is_rolled else at_side
             arm.settle(raised(rolled, TURNING_HEIGHT))
-            was_held = client.gripper_attached
+            was_held = is_rolled and client.gripper_attached
             arm.line(rolled, 0.2)
             arm.settle(rolled)
             ready = beside(rolled, SIDE_RETREAT)

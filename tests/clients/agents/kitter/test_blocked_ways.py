@@ -1,0 +1,54 @@
+"""Hand with an arm that something is in the way of."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
+from cellwright.clients.agents.kitter.arm import KitterArm
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.pick_and_place import Manipulator
+from cellwright.clients.client import Client
+from cellwright.util.pose import Pose
+
+
+class BlockedArm:
+    """An arm that reaches everything, but does not go down, or does not roll; it notes what it does."""
+
+    safe = 0.95
+    tool = Pose((0.0, 0.0, 1.0))
+
+    def __init__(self, *, goes_down: bool) -> None:
+        self.goes_down = goes_down
+        self.done: list[str] = []
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def act(*_arguments: Any) -> Any:
+            self.done.append(name)
+            return {"line": self.goes_down, "roll": False, "clear_rail": 0.0}.get(name, True)
+
+        return act
+
+
+def blocked_hand(*, goes_down: bool) -> tuple[Manipulator, BlockedArm]:
+    client = SimpleNamespace(
+        gripper_attached=goes_down,
+        control_gripper=lambda _enable: None,
+        sleep=lambda _duration: None,
+        wait_until=lambda condition, _timeout: condition(),
+    )
+    arm = BlockedArm(goes_down=goes_down)
+    return Manipulator(cast("Client", client), cast("KitterArm", arm), Catalogue()), arm
+
+
+def test_cup_does_not_press_where_the_way_down_is_blocked() -> None:
+    hand, arm = blocked_hand(goes_down=False)
+    assert hand.from_rest("gear_part", Pose((-0.3, 0.2, 0.725)), 0.0) is None
+    assert not hand.turn_over("pulley_part", Pose((0.3, 3.15, 0.755)), 0.0, 2.1)
+    assert arm.done.count("line") == 2
+    assert "press" not in arm.done
+
+
+def test_part_that_cannot_be_rolled_is_not_turned_over() -> None:
+    hand, arm = blocked_hand(goes_down=True)
+    assert not hand.turn_over("pulley_part", Pose((0.3, 3.15, 0.755)), 0.0, 2.1)
+    assert arm.done.count("roll") == 1
