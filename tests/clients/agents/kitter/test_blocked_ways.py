@@ -6,7 +6,7 @@ from typing import Any, cast
 
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.pick_and_place import Manipulator
+from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -29,14 +29,15 @@ class BlockedArm:
         return act
 
 
-def blocked_hand(*, goes_down: bool) -> tuple[Manipulator, BlockedArm]:
+def blocked_hand(*, goes_down: bool, holds: bool = False) -> tuple[Manipulator, BlockedArm]:
+    arm = BlockedArm(goes_down=goes_down)
     client = SimpleNamespace(
-        gripper_attached=goes_down,
-        control_gripper=lambda _enable: None,
+        gripper_attached=goes_down or holds,
+        time=0.0,
+        control_gripper=lambda enable: arm.done.append("grip" if enable else "let go"),
         sleep=lambda _duration: None,
         wait_until=lambda condition, _timeout: condition(),
     )
-    arm = BlockedArm(goes_down=goes_down)
     return Manipulator(cast("Client", client), cast("KitterArm", arm), Catalogue()), arm
 
 
@@ -52,3 +53,10 @@ def test_part_that_cannot_be_rolled_is_not_turned_over() -> None:
     hand, arm = blocked_hand(goes_down=True)
     assert not hand.turn_over("pulley_part", Pose((0.3, 3.15, 0.755)), 0.0, 2.1)
     assert arm.done.count("roll") == 1
+
+
+def test_part_whose_way_down_is_blocked_falls_on_the_floor_and_not_on_the_tray() -> None:
+    hand, arm = blocked_hand(goes_down=False, holds=True)
+    held = Held("gear_part", Pose((0.0, 0.0, -0.02)))
+    assert not hand.put_down(held, Pose((0.3, 3.15, 0.755)), 2.1)
+    assert arm.done[-4:] == ["travel", "line", "travel", "let go"]

@@ -218,7 +218,8 @@ class Manipulator:
     ) -> bool:
         """Put a held part down at a pose, its height included, with the rail at `rail` [m], and draw back.
 
-        `on_release` is called once the part lies there. False if it was lost on the way or is out of reach.
+        `on_release` is called once the part lies there. False if it was lost on the way, or if the place is out of
+        reach or something is in the way: then the part is thrown away, rather than dropped on the tray.
         """
         client, arm = self._client, self._arm
         goal = self._release(held, world_T_part)
@@ -227,10 +228,13 @@ class Manipulator:
         place = arm.clear_rail(hover, goal, rail)
         if place is None or not arm.travel(hover, place):
             log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
+            self.throw_away(held)
             return False
         if not client.gripper_attached:
             return False
-        arm.line(at_height(goal, z + PLACE_APPROACH_HEIGHT), 0.35)
+        if not arm.line(at_height(goal, z + PLACE_APPROACH_HEIGHT), 0.35):
+            self.throw_away(held)
+            return False
         arm.settle(at_height(goal, z + PLACE_APPROACH_HEIGHT))
         arm.line(goal, 0.1)
         client.sleep(0.1)
