@@ -15,6 +15,7 @@ from cellwright.config.models.files import MAX_ASSET_BYTES
 from cellwright.config.models.reader import MAX_FURNITURE, MAX_TYPES
 from cellwright.config.models.xml import MAX_SHAPES
 from cellwright.config.parsing.expressions import MAX_BITS, MAX_LENGTH
+from cellwright.config.parsing.overrides import MAX_OVERRIDES
 from cellwright.config.parsing.reader import MAX_COORDINATE, MAX_MESH_BYTES, MAX_NAME_LENGTH
 from cellwright.config.parsing.sources import MAX_BYTES
 from cellwright.config.parsing.tree import MAX_PROBLEMS
@@ -72,6 +73,7 @@ def _trial_bounds() -> str:
     return _bounds(
         {
             "all files together": f"{MAX_BYTES >> 10} KiB",
+            "replaced values; their texts": f"{MAX_OVERRIDES}; {MAX_BYTES >> 10} KiB",
             "values in a file; each use of an anchor counts": f"{MAX_NODES:,}".replace(",", " "),
             "nesting": f"{MAX_DEPTH} levels",
             "parts in a cell, including belt parts; parts of one order": f"{MAX_PARTS}",

@@ -6,8 +6,10 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.check import check
+from cellwright.config.parsing.overrides import Override
+from cellwright.config.robot.robots import find_robot
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
-from cellwright.util.errors import UnknownNameError
+from cellwright.util.errors import UnknownNameError, UsageError
 
 WARNED = {"comp_conf1": 1, "comp_conf2": 2}
 """Sections without effect in the public trial too, which stay for the part numbers that they use."""
@@ -60,3 +62,12 @@ def test_find_trial_prefers_path_and_suggests_name(tmp_path: Path, monkeypatch: 
     assert find_trial("lesson") == Path("lesson")
     with pytest.raises(UnknownNameError, match="unknown trial 'leson'; did you mean lesson"):
         find_trial("leson")
+
+
+def test_overrides_are_resolved_and_refused_for_a_robot() -> None:
+    override = Override.read("time_limit=60", "--set")
+    report = check([find_trial("lesson")], [override])
+    assert report.resolved is not None
+    assert report.resolved["time_limit"] == 60
+    with pytest.raises(UsageError, match=r"^--set: .* is a robot's; give the files of a trial$"):
+        check([find_robot("tandem")], [override])

@@ -57,6 +57,16 @@ Vary = Annotated[
         "--vary", "Slightly vary parts in bins, friction, and the phases of belt and gripper, by the seed.", SIMULATION
     ),
 ]
+Overrides = Annotated[
+    list[str] | None,
+    option(
+        "KEY=VALUE",
+        "Replace a value of the files, such as `time_limit=60`; KEY is a path as warnings print it, VALUE is YAML; "
+        "repeatable.",
+        SIMULATION,
+        name="--set",
+    ),
+]
 Development = Annotated[
     bool,
     flag("--development-mode -d", "Allow what a competition refuses, such as setting the belt's power.", SIMULATION),

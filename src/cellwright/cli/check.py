@@ -10,7 +10,7 @@ import typer
 
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
-from cellwright.cli.arguments import Files
+from cellwright.cli.arguments import Files, Overrides
 from cellwright.cli.main import BAD_INPUT, DONE, flag
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
@@ -19,7 +19,9 @@ from cellwright.util.errors import CellwrightError
 
 
 def check(
-    files: Files, as_json: Annotated[bool, flag("--json", "Print findings and resolved values as JSON.")] = False
+    files: Files,
+    overrides: Overrides = None,
+    as_json: Annotated[bool, flag("--json", "Print findings and resolved values as JSON.")] = False,
 ) -> None:
     """Check the files of a trial or a robot: print errors and warnings, a line each, or ok. Nothing is run.
 
@@ -32,7 +34,7 @@ def check(
     Exit status: 0 when the files can be used, 2 when they cannot.
     """
     try:
-        report = check_files(_paths(files))
+        report = check_files(_paths(files), options.overrides(overrides))
         if report.trial is not None:  # the engine judges some files of models
             report = replace(report, errors=tuple(model_problems(report.trial)))
     except CellwrightError as error:  # a missing file is a finding as well

@@ -7,7 +7,7 @@ import math
 import os
 import stat
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from functools import partial
@@ -21,6 +21,7 @@ from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
 from cellwright.cell.variation import vary
 from cellwright.cli import output
 from cellwright.clients.client.session import parse_address
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile, Trial
@@ -99,17 +100,29 @@ def _path(file: str) -> Path:
     refuse(f"{file}: is a folder; give the files of a trial")
 
 
-def load(files: Sequence[str]) -> Trial:
+def overrides(texts: Sequence[str] | None) -> list[Override]:
+    """Read the values of `--set`."""
+    return [Override.read(text, "--set") for text in texts or ()]
+
+
+def load(files: Sequence[str], overrides: Sequence[Override] = ()) -> Trial:
     """Read the trial in these files; warnings are printed on stderr."""
-    loaded = load_trial(paths(files))
-    for warning in loaded.warnings:
+    return load_variants(files, [overrides])[0]
+
+
+def load_variants(files: Sequence[str], variants: Iterable[Sequence[Override]]) -> list[Trial]:
+    """Read the trial in these files with each sequence of overrides; warnings are printed on stderr, once each."""
+    loaded = [load_trial(paths(files), overrides=overrides) for overrides in variants]
+    for warning in dict.fromkeys(warning for each in loaded for warning in each.warnings):
         output.warn(warning)
-    return loaded.trial
+    return [each.trial for each in loaded]
 
 
-def trial(files: Sequence[str], seed_value: int | None, *, is_varied: bool) -> Trial:
+def trial(
+    files: Sequence[str], seed_value: int | None, *, is_varied: bool, overrides: Sequence[Override] = ()
+) -> Trial:
     """Read the trial in these files, varied by a seed if `is_varied`; warnings are printed on stderr."""
-    loaded, given = load(files), seed(seed_value)
+    loaded, given = load(files, overrides), seed(seed_value)
     return vary(loaded, loaded.settings.seed if given is None else given) if is_varied else loaded
 
 
@@ -117,6 +130,7 @@ def cell_of(
     files: Sequence[str],
     console: Console,
     *,
+    overrides: Sequence[Override] = (),
     seed: int | None = None,
     servo: str | None = None,
     is_varied: bool = False,
@@ -126,7 +140,7 @@ def cell_of(
     """Return the cell of the trial in these files, made when its session opens; its refusals go to a console."""
 
     def make() -> Cell:
-        loaded = trial(files, seed, is_varied=is_varied)  # an invalid seed is refused here
+        loaded = trial(files, seed, is_varied=is_varied, overrides=overrides)  # an invalid seed is refused here
         return new_cell(console, loaded, seed=seed, servo=servo, competition=competition)
 
     return CellTarget(make, lambda: paths(files), about)

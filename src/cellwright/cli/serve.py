@@ -46,7 +46,8 @@ def offer_result(session: Session) -> None:
         summary.show_result(Console(file=text, width=_WIDTH, highlight=False), result)
         document = summary.result_document(cell, "served", result, 0, [])
         if hides_ground_truth(cell):
-            document |= {"seed": None, "circumstances": None}  # with them a client could predict noise and friction
+            # with them a client could predict noise and friction, or know of faulty parts
+            document |= {"seed": None, "circumstances": None, "overrides": None}
         return {"document": document, "text": text.getvalue()}
 
     server.offer(RESULT, answer)
@@ -158,6 +159,7 @@ def serve(
     servo: arguments.Servo = None,
     seed: arguments.Seed = None,
     vary: arguments.Vary = False,
+    overrides: arguments.Overrides = None,
     development: arguments.Development = False,
     until: arguments.Until = None,
     exit_on_completion: Annotated[
@@ -225,7 +227,12 @@ def serve(
     seed_value, place = options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
     target: CellTarget | None = options.cell_of(
-        files, console, seed=seed_value, servo=servo, is_varied=vary, competition=not development
+        *(files, console),
+        overrides=options.overrides(overrides),
+        seed=seed_value,
+        servo=servo,
+        is_varied=vary,
+        competition=not development,
     )
     file = options.output_file("--picture", picture, ".png")
     page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False

@@ -200,6 +200,7 @@ def result_document(
         "seed": cell.seed,
         "servo": cell.servo,
         "circumstances": asdict(cell.trial.circumstances),
+        "overrides": list(cell.trial.overrides),
         "timestep": float(Fraction(*cell.trial.settings.timestep)),
         "outcome": result.outcome.name.lower(),
         "exit_status": status,

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot.groups import robot_document
 from cellwright.config.robot.robots import is_robot_file, load_robot
 from cellwright.config.trial.gear2017 import load_trial, resolved, resolved_cell
 from cellwright.config.trial.trial import Trial
-from cellwright.util.errors import DescriptionError
+from cellwright.util.errors import DescriptionError, UsageError
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +45,15 @@ class Report:
         return {"ok": self.ok, "errors": list(self.errors), "warnings": list(self.warnings), "resolved": self.resolved}
 
 
-def check(paths: Sequence[Path]) -> Report:
+def check(paths: Sequence[Path], overrides: Sequence[Override] = ()) -> Report:
     """Load the files as one trial, or the one file as a robot, and return a report.
 
     Args:
         paths: files of a trial, whose texts are joined; or one file that describes a robot.
+        overrides: values that replace those of the trial's files.
+
+    Raises:
+        UsageError: overrides of a robot's file.
 
     Example:
         >>> from cellwright.config.trial.catalogue import find_trial
@@ -57,9 +62,11 @@ def check(paths: Sequence[Path]) -> Report:
         (True, ['ok'])
     """
     if len(paths) == 1 and is_robot_file(paths[0]):
+        if overrides:
+            raise UsageError(f"{overrides[0].option}: {paths[0]} is a robot's; give the files of a trial")
         return _check_robot(paths[0])
     try:
-        loaded = load_trial(paths)
+        loaded = load_trial(paths, overrides=overrides)
     except DescriptionError as error:
         return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
     found = {**resolved(loaded), **resolved_cell(loaded.trial)}

@@ -47,6 +47,31 @@ def test_time_limit_ends_run_with_status_1(cellwright: CommandLine, agents: str,
     assert "outcome     time limit\n" in ran.out
 
 
+def test_set_replaces_a_value_of_the_file(cellwright: CommandLine, agents: str) -> None:
+    options = ("--agent", f"{agents}:Waits", "--set", "time_limit=0.2", "--set", "cellwright.seed=5")
+    ran = cellwright("run", "lesson", *options, "--no-picture")
+    assert ran.status == 1
+    assert f"trial lesson, time_limit=0.2, cellwright.seed=5, agent {agents}:Waits, seed 5" in ran.out
+    assert "outcome     time limit\n" in ran.out
+
+
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [
+        (
+            "options.fill_demo_trai=true",
+            "--set: options.fill_demo_trai: unknown option, ignored; did you mean fill_demo_tray",
+        ),
+        ("time_limit", "--set: must be KEY=VALUE (got 'time_limit'); write it as in time_limit=60"),
+    ],
+)
+def test_set_of_an_ignored_value_is_refused(value: str, error: str, cellwright: CommandLine) -> None:
+    for command in (("run", "lesson", *UNTIL), ("serve", "lesson"), ("check", "lesson")):
+        ran = cellwright(*command, "--set", value)
+        assert ran.status == 2
+        assert f"error: {error}\n" in ran.out + ran.err
+
+
 def test_agent_crash_prints_traceback_of_agent_only(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--agent", f"{agents}:Crashes", "--no-picture")
     assert "agents.py" in ran.err

@@ -13,6 +13,7 @@ from cellwright.running.run import ServerOptions, Session
 from tests.cells import KITTING, call, order
 
 TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_2"}))
+TRIAL = replace(TRIAL, overrides=("faulty_parts=[gear_part_2]",))
 
 
 def answer_of(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = True) -> dict[str, Any]:
@@ -38,6 +39,7 @@ def test_result_of_running_competition_hides_secrets(monkeypatch: pytest.MonkeyP
     answer = answer_of(monkeypatch, "start_competition")
     document = answer["document"]
     assert (document["competition_state"], document["seed"], document["circumstances"]) == ("go", None, None)
+    assert document["overrides"] is None
     assert (document["score"]["reachable"], document["score"]["best"]) == (6.0, 6.0)
     assert "order_1" not in str(answer)
     assert "of 6 points" in answer["text"]
@@ -51,5 +53,6 @@ def test_result_after_competition_or_in_development_is_complete(
     document = answer["document"]
     assert document["seed"] == 7
     assert document["circumstances"] is not None
+    assert document["overrides"] == ["faulty_parts=[gear_part_2]"]
     assert (document["score"]["reachable"], document["score"]["best"]) == (4.0, 12.0)
     assert "order_1" in answer["text"]

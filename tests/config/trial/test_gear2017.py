@@ -275,7 +275,7 @@ def test_own_aliases_replace_default_aliases() -> None:
         ("faulty_parts: [~]", "empty entry, ignored"),
         ("drops: {drop_regions: {}, x: 1}", "drops.x: unknown entry, ignored"),
         ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, 3/2]}}}", "'3/2' is 1, the integer division of Python 2"),
-        ("options: {fill_demo_tray: true}", "fill_demo_tray has no effect without an order"),
+        ("options: {fill_demo_tray: true}", "options.fill_demo_tray: no effect without an order"),
         ("options: {}\noptions: {}", "2: options: duplicate key"),
     ],
 )

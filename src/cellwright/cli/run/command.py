@@ -100,6 +100,7 @@ def run(
     servo: arguments.Servo = None,
     seed: arguments.Seed = None,
     vary: arguments.Vary = False,
+    overrides: arguments.Overrides = None,
     speed: Speed = None,
     over: Over = None,
     lockstep: Lockstep = False,
@@ -195,7 +196,13 @@ def run(
     print_out = partial(console.print, markup=False, soft_wrap=True)
     session = Session(
         options.cell_of(
-            *(files, console), seed=seed, servo=servo, is_varied=vary, competition=not development, agent=agent
+            *(files, console),
+            overrides=options.overrides(overrides),
+            seed=seed,
+            servo=servo,
+            is_varied=vary,
+            competition=not development,
+            agent=agent,
         ),
         until=until,
         rate=rate if page is None else RateControl(rate),
@@ -227,9 +234,9 @@ def run(
         worker = program()
         if worker is not None and not cell.trial.has_arm:
             _warn_of_missing_arm(cell.trial.name, agent)
-        varied = ", varied" if vary else ""
+        changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if vary else [])])
         print_out(
-            f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False
+            f"trial {cell.trial.name}{changes}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False
         )
         while True:
             with nullcontext() if over else ended_as_by_ctrl_c():

@@ -138,7 +138,8 @@ class Reader:
         """Warn of each entry that the original silently ignored."""
         for entry in table.entries.values():
             if entry.name not in known:
-                self.problems.warn(entry, f"unknown entry, ignored{did_you_mean(str(entry.name), known)}")
+                message = f"unknown entry, ignored{did_you_mean(str(entry.name), known)}"
+                self.problems.warn(entry, message, ignored=entry)
 
     def refuse_unknown(self, table: Table, known: Collection[str], kind: str = "entry") -> None:
         """Report each entry that is not among the known ones; the error calls it a `kind`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -29,12 +30,18 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Error or warning about a file; `key` is the dotted path to the value, empty for the file itself."""
+    """Error or warning about a file.
+
+    Attributes:
+        key: dotted path to the value; empty for the file itself.
+        ignored: dotted path to a value that is ignored therefore; empty if none is.
+    """
 
     place: Place
     key: str
     message: str
     severity: Severity = "error"
+    ignored: str = ""
 
     @property
     def path(self) -> str:
@@ -83,9 +90,16 @@ class Problems:
         """Add an error, which makes the file unusable."""
         self.add(Problem(where.place, where.key, message, "error"))
 
-    def warn(self, where: Located, message: str) -> None:
-        """Add a warning for the file's author."""
-        self._found.append(Problem(where.place, where.key, message, "warning"))
+    def warn(self, where: Located, message: str, *, ignored: Located | None = None) -> None:
+        """Add a warning for the file's author; `ignored` is the value that is ignored therefore, if one is."""
+        self._found.append(Problem(where.place, where.key, message, "warning", ignored.key if ignored else ""))
+
+    def refuse(self, refused: Callable[[Problem], Problem | None]) -> None:
+        """Replace warnings by errors: those for which `refused` returns one."""
+        for number, problem in enumerate(self._found):
+            if problem.severity == "warning" and (error := refused(problem)):
+                self._found[number] = error
+                self.error_count += 1
 
     def add(self, problem: Problem) -> None:
         """Add a problem."""

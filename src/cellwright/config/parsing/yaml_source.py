@@ -4,7 +4,8 @@ The rules are PyYAML's (YAML 1.1), since the original used it. `yes` is true, `0
 is text. The last of two equal keys counts. Anything that could carry code or grow without limit is refused.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import yaml
@@ -37,17 +38,40 @@ _MAX_KEY_LENGTH = 80
 _MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
 
 
-def parse(text: JoinedText, problems: Problems) -> YamlNode | None:
-    """Return the single document in the text, or None if it is empty; problems of keys go to `problems`.
+def parse(text: JoinedText, problems: Problems, key: str = "") -> YamlNode | None:
+    """Return the single document in the text, or None if it is empty.
+
+    Args:
+        text: the text.
+        problems: receives problems of keys.
+        key: dotted path to the document's value, if it is part of another.
 
     Raises:
         DescriptionError: the text is not valid or supported YAML.
     """
+    with _composed(text) as (loader, root):
+        return _TreeBuilder(loader, text, problems).node(root, key) if root is not None else None
+
+
+def flow_values(text: JoinedText) -> list[str]:
+    """Return the texts of the items of the single flow sequence that the text is, such as `[1, {a: 2}]`.
+
+    Raises:
+        DescriptionError: the text is not valid or supported YAML, or something else.
+    """
+    with _composed(text) as (_, root):
+        if not isinstance(root, SequenceNode) or root.start_mark.index or root.end_mark.index != len(text.content):
+            raise _refusal(text, 0, "must be values with commas between them")
+        return [text.content[item.start_mark.index : item.end_mark.index].strip() for item in root.value]
+
+
+@contextmanager
+def _composed(text: JoinedText) -> Iterator[tuple["_Composer", yaml.Node | None]]:
+    """Provide the node of the single document in the text, and its composer; errors of either become a refusal."""
     try:
         loader = _Composer(text.content)
         try:
-            root = loader.get_single_node()
-            return _TreeBuilder(loader, text, problems).node(root, "") if root is not None else None
+            yield loader, loader.get_single_node()
         finally:
             loader.dispose()
     except yaml.reader.ReaderError as error:

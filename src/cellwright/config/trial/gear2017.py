@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 from cellwright.config.layout import PART_TYPES, REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.parsing import expressions
+from cellwright.config.parsing.overrides import Override, apply_overrides, refuse_without_effect
 from cellwright.config.parsing.python2 import dictionary_order, number_text
 from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
@@ -149,12 +150,13 @@ class Loaded:
     faulty_parts: tuple[str, ...]
 
 
-def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded:
+def load_trial(paths: Sequence[Path] = (), *, text: str | None = None, overrides: Sequence[Override] = ()) -> Loaded:
     """Load a trial from files, whose texts are joined in the order given, or from a text.
 
     Args:
         paths: the files; the trial is named after the first.
         text: the configuration itself, instead of files.
+        overrides: values that replace those of the files. What the trial would ignore with a warning is an error.
 
     Raises:
         DescriptionError: the configuration cannot be used; the error lists everything that is wrong.
@@ -172,11 +174,14 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
     joined = read_texts(paths) if text is None else JoinedText([Text("<text>", text)])
     problems = Problems()
     root = parse_mapping(joined, problems, "a configuration must be a mapping of sections")
-    trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems))
+    root = apply_overrides(root, overrides, problems)
+    trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems), overrides)
     return Loaded(trial, problems.warnings, time_limit, faulty)
 
 
-def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[str, ...]]:
+def _read(
+    root: Table, name: str, reader: Reader, overrides: Sequence[Override]
+) -> tuple[Trial, float, tuple[str, ...]]:
     """Read all sections, and build the trial only if there was no error."""
     expressions.check_expressions(root, reader.problems)
     other_year = OtherYear(root)
@@ -204,8 +209,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     has_arm = section("arm", read_arm, reader) or False
     sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reader) or ()
     sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
-    if reader.problems.errors:
-        raise DescriptionError(reader.problems.errors, reader.problems.warnings)
+    _raise_errors(overrides, reader.problems)
 
     time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
     frames = set(REFERENCE_FRAMES) - (set() if options.insert_agvs else set(TRAY_FRAMES))
@@ -225,11 +229,19 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
         faulty_parts=frozenset(faulty),
         drop_regions=drops,
         material_locations={kind: tuple(sorted(places)) for kind, places in locations.items()},
+        overrides=tuple(map(str, overrides)),
         **own,
     )
     parts.check_faulty(faulty, trial, reader)
     _warn_unused(root, trial, reader)
+    _raise_errors(overrides, reader.problems)
     return trial, time_limit, tuple(faulty)
+
+
+def _raise_errors(overrides: Sequence[Override], problems: Problems) -> None:
+    refuse_without_effect(overrides, problems)
+    if problems.errors:
+        raise DescriptionError(problems.errors, problems.warnings)
 
 
 def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
@@ -244,8 +256,9 @@ def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
         entry = root.entries.get(name)
         is_empty = entry is None or (isinstance(entry.value, Table) and not entry.value.entries)
         if entry and not is_empty and not is_used:
-            reader.problems.warn(entry, f"no effect on the cell unless options.{condition}")
+            reader.problems.warn(entry, f"no effect on the cell unless options.{condition}", ignored=entry)
     node = root.get("options")
-    if node and switches.fill_demo_tray and not (trial.orders and switches.insert_agvs):
+    if isinstance(node, Table) and switches.fill_demo_tray and not (trial.orders and switches.insert_agvs):
         missing = "a tray" if trial.orders else "an order"
-        reader.problems.warn(node, f"fill_demo_tray has no effect without {missing}")
+        entry = node.entries["fill_demo_tray"]
+        reader.problems.warn(entry, f"no effect without {missing}", ignored=entry)

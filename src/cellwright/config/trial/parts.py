@@ -55,7 +55,7 @@ def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, 
             year = LATER_OPTIONS.get(entry.name)
             origin = f" (new in the {year} format)" if year else ""
             hint = did_you_mean(str(entry.name), OPTIONS.names)
-            reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
+            reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}", ignored=entry)
     values = OPTIONS.values(table, reader)
     aliases = values.pop(ALIASES, DEFAULT_ALIASES)
     return Options(**values), aliases
@@ -98,14 +98,14 @@ class PartRegistry:
         self.count -= more
         return False
 
-    def part_type(self, name: str, where: Located) -> str:
-        """Return the type of a name, with a warning if no part of that type exists."""
+    def part_type(self, name: str, where: Located, part: Located) -> str:
+        """Return the type of a name, with a warning if no part of that type exists, so that `part` is left out."""
         resolved = self.aliases.get(name, name)
         if resolved not in self.types:
             aliases = self.aliases if len(self.aliases) <= _MAX_SEARCHED else ()
             hint = did_you_mean(name, [*self.types, *aliases]) or f" (known: {', '.join(sorted(self.types))})"
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
-            self.reader.problems.warn(where, message)
+            self.reader.problems.warn(where, message, ignored=part)
         return resolved
 
 
@@ -152,7 +152,7 @@ def read_extras(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
         reader.ignored(frame_table, ("models",))
         if frame not in REFERENCE_FRAMES:
             message = f"unknown reference frame, its parts are left out{suggestion(frame, REFERENCE_FRAMES)}"
-            reader.problems.warn(entry, message)
+            reader.problems.warn(entry, message, ignored=entry)
         models = reader.required(frame_table, "models")
         for model in reader.entries(models) if models else ():
             table = reader.table(model.value)
@@ -169,7 +169,7 @@ def read_part(table: Table, registry: PartRegistry) -> tuple[str, Placement] | N
     values = PART.read(table, registry.reader)
     if not PART.complete(values):
         return None
-    return registry.part_type(values["type"], table.entries["type"].value), values["pose"]
+    return registry.part_type(values["type"], table.entries["type"].value, table), values["pose"]
 
 
 def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
@@ -198,7 +198,7 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, registry: PartReg
     start, end, rpy, nx, ny = (values[name] for name in GRID.names)
     if not registry.admit(entry, nx * ny):
         return []
-    part_type = registry.part_type(written_type, entry)
+    part_type = registry.part_type(written_type, entry, entry)
     if nx * ny == 0:
         return []
     registry.locations[part_type].add(bin_name)
@@ -230,7 +230,7 @@ def read_belt(node: YamlNode, registry: PartRegistry, other_year: OtherYear) -> 
         times = reader.entries(entry.value)
         if written_type is None or not isinstance(entry.value, Table):
             continue
-        part_type = registry.part_type(written_type, entry)
+        part_type = registry.part_type(written_type, entry, entry)
         for time in times:
             part = _belt_part(part_type, time, reader)
             if part is None:
@@ -305,7 +305,7 @@ def _region(entry: Entry, registry: PartRegistry) -> DropRegion | None:
     values = DROP_REGION.read(table, reader)
     if name is None or not DROP_REGION.complete(values):
         return None
-    part_type = registry.part_type(values["part_type_to_drop"], table.entries["part_type_to_drop"].value)
+    part_type = registry.part_type(values["part_type_to_drop"], table.entries["part_type_to_drop"].value, table)
     first, second, destination = values["min"], values["max"], values["destination"]
     lower, upper = (tuple(map(choose, first, second)) for choose in (min, max))
     return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))

@@ -63,9 +63,11 @@ def read_arm(node: YamlNode, reader: Reader) -> bool:
         return False
     for entry in table.entries.values():
         if entry.name == "initial_joint_states":
-            reader.problems.warn(entry, "ignored, as in the original; move it to cellwright: arm:")
+            message = "ignored, as in the original; move it to cellwright: arm:"
+            reader.problems.warn(entry, message, ignored=entry)
         elif entry.name != "type":
-            reader.problems.warn(entry, f"unknown entry, ignored{did_you_mean(str(entry.name), ('type',))}")
+            message = f"unknown entry, ignored{did_you_mean(str(entry.name), ('type',))}"
+            reader.problems.warn(entry, message, ignored=entry)
     kind = reader.required(table, "type")
     if kind:
         one_of(ARM_TYPES, "arm")(reader, kind)
@@ -108,7 +110,7 @@ def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor
         if sensor.type in CAMERA_TYPES:
             hint = "; move picture cameras to cellwright: sensors:"
         message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
-        reader.problems.warn(table.entries["type"].value, message)
+        reader.problems.warn(table.entries["type"].value, message, ignored=table)
         return None
     _check_sensor_name(entry, name, sensor.type, reader)
     return sensor

@@ -280,6 +280,7 @@ class Trial:
         furniture: further static models in the cell.
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
+        overrides: values that replaced those of the files, as `KEY=VALUE`.
 
     Example:
         >>> from cellwright import load_trial
@@ -310,6 +311,7 @@ class Trial:
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)
+    overrides: tuple[str, ...] = field(default=(), compare=False)
 
     def belt_clones(self) -> tuple[tuple[str, str], ...]:
         """Names, without origin, and types of the belt's parts: `gear_part_clone_0`, type by type."""

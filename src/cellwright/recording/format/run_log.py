@@ -49,6 +49,7 @@ class RunEvents:
             "reachable_reason": self._reach.sentence(),
             "system_cost": system_cost(trial.sensors),
             "circumstances": asdict(trial.circumstances),
+            "overrides": list(trial.overrides),
         }
         self._write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
 

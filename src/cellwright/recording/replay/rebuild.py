@@ -11,6 +11,7 @@ from typing import Any, TypeVar, cast, get_args
 
 from cellwright.cell import variation
 from cellwright.cell.cell import Cell
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile
@@ -120,7 +121,8 @@ def rebuild(recording: RecordingFile) -> Iterator[Rebuilt]:
 def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
     facts = _Facts(recording.header.facts)
     with _packages(folder, facts):
-        trial = load_trial(_files(folder, facts)).trial
+        overrides = [Override.read(str(each), "overrides in the recording") for each in facts.names("overrides")]
+        trial = load_trial(_files(folder, facts), overrides=overrides).trial
     seed = facts.of("seed", int)
     if facts.of("varied", bool):
         trial = variation.vary(trial, seed)
@@ -184,7 +186,7 @@ class _Facts:
             raise self._lack(f"{key} is {value!r:.40}") from None
 
     def names(self, key: str) -> list[Any]:
-        """Return names of files."""
+        """Return a list of names or other texts; empty if there is none."""
         value = self._facts.get(key)
         return value if isinstance(value, list) else []
 

@@ -6,7 +6,7 @@ import time
 import warnings
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -21,6 +21,7 @@ from cellwright.cell.competition import is_done
 from cellwright.cell.controllers import ControllerManager
 from cellwright.cell.interface.rows import CONTROLLER_NAMES
 from cellwright.cell.kitting.effects import Effect
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.robot import robots
 from cellwright.config.robot.config import RobotConfig
@@ -61,7 +62,7 @@ class DescriptionWarning(UserWarning):
     """A warning for a file's author that stops nothing, as `path:line: key: message`."""
 
 
-def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
+def load_trial(*sources: str | Path, text: str | None = None, overrides: Sequence[str] = ()) -> Trial:
     """Load a trial by its name or its files, or from a text. Notes for its author come as `DescriptionWarning`.
 
     Example:
@@ -70,17 +71,24 @@ def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
         'lesson'
         >>> cellwright.load_trial(text="time_limit: 60").time_limit
         60.0
+        >>> cellwright.load_trial("lesson", overrides=["time_limit=60"]).time_limit
+        60.0
 
     Args:
         sources: a bundled trial (`"lesson"`) or the path of a YAML file; the texts of several are joined.
         text: the configuration itself, instead.
+        overrides: values that replace those of the files, as `KEY=VALUE`: the key as errors and warnings print it, and
+            the value as YAML.
 
     Raises:
         UnknownNameError: there is no such trial or file.
-        DescriptionError: the configuration is not valid; the error lists everything that is wrong.
-        UsageError: there is neither a name nor a text, or both.
+        DescriptionError: the configuration is not valid, or the trial would ignore an override; the error lists
+            everything that is wrong.
+        UsageError: there is neither a name nor a text, or both; or an override is not KEY=VALUE.
     """
-    loaded = gear2017.load_trial([find_trial(source) for source in sources], text=text)
+    loaded = gear2017.load_trial(
+        [find_trial(source) for source in sources], text=text, overrides=list(map(Override.read, overrides))
+    )
     warn_of(loaded.warnings, 3)
     return loaded.trial
 
@@ -550,6 +558,7 @@ class CellTarget(Target):
             "competition": cell.in_competition,
             "timestep": [timestep.numerator, timestep.denominator],
             "circumstances": asdict(cell.trial.circumstances),
+            "overrides": list(cell.trial.overrides),
             "varied": record.is_varied,
             "checkpoints": sorted(nanoseconds(when) for when, _ in session.options.checkpoints),
             **source_facts(record),
