@@ -33,6 +33,7 @@ PAGES = [
     "docs/variation.md",
     "docs/video.md",
     "docs/motion.md",
+    "docs/configuration.md",
     "docs/evaluate.md",
     "docs/kitter.md",
     "docs/serve.md",

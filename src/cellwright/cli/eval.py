@@ -32,6 +32,7 @@ from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.running.evaluation.shard import Shard
+from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
 
 _MAX_REASONS = 10
 
@@ -184,6 +185,15 @@ def evaluate(
     ] = None,
     seeds: Annotated[int, option("N", "Run each trial with the seeds 1 to N.", SIMULATION)] = 1,
     vary: Vary = False,
+    sweep: Annotated[
+        list[str] | None,
+        option(
+            "KEY=A,B,C",
+            "Run each trial with each value of this key of its file, such as `time_limit=60,120`; several give all "
+            "combinations.",
+            SIMULATION,
+        ),
+    ] = None,
     repeat: Annotated[
         bool, flag("--repeat", "Run each trial and seed twice, and find programs that are not repeatable.", SIMULATION)
     ] = False,
@@ -219,6 +229,9 @@ def evaluate(
         # your agent in CI: status 1 if a run has less than 75 % of the points
         cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%
 
+        # up to which number of rounds of the belt does it win?
+        cellwright eval lesson --sweep options.belt_population_cycles=1,5,20
+
         # one of 16 machines; then, of all folders: cellwright eval merge shards/*
         cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
 
@@ -236,7 +249,8 @@ def evaluate(
     numbers = range(1, _within("--seeds", seeds, 1, _MAX_SEEDS) + 1)
     workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MAX_JOBS)
     try:
-        planned = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
+        evaluated = _trials(trials, joined or [], list(map(Sweep.read, sweep or [])))
+        planned = make_jobs(evaluated, agent, numbers, vary=vary)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
@@ -337,28 +351,33 @@ def _work(
     return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
 
 
-def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
+def _trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep] = ()) -> list[EvaluatedTrial]:
     """Read the trials once: their errors are printed before anything starts."""
+    swept = variants(sweeps)
     entries = []
     for name in dict.fromkeys(names):
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
-        trial = options.load(parts)
-        if any(isinstance(each, PictureCameraConfig) for each in trial.sensors):
+        trials = options.load_variants(parts, swept)
+        check_effect(sweeps, trials)
+        if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
             requested_backend()  # an unknown backend is reported once, and not by every run
-        entries.append((name, parts, trial, attainable_score(trial)))
-    how_often = Counter(trial.name for _, _, trial, _ in entries)
+        entries += [
+            (name, parts, each, trial, attainable_score(trial)) for each, trial in zip(swept, trials, strict=True)
+        ]
+    how_often = Counter(trial.name for _, _, _, trial, _ in entries)
     return [
         EvaluatedTrial(
-            trial.name if how_often[trial.name] == 1 else name,
+            variant_name(trial.name if how_often[trial.name] == len(swept) else name, overrides),
             tuple(path.resolve() for path in options.paths(parts)),
             attainable.total,
             attainable.maximum,
             trial.time_limit,
             models_digest(trial),
             tuple(parts),
+            overrides,
         )
-        for name, parts, trial, attainable in entries
+        for name, parts, overrides, trial, attainable in entries
     ]
 
 

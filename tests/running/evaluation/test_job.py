@@ -7,9 +7,18 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation import job as job_module
-from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, log_name, make_jobs, models_digest, repeated
+from cellwright.running.evaluation.job import (
+    EvaluatedTrial,
+    Job,
+    agent_digest,
+    log_name,
+    make_jobs,
+    models_digest,
+    repeated,
+)
 
 
 def keys(folder: Path, agent: str = "robot.py:Robot", seeds: int = 1, *, vary: bool = False) -> list[str]:
@@ -43,6 +52,24 @@ def test_key_changes_with_options_agent_seeds_and_versions(folder: Path, monkeyp
     assert keys(folder, seeds=2)[1] != first[0]
     monkeypatch.setattr(job_module, "versions", lambda: {"cellwright": "9"})
     assert keys(folder) != first
+
+
+def overridden(folder: Path, *overrides: str) -> Job:
+    read = tuple(map(Override.read, overrides))
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one.yaml",), overrides=read)
+    (job,) = make_jobs([trial], "robot.py:Robot", [1], vary=True)
+    return job
+
+
+def test_overrides_are_part_of_key_and_command(folder: Path) -> None:
+    texts = [(), ("time_limit=60",), ("time_limit=60.0",), ("time_limit=60", "cellwright.seed=1")]
+    jobs = [overridden(folder, *each) for each in texts]
+    assert len({job.key for job in jobs}) == 4
+    assert overridden(folder, "time_limit=60").key == jobs[1].key
+    assert jobs[0].key == make_jobs([jobs[0].trial], "robot.py:Robot", [1], vary=True)[0].key
+    assert overridden(folder, "faulty_parts=[a b]").command == (
+        "cellwright run one.yaml --agent robot.py:Robot --seed 1 --vary --set 'faulty_parts=[a b]'"
+    )
 
 
 def test_repeated_job_has_key_of_its_own(folder: Path) -> None:

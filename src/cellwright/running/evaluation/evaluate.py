@@ -195,6 +195,7 @@ class Evaluation:
             vary=job.vary,
             run_log=str(log.with_suffix(".jsonl")),
             record=record,
+            overrides=tuple(map(str, job.trial.overrides)),
         )
         self._running[WorkerProcess(order, log, self._wakes)] = job
 

@@ -9,9 +9,11 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 from cellwright._package import FOLDER
 from cellwright.clients.agents.agent import BUNDLED
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation.imports import imported_files, module_files
 from cellwright.running.run import versions
@@ -33,6 +35,7 @@ class EvaluatedTrial:
         time_limit: simulation time [s] that it lasts at most; not positive for one without an end.
         models: digest of its own models, from `models_digest`.
         given: its files as a user names them on the command line.
+        overrides: values that replace those of its files.
     """
 
     name: str
@@ -42,6 +45,7 @@ class EvaluatedTrial:
     time_limit: float
     models: str = ""
     given: tuple[str, ...] = ()
+    overrides: tuple[Override, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +73,9 @@ class Job:
     def command(self) -> str:
         """Command that repeats this run alone."""
         files = self.trial.given or tuple(map(str, self.trial.files))
-        varied = ["--vary"] if self.vary else []
-        return shlex.join(["cellwright", "run", *files, "--agent", self.agent, "--seed", str(self.seed), *varied])
+        more = ["--vary"] if self.vary else []
+        more += [word for each in self.trial.overrides for word in ("--set", str(each))]
+        return shlex.join(["cellwright", "run", *files, "--agent", self.agent, "--seed", str(self.seed), *more])
 
     @property
     def log_name(self) -> str:
@@ -93,7 +98,7 @@ def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int]
     for trial in trials:
         texts = [file.read_bytes() for file in trial.files]
         for seed in seeds:
-            key = _key([*texts, trial.models.encode()], program, seed, vary=vary)
+            key = _key([*texts, trial.models.encode()], trial.overrides, program, seed, vary=vary)
             jobs.setdefault(key, Job(trial, agent, seed, vary, key))
     return list(jobs.values())
 
@@ -108,8 +113,8 @@ def repeated_key(key: str) -> str:
     return hashlib.sha256(f"{key} repeated".encode()).hexdigest()[:_KEY_LENGTH]
 
 
-def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
-    known = {
+def _key(texts: Sequence[bytes], overrides: Sequence[Override], program: str, seed: int, *, vary: bool) -> str:
+    known: dict[str, Any] = {
         "trial": [hashlib.sha256(text).hexdigest() for text in texts],
         "agent": program,
         "seed": seed,
@@ -117,6 +122,8 @@ def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
         "versions": versions(),
         "source": _cellwright_digest(),
     }
+    if overrides:
+        known["overrides"] = list(map(str, overrides))
     return hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:_KEY_LENGTH]
 
 

@@ -105,6 +105,7 @@ class JobOrder:
         wall: limit of wall time [s].
         memory: limit of memory [bytes]; 0: unlimited.
         files: files of the trial; none: the agent is only made, and nothing is run.
+        overrides: values that replace those of the files, as `KEY=VALUE`.
         record: file for a recording; empty for none.
     """
 
@@ -116,6 +117,7 @@ class JobOrder:
     vary: bool = False
     run_log: str = ""
     record: str = ""
+    overrides: Sequence[str] = ()
 
 
 class WorkerProcess(ChildProcess):

@@ -23,6 +23,8 @@ from cellwright.running.evaluation.summary import (
     with_interval,
     worst_first,
 )
+from cellwright.running.evaluation.sweep_picture import STYLE as SWEEP_STYLE
+from cellwright.running.evaluation.sweep_picture import sweep_picture
 from cellwright.running.run import versions
 
 STYLE = """
@@ -209,6 +211,7 @@ def report(results: Sequence[Result], threshold: Threshold | None, repeats: Sequ
         f"<h1>{escape(agents)}</h1>",
         f'<p class="soft">{_subtitle(results, threshold)}</p>',
         f'<div class="tiles">{"".join(_tiles(results, threshold))}</div>',
+        _sweep(results),
         "<h2>Trials</h2>",
         _trials(results, threshold),
         _measures(results),
@@ -221,7 +224,7 @@ def report(results: Sequence[Result], threshold: Threshold | None, repeats: Sequ
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(agents)}: evaluation</title><style>{STYLE}</style></head>\n"
+        f"<title>{escape(agents)}: evaluation</title><style>{STYLE}{SWEEP_STYLE}</style></head>\n"
         f"<body><main>\n{chr(10).join(body)}\n</main></body></html>\n"
     )
 
@@ -260,6 +263,11 @@ def _trials(results: Sequence[Result], threshold: Threshold | None) -> str:
     summaries = summarize(results, threshold)
     rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summaries)
     return f'<div class="card">{_table(heads, rows)}</div>'
+
+
+def _sweep(results: Sequence[Result]) -> str:
+    picture = sweep_picture(summarize(results))
+    return f'<h2>Sweep</h2><div class="card">{picture}</div>' if picture else ""
 
 
 def _measures(results: Sequence[Result]) -> str:

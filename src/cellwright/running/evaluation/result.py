@@ -67,6 +67,7 @@ RESULT_FORM: Mapping[str, Any] = {
     "seed": int,
     "vary": bool,
     "limits": Each(float),
+    "overrides": Each(str),
     "score": Maybe({"orders": [{"order_id": str, "kits": [_KIT]}]}),
     "timeline": Maybe(_TIMELINE),
     "log": [str],
@@ -147,6 +148,7 @@ class Result:
         state_hash: SHA-256 of the whole last state.
         log: the last lines of its log, if it was not done.
         command: the command that repeats the run alone.
+        overrides: values that replaced those of the trial's files, as YAML texts by key.
     """
 
     key: str
@@ -167,6 +169,7 @@ class Result:
     timeline: dict[str, Any] = field(default_factory=dict)
     log: tuple[str, ...] = ()
     command: str = ""
+    overrides: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, job: Job, limits: RunLimits, **content: Any) -> Result:
@@ -181,6 +184,7 @@ class Result:
             best=job.trial.best,
             limits=asdict(limits),
             command=job.command,
+            overrides={each.key: each.value for each in job.trial.overrides},
             **content,
         )
 

@@ -148,6 +148,7 @@ class TrialSummary:
         passed: runs without a shortcoming.
         passed_interval: 95 % interval of their share of the runs.
         measures: time and placement, by the name of the measure.
+        overrides: values that replaced those of the trial's files, as YAML texts by key.
     """
 
     trial: str
@@ -167,6 +168,7 @@ class TrialSummary:
     outcomes: Mapping[str, int]
     measures: Mapping[str, Statistic]
     real_time_factor: float
+    overrides: Mapping[str, str]
 
 
 def summarize(results: Iterable[Result], threshold: Threshold | None = None) -> list[TrialSummary]:
@@ -203,6 +205,7 @@ def _summary(trial: str, group: Sequence[Result], threshold: Threshold | None) -
         outcomes=dict(Counter(result.outcome for result in group)),
         measures=statistics(group, are_sample=is_sample),
         real_time_factor=real_time_factor(group),
+        overrides=group[0].overrides,
     )
 
 

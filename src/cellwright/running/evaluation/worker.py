@@ -23,6 +23,7 @@ from cellwright.cell.kitting.evidence import evidence_to_json
 from cellwright.cell.kitting.inventory import part_type
 from cellwright.cell.variation import vary
 from cellwright.clients.agents.agent import AgentError, find_agent
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.sources import Sources, sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
@@ -133,7 +134,7 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
 
 def make_cell(order: JobOrder) -> Cell:
     """Return a new cell for a job, from its files."""
-    trial = load_trial(list(map(Path, order.files))).trial
+    trial = load_trial(list(map(Path, order.files)), overrides=list(map(Override.read, order.overrides))).trial
     return Cell(vary(trial, order.seed) if order.vary else trial, seed=order.seed, report=_warn)
 
 
