@@ -70,7 +70,7 @@ def test_each_value_is_a_trial_that_its_recording_its_command_and_a_file_repeat(
 @QUICK_WORKERS
 @pytest.mark.slow
 def test_sweep_resumes_and_merges_as_other_evaluations_do(tiny: CommandLine) -> None:
-    sweep = ("--sweep", "time_limit=60,70", "--sweep", "cellwright.seed=1,2")
+    sweep = ("--sweep", "time_limit=60,70", "--sweep", "cellwright.arm.servo=original,precise")
     assert tiny(*WORK, "--sweep", "time_limit=60", "--out", "whole").status == 0
     assert "1 run" in tiny(*WORK, "--out", "whole").out  # the trial itself is not one of its variants
     assert "have a result" not in tiny(*WORK, *sweep, "--out", "whole").out
@@ -83,7 +83,11 @@ def test_sweep_resumes_and_merges_as_other_evaluations_do(tiny: CommandLine) -> 
         for name in ("whole", "merged")
     ]
     assert trials[0] == trials[1]
-    assert trials[0] == [f"tiny time_limit={limit} cellwright.seed={seed}" for limit in (60, 70) for seed in (1, 2)]
+    assert trials[0] == [
+        f"tiny time_limit={limit} cellwright.arm.servo={servo}"
+        for limit in (60, 70)
+        for servo in ("original", "precise")
+    ]
     compared = json.loads(tiny("eval", "compare", "whole", "merged", "--json").out)
     assert [each["trial"] for each in compared["trials"]] == trials[0]
 

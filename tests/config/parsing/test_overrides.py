@@ -232,6 +232,11 @@ def test_too_many_overrides_and_values_are_refused(monkeypatch: pytest.MonkeyPat
         load_trial("lesson", overrides=["faulty_parts=[gear_part_1]", "faulty_parts=[a, b, c]"])
 
 
+def test_too_long_key_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"overrides: a key must have at most 500 characters \(got 501\)"):
+        Override.read("a" * 501 + "=1")
+
+
 @pytest.mark.parametrize("text", ["", "time_limit", "=5", " = 5"])
 def test_text_without_key_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="overrides: must be KEY=VALUE"):
@@ -252,10 +257,11 @@ def test_values_keep_their_text(text: str, values: list[str]) -> None:
     assert read_values("--sweep x", text) == values
 
 
-@pytest.mark.parametrize("text", ["1,,2", "[1", "1]", "1], [2", "1 # 2", "*a"])
+@pytest.mark.parametrize("text", ["1,,2", "[1", "1]", "1], [2", "1 # 2", "*a", "\t-", "\x00"])
 def test_other_texts_are_no_values(text: str) -> None:
-    with pytest.raises(UsageError, match=r"^--sweep x: .*; write them as in 60,120"):
+    with pytest.raises(UsageError, match=r"^--sweep x: .*; write them as in 60,120") as caught:
         read_values("--sweep x", text)
+    assert str(caught.value).isprintable()
 
 
 def test_override_of_joined_files_is_that_of_their_text(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from cellwright.running.evaluation.result import Result
 from cellwright.running.evaluation.summary import Threshold
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
-EMPTY = {"meta", "rect", "path", "line"}
+EMPTY = {"meta", "rect", "path", "line", "wbr"}
 
 
 class Page(HTMLParser):
@@ -62,6 +62,14 @@ def test_report_shows_worst_runs_first_and_opened() -> None:
     page = Page(report(RESULTS, None))
     assert re.findall(r"tiny seed \d", page.text) == ["tiny seed 3", "tiny seed 2", "tiny seed 4", "tiny seed 1"]
     assert ["open" in attributes for tag, attributes in page.tags if tag == "details"] == [True, True, True, False]
+
+
+def test_long_key_in_the_name_of_a_trial_may_break_at_its_dots() -> None:
+    name = "lesson cellwright.arm.servo=precise"
+    text = report([result(trial=name)], None)
+    assert "lesson cellwright.<wbr>arm.<wbr>servo=precise" in text
+    page = Page(text)
+    assert (page.open, name in page.text) == ([], True)
 
 
 def test_report_contains_scores_reasons_and_evidence() -> None:

@@ -32,7 +32,7 @@ def test_sweep_keeps_texts_of_its_values() -> None:
         ("time_limit='\n',2", "must be KEY=A,B,C"),
         ("time_limit=", "^--sweep time_limit: no value given"),
         ("time_limit=1,2,1", "^--sweep time_limit: 1 is given twice"),
-        ("time_limit=1,[2", r"^--sweep time_limit: invalid YAML: .* in 1,\[2; write them as in"),
+        ("time_limit=1,[2", r"^--sweep time_limit: invalid YAML: .* in '1,\[2'; write them as in"),
     ],
 )
 def test_other_texts_are_refused(text: str, expected: str) -> None:
@@ -68,7 +68,7 @@ def test_repeated_key_and_too_many_combinations_are_refused() -> None:
         ("time_limit=500",),
         ("time_limit=60,60.0,70",),
         ("options.belt_population_cycles=0,1",),
-        ("time_limit=1,2", "cellwright.seed=1,2"),
+        ("time_limit=1,2", "cellwright.arm.servo=original,precise"),
     ],
 )
 def test_key_with_effect_is_accepted(sweeps: tuple[str, ...]) -> None:
@@ -79,13 +79,20 @@ def test_key_with_effect_is_accepted(sweeps: tuple[str, ...]) -> None:
     ("sweeps", "key"),
     [
         (("time_limit=60,60.0",), "time_limit"),
-        (("time_limit=1,2", "cellwright.seed=3,0x3"), "cellwright.seed"),
-        (("cellwright.seed=3,0x3", "time_limit=1,2"), "cellwright.seed"),
+        (("time_limit=1,2", "options.insert_agvs=true,yes"), "options.insert_agvs"),
+        (("options.insert_agvs=true,yes", "time_limit=1,2"), "options.insert_agvs"),
+        (("options.disable_shadows=true,false",), "options.disable_shadows"),
+        (("cellwright={seed: 1},{seed: 2}",), "cellwright"),
     ],
 )
 def test_key_without_effect_is_refused(sweeps: tuple[str, ...], key: str) -> None:
     with pytest.raises(UsageError, match=rf"^--sweep {key}: .* make the same trial text"):
         trials(*sweeps)
+
+
+def test_seed_is_refused_since_each_run_has_its_own() -> None:
+    with pytest.raises(UsageError, match=r"^--sweep cellwright\.seed: each run .* use --seeds$"):
+        trials("cellwright.seed=1")
 
 
 def test_ignored_key_is_refused_by_its_option() -> None:

@@ -30,6 +30,8 @@ from cellwright.util.errors import DescriptionError, UsageError
 
 MAX_OVERRIDES = 100
 """Maximum number of overrides of one trial."""
+MAX_KEY_LENGTH = 500
+"""Maximum length of a key, in characters."""
 
 _BEFORE_ALL_FILES = -1
 _NAME = re.compile(r"\.([^.\[\]]+)")
@@ -60,11 +62,13 @@ class Override:
         """Read `KEY=VALUE`.
 
         Raises:
-            UsageError: the text has no key or no equals sign.
+            UsageError: the text has no equals sign, or no key before it, or a too long one.
         """
         key, separator, value = (each.strip() for each in text.partition("="))
         if not key or not separator:
             raise UsageError(f"{option}: must be KEY=VALUE (got {shortened(repr(text))}); write it as in time_limit=60")
+        if len(key) > MAX_KEY_LENGTH:
+            raise UsageError(f"{option}: a key must have at most {MAX_KEY_LENGTH} characters (got {len(key)})")
         return cls(key, value, option)
 
     @property
@@ -101,7 +105,7 @@ def read_values(option: str, text: str) -> list[str]:
         (problem,) = error.problems
         message = problem.message if isinstance(problem, Problem) else str(problem)
         raise UsageError(
-            f"{option}: {message} in {shortened(text)}; write them as in 60,120 or [0, 1],[0, 2]"
+            f"{option}: {message} in {shortened(text)!r}; write them as in 60,120 or [0, 1],[0, 2]"
         ) from None
 
 

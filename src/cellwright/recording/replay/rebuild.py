@@ -121,7 +121,7 @@ def rebuild(recording: RecordingFile) -> Iterator[Rebuilt]:
 def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
     facts = _Facts(recording.header.facts)
     with _packages(folder, facts):
-        overrides = [Override.read(str(each), "overrides in the recording") for each in facts.names("overrides")]
+        overrides = [Override.read(each, "overrides in the recording") for each in facts.texts("overrides")]
         trial = load_trial(_files(folder, facts), overrides=overrides).trial
     seed = facts.of("seed", int)
     if facts.of("varied", bool):
@@ -186,9 +186,16 @@ class _Facts:
             raise self._lack(f"{key} is {value!r:.40}") from None
 
     def names(self, key: str) -> list[Any]:
-        """Return a list of names or other texts; empty if there is none."""
+        """Return names of files."""
         value = self._facts.get(key)
         return value if isinstance(value, list) else []
+
+    def texts(self, key: str) -> list[str]:
+        """Return a list of texts; empty if there is none, as in older recordings."""
+        value = self._facts.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+            raise self._lack(f"{key} is {value!r:.40}")
+        return value
 
     def times(self, key: str) -> list[int]:
         """Return times [ns]."""

@@ -303,8 +303,9 @@ def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     numbers.insert(1, range_text(summary.mean_interval))
     cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
     passed = f"{summary.passed} of {summary.runs}, {range_text(summary.passed_interval, 100.0, ' %')}"
+    name = escape(summary.trial).replace(".", ".<wbr>")  # a long key may go on in the next line
     return (
-        f"<tr><td><b>{escape(summary.trial)}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"
+        f"<tr><td><b>{name}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"
         f'<td class="n {_grade(summary.share)}">{summary.share:.0%}</td><td class="n tight">{passed}</td>'
         f'<td class="tight">{escape(outcomes)}</td>'
         f'<td class="n">{summary.real_time_factor:.1f}</td></tr>'

@@ -6,7 +6,7 @@ Several swept keys give all combinations of their values. Each combination is a 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 
@@ -66,6 +66,16 @@ def variants(sweeps: Sequence[Sweep]) -> list[tuple[Override, ...]]:
     return list(product(*lists))
 
 
+SEED = "cellwright.seed"
+_WITHOUT_EFFECT = ("gazebo_state_logging", "disable_shadows", "unthrottled_physics_update")
+
+
+def _compared(trial: Trial) -> Trial:
+    """Return a trial without what makes no difference to a run of an evaluation, which has a seed of its own."""
+    options = replace(trial.options, **dict.fromkeys(_WITHOUT_EFFECT, False))
+    return replace(trial, options=options, settings=replace(trial.settings, seed=0))
+
+
 def check_effect(sweeps: Sequence[Sweep], trials: Sequence[Trial]) -> None:
     """Refuse a key whose values make no difference, whatever those of the other keys.
 
@@ -76,12 +86,15 @@ def check_effect(sweeps: Sequence[Sweep], trials: Sequence[Trial]) -> None:
     Raises:
         UsageError: a key has no effect.
     """
+    if any(sweep.key == SEED for sweep in sweeps):
+        raise UsageError(f"{OPTION} {SEED}: each run of an evaluation has a seed of its own; use --seeds")
     combinations = list(product(*(sweep.values for sweep in sweeps)))
+    compared = list(map(_compared, trials))
     for number, sweep in enumerate(sweeps):
         first: dict[tuple[str, ...], Trial] = {}
         others = [(*values[:number], *values[number + 1 :]) for values in combinations]
         if len(sweep.values) > 1 and all(
-            first.setdefault(other, trial) == trial for other, trial in zip(others, trials, strict=True)
+            first.setdefault(other, trial) == trial for other, trial in zip(others, compared, strict=True)
         ):
             values = " and ".join(sweep.values[:2])
             raise UsageError(

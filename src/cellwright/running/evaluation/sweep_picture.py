@@ -23,7 +23,7 @@ svg.sweep { width: 100%; min-width: 620px; height: auto; margin: 12px 0; }
 _WIDTH, _HEIGHT = 960, 300
 _LEFT, _RIGHT, _TOP, _BOTTOM = 56, 40, 14, 50
 _MAX_SERIES = 4
-_LABEL = 48.0  # [px] between two labels of the axis
+_LETTER, _GAP = 6.5, 10.0  # [px] width of a letter at most, and between two labels of the axis
 _DODGE = 7.0  # [px] between the marks of two trials at one value
 _CAP = 4.0  # [px] half the width of an interval's ends
 _LOGARITHMIC_FROM = 50.0  # the largest value over the smallest
@@ -105,9 +105,10 @@ def _grid(key: str, texts: Mapping[float, str], x: Callable[[float], float]) -> 
     for number in sorted(texts):
         at, bottom = x(number), _y(0.0)
         parts.append(f'<line class="rule" x1="{at:.1f}" y1="{bottom}" x2="{at:.1f}" y2="{bottom + 5}"/>')
-        if at - end >= _LABEL:
+        half = len(texts[number]) * _LETTER / 2
+        if at - half >= end + _GAP:
             parts.append(f'<text x="{at:.1f}" y="{bottom + 19}" text-anchor="middle">{escape(texts[number])}</text>')
-            end = at
+            end = at + half
     middle = (_LEFT + _WIDTH - _RIGHT) / 2
     parts.append(f'<text class="points" x="{middle}" y="{_HEIGHT - 8}" text-anchor="middle">{escape(key)}</text>')
     return "".join(parts)
