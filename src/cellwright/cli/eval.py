@@ -353,11 +353,11 @@ def _work(
 
 def _trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep] = ()) -> list[EvaluatedTrial]:
     """Read the trials once: their errors are printed before anything starts."""
-    swept = variants(sweeps)
     entries = []
     for name in dict.fromkeys(names):
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
+        swept = variants(sweeps, name if len(names) > 1 else "")
         trials = options.load_variants(parts, swept)
         check_effect(sweeps, trials)
         if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
@@ -365,10 +365,10 @@ def _trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep]
         entries += [
             (name, parts, each, trial, attainable_score(trial)) for each, trial in zip(swept, trials, strict=True)
         ]
-    how_often = Counter(trial.name for _, _, _, trial, _ in entries)
+    how_often = Counter(trial for _, trial in {(name, trial.name) for name, _, _, trial, _ in entries})
     return [
         EvaluatedTrial(
-            variant_name(trial.name if how_often[trial.name] == len(swept) else name, overrides),
+            variant_name(trial.name if how_often[trial.name] == 1 else name, overrides),
             tuple(path.resolve() for path in options.paths(parts)),
             attainable.total,
             attainable.maximum,

@@ -119,6 +119,13 @@ def test_sweep_without_effect_starts_nothing(sweep: str, error: str, tiny: Comma
     assert not Path("evaluation").exists()
 
 
+def test_error_names_one_of_several_trials(tiny: CommandLine) -> None:
+    Path("other.yaml").write_text(TRIAL.replace("order_0", "first"), encoding="utf-8")
+    ran = tiny("eval", "tiny.yaml", "other.yaml", "--sweep", "orders.order_0.kit_count=1,2")
+    assert ran.status == 2
+    assert ran.err.startswith("error: other.yaml: --sweep: orders.order_0: the required entry ")
+
+
 def test_warning_of_all_variants_is_printed_once(tiny: CommandLine) -> None:
     Path("warned.yaml").write_text(TRIAL.replace("options: {", "options: {insert_agv: true, "), encoding="utf-8")
     ran = tiny("eval", "warned.yaml", "--sweep", "time_limit=1,2,x")

@@ -51,8 +51,12 @@ class Sweep:
         return cls(key, tuple(values))
 
 
-def variants(sweeps: Sequence[Sweep]) -> list[tuple[Override, ...]]:
+def variants(sweeps: Sequence[Sweep], trial: str = "") -> list[tuple[Override, ...]]:
     """Return all combinations of the values, those of the last key fastest; a single empty one without a sweep.
+
+    Args:
+        sweeps: the swept keys.
+        trial: the trial that errors about the values name; empty for none.
 
     Raises:
         UsageError: two sweeps have one key, or there are too many combinations.
@@ -62,7 +66,8 @@ def variants(sweeps: Sequence[Sweep]) -> list[tuple[Override, ...]]:
         raise UsageError(f"{OPTION} {twice[0]}: the key is given twice; list its values in one {OPTION}")
     if (count := prod(len(sweep.values) for sweep in sweeps)) > MAX_VARIANTS:
         raise UsageError(f"{OPTION}: at most {MAX_VARIANTS} combinations (got {count}); give fewer values")
-    lists = ([Override(sweep.key, value, OPTION) for value in sweep.values] for sweep in sweeps)
+    option = f"{trial}: {OPTION}" if trial else OPTION
+    lists = ([Override(sweep.key, value, option) for value in sweep.values] for sweep in sweeps)
     return list(product(*lists))
 
 
