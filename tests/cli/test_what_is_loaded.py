@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.cli.eval.test_merge import WORK, jobs_of, made_up, store
+from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.waiting import TIMEOUT
 
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
+EXTRAS = ("mlflow", "pyarrow", "ray", "wandb")
+"""Packages of extras, for evaluations that request them."""
 
 OF_OURS = tuple(
     f"cellwright.{room}"
@@ -48,6 +54,17 @@ def test_run_loads_no_viewer_modules(options: tuple[str, ...], loaded: list[str]
 
 def test_command_loads_no_modules_of_other_commands(tmp_path: Path) -> None:
     assert _ended(json.dumps(["mujoco", "numpy"]), ["--version"], tmp_path) == [0, []]
+
+
+@pytest.mark.slow
+def test_evaluation_loads_no_packages_of_extras(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("tiny.yaml").write_text(TRIAL, encoding="utf-8")
+    Path("other.yaml").write_text(TRIAL + "time_limit: 400\n", encoding="utf-8")
+    Path("programs.py").write_text(PROGRAMS, encoding="utf-8")
+    store("evaluation", (replace(each, outcome="done", reason="") for each in made_up(jobs_of(1), random.Random(1))))
+    assert _ended(json.dumps(EXTRAS), [*WORK], tmp_path) == [0, []]
+    assert Path("evaluation", "report.html").exists()
 
 
 def _ended(asked: str, arguments: list[str], folder: Path) -> Any:

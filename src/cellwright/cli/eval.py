@@ -28,11 +28,13 @@ from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.evaluate import Evaluation, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest, repeated
 from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
+from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
 from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.running.evaluation.shard import Shard
 from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
+from cellwright.util.plugins import is_installed
 
 _MAX_REASONS = 10
 
@@ -167,6 +169,8 @@ ARM_AND_SENSORS = bundled_sensors()[0]
 
 _LIMITS = "Limits of each run"
 
+AsTable = Annotated[bool, flag("--parquet", "Write FOLDER/results.parquet too: a table of the runs.", OUTPUT)]
+
 
 def evaluate(
     trials: Annotated[
@@ -215,6 +219,7 @@ def evaluate(
     record: Annotated[
         bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
     ] = False,
+    as_table: AsTable = False,
     as_json: AsJson = False,
 ) -> None:
     """Evaluate an agent in many runs, each in its own process.
@@ -240,6 +245,7 @@ def evaluate(
     command continues.
     """
     threshold = threshold_of(min_score)
+    require_table(as_table)
     with options.errors_of("--shard"):
         part = None if shard is None else Shard.read(shard)
     limits = RunLimits(
@@ -275,13 +281,19 @@ def evaluate(
         unwritten = write_result(out / PLAN_NAME, plan_text(plan_of(planned, limits)))
         results, failures = _work(own, store, limits, workers, console, records=record)
     left = len(own) - len(results)
-    conclude(out, results, [*unwritten, *failures], threshold, console, left=left, as_json=as_json)
+    conclude(out, results, [*unwritten, *failures], threshold, console, left=left, as_table=as_table, as_json=as_json)
 
 
 def threshold_of(min_score: str | None) -> summary.Threshold | None:
     """Return the threshold of `--min-score`; None without one."""
     with options.errors_of("--min-score"):
         return None if min_score is None else summary.Threshold.read(min_score)
+
+
+def require_table(as_table: bool) -> None:  # noqa: FBT001 (the value of an option)
+    """Refuse `--parquet` without the package that writes the table."""
+    if as_table and not is_installed("pyarrow"):
+        options.refuse("--parquet: needs the package pyarrow; pip install 'cellwright[parquet]'")
 
 
 def refuse_file(message: str, error: OSError) -> NoReturn:
@@ -300,6 +312,7 @@ def conclude(
     console: Console,
     *,
     left: int,
+    as_table: bool,
     as_json: bool,
 ) -> NoReturn:
     """Write the files of an evaluation to `out`, print its summary, and exit.
@@ -310,6 +323,8 @@ def conclude(
     results, repeats = summary.with_repeats(ended)
     failures += write_result(out / "junit.xml", summary.junit(results, threshold, repeats))
     failures += write_result(out / "report.html", report(results, threshold, repeats))
+    if as_table:
+        failures += write_result(out / TABLE_NAME, parquet_table(ended))
     reasons = [*(summary.shortcoming(result, threshold) for result in results), *(each.difference for each in repeats)]
     status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else DONE
     document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)

@@ -6,7 +6,7 @@ from typing import Annotated
 from rich.console import Console
 
 from cellwright.cli.arguments import OUTPUT, AsJson
-from cellwright.cli.eval import conclude, refuse_file, threshold_of
+from cellwright.cli.eval import AsTable, conclude, refuse_file, require_table, threshold_of
 from cellwright.cli.main import argument, option
 from cellwright.cli.output import print_line
 from cellwright.running.evaluation import merge as merging
@@ -18,6 +18,7 @@ def merge(
     folders: Annotated[list[Path], argument("FOLDER", "Folders of `cellwright eval --shard`.")],
     min_score: Annotated[str | None, option("SCORE", "As for `cellwright eval`.", OUTPUT)] = None,
     out: Annotated[Path, option("FOLDER", "Folder for the whole evaluation.", OUTPUT)] = Path("evaluation"),
+    as_table: AsTable = False,
     as_json: AsJson = False,
 ) -> None:
     """Merge the shards of an evaluation.
@@ -30,6 +31,7 @@ def merge(
     Exit status: as for `cellwright eval`; 75 if runs are missing.
     """
     threshold = threshold_of(min_score)
+    require_table(as_table)
     console = Console(stderr=as_json, highlight=False)
     try:
         merged = merging.merge(folders, out)
@@ -42,4 +44,4 @@ def merge(
         names = ", ".join(merged.missing[:_MAX_NAMES])
         more = len(merged.missing) - _MAX_NAMES
         failures.append(f"no result of {names}{f' and {more} more' if more > 0 else ''}; repeat their shards")
-    conclude(out, merged.results, failures, threshold, console, left=0, as_json=as_json)
+    conclude(out, merged.results, failures, threshold, console, left=0, as_table=as_table, as_json=as_json)

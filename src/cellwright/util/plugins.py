@@ -152,6 +152,12 @@ def call_plugin(kind: Kind, name: str, function: Callable[..., Any], *arguments:
         raise PluginFailedError(str(plugin_error(kind, name, problem))) from error
 
 
+def is_installed(module: str) -> bool:
+    """Return whether a module of another package is there to import; a mere folder of its name is none."""
+    found = importlib.util.find_spec(module)
+    return found is not None and found.origin is not None
+
+
 def is_class_path(name: str) -> bool:
     """Return True if a name has the form of a class path, such as `path.py:Class`."""
     place, _, class_name = name.rpartition(":")
