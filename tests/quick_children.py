@@ -111,6 +111,17 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def quick_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fork trackers of evaluations, whose packages take seconds to load."""
+
+    def start(environment: Mapping[str, str]) -> WarmStart:
+        modules = ("cellwright.running.evaluation.trackers", "mlflow", "wandb")
+        return warm_start("tracker of an evaluation", lambda: WarmStart(modules, environment=environment))
+
+    _replace_child(monkeypatch, "running.evaluation.tracking.TrackerProcess", start)
+
+
+@pytest.fixture
 def quick_serving(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fork the serving commands of benchmarks."""
     _replace(monkeypatch, "benchmarks.processes", lambda _: warm_start())
@@ -120,4 +131,5 @@ QUICK_PAGES = pytest.mark.usefixtures("quick_pages")
 QUICK_DRAWING = pytest.mark.usefixtures("quick_drawing")
 QUICK_AGENTS = pytest.mark.usefixtures("quick_agents")
 QUICK_SERVING = pytest.mark.usefixtures("quick_serving")
+QUICK_TRACKERS = pytest.mark.usefixtures("quick_trackers")
 QUICK_WORKERS = pytest.mark.usefixtures("quick_workers")

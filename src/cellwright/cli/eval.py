@@ -31,9 +31,11 @@ from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
 from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
 from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
-from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.result import RESULTS_NAME, Result, ResultsFile
 from cellwright.running.evaluation.shard import Shard
 from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
+from cellwright.running.evaluation.trackers import Status
+from cellwright.running.evaluation.tracking import Tracking, final_metrics, parameters_of
 from cellwright.util.plugins import is_installed
 
 _MAX_REASONS = 10
@@ -220,6 +222,9 @@ def evaluate(
         bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
     ] = False,
     as_table: AsTable = False,
+    log: Annotated[
+        list[str] | None, option("TRACKER", "Log the evaluation to `mlflow` or `wandb` as one run; repeatable.", OUTPUT)
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Evaluate an agent in many runs, each in its own process.
@@ -246,6 +251,8 @@ def evaluate(
     """
     threshold = threshold_of(min_score)
     require_table(as_table)
+    with options.errors_of("--log"):
+        Tracking.require(log or ())
     with options.errors_of("--shard"):
         part = None if shard is None else Shard.read(shard)
     limits = RunLimits(
@@ -269,19 +276,24 @@ def evaluate(
         if not own:
             options.refuse(f"--shard {part}: there are only {len(planned)} runs; give no more shards than runs")
         print_line(console, f"shard {part} of {len(planned)} runs")
-    try:
-        store = ResultsFile(out)
-    except OSError as error:
-        refuse_file(f"--out {out}: cannot be written: {error.strerror}", error)
     if repeat:
         planned, own = [*planned, *map(repeated, planned)], [*own, *map(repeated, own)]
-    with store:
-        if fresh:
-            store.forget(job.key for job in own)
-        unwritten = write_result(out / PLAN_NAME, plan_text(plan_of(planned, limits)))
-        results, failures = _work(own, store, limits, workers, console, records=record)
-    left = len(own) - len(results)
-    conclude(out, results, [*unwritten, *failures], threshold, console, left=left, as_table=as_table, as_json=as_json)
+    plan = plan_of(planned, limits)
+    try:
+        store = ResultsFile(out)
+        tracking = Tracking(log or (), out, parameters_of(plan, part, threshold), threshold)
+    except OSError as error:
+        refuse_file(f"--out {out}: cannot be written: {error.strerror}", error)
+    with tracking:
+        with store:
+            if fresh:
+                store.forget(job.key for job in own)
+            unwritten = write_result(out / PLAN_NAME, plan_text(plan))
+            results, failures = _work(own, store, limits, workers, console, tracking, records=record)
+        left, failures = len(own) - len(results), [*unwritten, *failures]
+        conclude(
+            out, results, failures, threshold, console, left=left, as_table=as_table, as_json=as_json, tracking=tracking
+        )
 
 
 def threshold_of(min_score: str | None) -> summary.Threshold | None:
@@ -314,11 +326,12 @@ def conclude(
     left: int,
     as_table: bool,
     as_json: bool,
+    tracking: Tracking | None = None,
 ) -> NoReturn:
     """Write the files of an evaluation to `out`, print its summary, and exit.
 
     `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each; `left` is the
-    number of runs that were interrupted.
+    number of runs that were interrupted. A failure of `tracking` does not change the exit status.
     """
     results, repeats = summary.with_repeats(ended)
     failures += write_result(out / "junit.xml", summary.junit(results, threshold, repeats))
@@ -333,35 +346,64 @@ def conclude(
     if left:
         console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
     print_entry(console, "report", str(out / "report.html"))
+    status = TRY_AGAIN if failures else status
+    if tracking is not None:
+        ending: Status = "failed" if failures else "interrupted" if left else "finished"
+        names = ("report.html", "summary.json", "junit.xml", RESULTS_NAME, *([TABLE_NAME] if as_table else []))
+        metrics = final_metrics(results, threshold, repeats, status)
+        for note in tracking.finish(metrics, len(ended), [out / name for name in names], ending):
+            print_line(console, f"warning: {note}", "yellow")
+        for name, run in tracking.runs.items():
+            print_entry(console, name, f"run {run}")
     for failure in failures:
         typer.echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
-    raise typer.Exit(TRY_AGAIN if failures else status)
+    raise typer.Exit(status)
 
 
 def _work(
-    jobs: Sequence[Job], store: ResultsFile, limits: RunLimits, workers: int, console: Console, *, records: bool
+    jobs: Sequence[Job],
+    store: ResultsFile,
+    limits: RunLimits,
+    workers: int,
+    console: Console,
+    tracking: Tracking,
+    *,
+    records: bool,
 ) -> tuple[list[Result], list[str]]:
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
+
+        def take(result: Result) -> None:
+            progress.take(result)
+            tracking.take(result)
+
+        def show_jobs(running: Sequence[Running]) -> None:
+            progress.show_jobs(running)
+            if warning := tracking.update():
+                progress.show_fault(warning)
+
         evaluation = Evaluation(
             store,
             limits=limits,
             workers=workers,
             records=records,
-            on_result=progress.take,
-            on_progress=progress.show_jobs,
+            on_result=take,
+            on_progress=show_jobs,
             on_fault=progress.show_fault,
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
-        if len(known) < len(jobs):
-            if problem := evaluation.check_agent(jobs[0].agent):
-                options.refuse(problem)
-            if not evaluation.failure:
-                with stopped_by_signals(evaluation.stop):
-                    evaluation.run(jobs)
+        if len(known) < len(jobs) and (problem := evaluation.check_agent(jobs[0].agent)):
+            options.refuse(problem)
+        with options.errors_of("--log"):
+            warning = tracking.begin(known)
+        if warning:
+            progress.show_fault(warning)
+        if len(known) < len(jobs) and not evaluation.failure:
+            with stopped_by_signals(evaluation.stop):
+                evaluation.run(jobs)
     results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
     return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
 
