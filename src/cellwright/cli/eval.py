@@ -288,6 +288,7 @@ def evaluate(
         with store:
             if fresh:
                 store.forget(job.key for job in own)
+                tracking.forget()
             unwritten = write_result(out / PLAN_NAME, plan_text(plan))
             results, failures = _work(own, store, limits, workers, console, tracking, records=record)
         left, failures = len(own) - len(results), [*unwritten, *failures]

@@ -10,7 +10,8 @@ import pytest
 
 from cellwright.running.evaluation import tracking
 from cellwright.running.evaluation.summary import Repeat, Threshold
-from cellwright.running.evaluation.tracking import Tracking, final_metrics, parameters_of
+from cellwright.running.evaluation.trackers import serve
+from cellwright.running.evaluation.tracking import TrackerProcess, Tracking, final_metrics, parameters_of
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.quick_children import QUICK_TRACKERS
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
@@ -158,10 +159,44 @@ def test_run_that_the_store_has_lost_is_replaced(local_trackers: Path, tmp_path:
     (run,) = mlflow_runs()
     assert run.info.status == "FAILED"
     assert json.loads(file.read_text(encoding="utf-8"))["runs"] == {"mlflow": run.info.run_id, "wandb": "w"}
-    assert "mlflow" in (tmp_path / "logs" / "mlflow.log").name
+    with Tracking(["mlflow"], tmp_path, PARAMETERS) as trackers:
+        trackers.forget()
+        trackers.begin([])
+        assert trackers.runs["mlflow"] != run.info.run_id
+    assert [each.info.status for each in mlflow_runs()] == ["KILLED", "FAILED"]
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"parameters": 1, "runs": []}', '{"runs": 1}'])
+@pytest.mark.parametrize("text", ["", "[]", "{}", "[" * 100_000, '{"parameters": "1", "runs": {"mlflow": 5}}', "\x00"])
 def test_damaged_file_of_runs_counts_as_none(text: str, tmp_path: Path) -> None:
     (tmp_path / "tracking.json").write_text(text, encoding="utf-8")
     assert Tracking([], tmp_path, PARAMETERS)._stored("1") == {}
+
+
+def test_password_in_address_is_not_printed() -> None:
+    answers: list[dict[str, str]] = []
+
+    class Fails:
+        def __init__(self) -> None:
+            raise OSError("no answer of http://me:secret@host:5000/api\nat all")
+
+    serve(Fails, iter([{"name": "", "group": "", "parameters": {}}]), answers.append)  # type: ignore[arg-type]
+    assert answers == [{"begun": "", "error": "no answer of http://host:5000/api at all"}]
+
+
+def test_variables_of_the_environment_come_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    environments: list[dict[str, str]] = []
+
+    def popen(*_: object, env: dict[str, str], **__: object) -> None:
+        environments.append(env)
+        raise OSError(11, "no process")
+
+    monkeypatch.setattr(TrackerProcess, "_popen", staticmethod(popen))
+    for name in ("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "MLFLOW_DISABLE_TELEMETRY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(OSError, match="no process"):
+        Tracking(["mlflow"], tmp_path, PARAMETERS)
+    monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "7")
+    with pytest.raises(OSError, match="no process"):
+        Tracking(["mlflow"], tmp_path, PARAMETERS)
+    assert [each["MLFLOW_HTTP_REQUEST_MAX_RETRIES"] for each in environments] == ["2", "7"]
+    assert all(each["MLFLOW_DISABLE_TELEMETRY"] == "true" for each in environments)

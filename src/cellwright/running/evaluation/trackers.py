@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -231,8 +232,9 @@ def serve(tracker_class: type[Tracker], messages: Any, answer: Any) -> None:
 
 
 def _words(error: Exception) -> str:
+    """Return an error in one line, without the password of an address such as `http://me:secret@host`."""
     text = " ".join(str(error).split()) or type(error).__name__
-    return printable(text, _MAX_ERROR)
+    return printable(re.sub(r"(?<=://)[^/@\s]+@", "", text), _MAX_ERROR)
 
 
 def main() -> None:

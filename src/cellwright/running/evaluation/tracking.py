@@ -11,6 +11,7 @@ import os
 import re
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -20,7 +21,7 @@ from typing import IO, Any, Self
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.intervals import Interval
 from cellwright.running.evaluation.merge import LOGS
-from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.result import Each, Result, find_misfit
 from cellwright.running.evaluation.shard import Shard
 from cellwright.running.evaluation.trackers import TRACKERS, RunOrder, Status
 from cellwright.util.errors import UnknownNameError, UsageError
@@ -30,6 +31,8 @@ from cellwright.util.process import ChildProcess, own_program
 
 TRACKING_NAME = "tracking.json"
 """File beside the results with the runs of the trackers, so that the same command continues them."""
+
+_FORM: Mapping[str, Any] = {"parameters": str, "runs": Each(str)}
 
 _DEFAULTS: Mapping[str, Mapping[str, str]] = {
     "mlflow": {
@@ -142,6 +145,7 @@ class Tracking:
         """Ids of the runs by tracker."""
         self._folder = folder
         self._parameters = parameters
+        self._is_new = False
         self._threshold = threshold
         self._done, self._failed, self._shares = 0, 0, 0.0
         self._warned = -_WARNING_PERIOD
@@ -173,6 +177,10 @@ class Tracking:
         for tracker in self._trackers.values():
             tracker.end(_STOP_TIMEOUT)
 
+    def forget(self) -> None:
+        """Begin new runs, whatever the runs of earlier times."""
+        self._is_new = True
+
     def begin(self, known: Iterable[Result]) -> str:
         """Begin a run in each tracker, or continue the one with the same parameters; return a warning in one line.
 
@@ -187,7 +195,7 @@ class Tracking:
         for result in known:
             self.take(result)
         group = _digest(self._parameters)
-        stored = self._stored(group)
+        stored = {} if self._is_new else self._stored(group)
         title = f"{self._parameters['agent']}: {self._parameters['trials']}"
         order = RunOrder(title[:_MAX_TITLE], group, self._parameters)
         for name, tracker in self._trackers.items():
@@ -257,9 +265,10 @@ class Tracking:
         """Return the runs of earlier times by tracker, if their parameters were the same."""
         try:
             known = json.loads((self._folder / TRACKING_NAME).read_text(encoding="utf-8"))
-            return dict(known["runs"]) if known["parameters"] == group else {}
-        except (OSError, ValueError, TypeError, KeyError):
+        except (OSError, ValueError, RecursionError):
             return {}
+        is_same = not find_misfit(known, _FORM) and known["parameters"] == group
+        return dict(known["runs"]) if is_same else {}
 
 
 _MAX_TITLE = 200  # characters of a run's name
@@ -323,6 +332,7 @@ class TrackerProcess(ChildProcess):
             self.last_error = self.error or self.last_error
 
     def _listen(self, output: IO[bytes]) -> None:
-        for line in output:
-            self._answers.put(json.loads(line))
+        with suppress(ValueError):  # half a line: the process was killed while it wrote
+            for line in output:
+                self._answers.put(json.loads(line))
         self._answers.put(self._ended)
