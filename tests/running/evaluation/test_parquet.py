@@ -58,6 +58,12 @@ def test_lists_need_no_parsing() -> None:
     assert row["agvs"][2] == {"agv": "1", "begin": 14.0, "end": None, "state": "delivering"}
 
 
+def test_swept_values_are_columns_of_a_list() -> None:
+    swept, whole = rows(worked(overrides={"time_limit": "60", "options": "{a: b=c}"}), worked())
+    assert swept["overrides"] == [{"key": "time_limit", "value": "60"}, {"key": "options", "value": "{a: b=c}"}]
+    assert whole["overrides"] == []
+
+
 def test_crashed_and_lost_runs_have_rows() -> None:
     crashed, lost = rows(CRASHED, LOST)
     assert (crashed["outcome"], crashed["reason"]) == ("crashed", CRASHED.reason)

@@ -29,6 +29,7 @@ _MEASURE_UNITS = {"time": "s", "distance": "m", "yaw_difference": "rad"}
 _Columns = Mapping[str, Any]
 """Names of columns with a unit, a type of the four above, or the columns of the structures in a list."""
 
+_OVERRIDES: _Columns = dict.fromkeys(("key", "value"), _TEXT)
 _ORDERS: _Columns = {
     "order": _TEXT,
     "announced": "s",
@@ -66,6 +67,7 @@ _AGVS: _Columns = {"agv": _TEXT, "begin": "s", "end": "s", "state": _TEXT}
 
 COLUMNS: _Columns = {
     "trial": _TEXT,
+    "overrides": [_OVERRIDES],
     "agent": _TEXT,
     "seed": _WHOLE,
     "vary": _TRUTH,
@@ -138,6 +140,7 @@ def _row(result: Result, *, is_repetition: bool) -> dict[str, Any]:
     values = {measure.name: measure.values(result) for measure in MEASURES}
     row = {
         **{name: getattr(result, name) for name in COLUMNS if hasattr(result, name)},
+        "overrides": [{"key": key, "value": value} for key, value in result.overrides.items()],
         "is_repetition": is_repetition,
         **{name: fmean(each) if each else None for name, each in values.items()},
         **{f"limit_{name}": value for name, value in result.limits.items()},
