@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 from typing import Annotated, NoReturn, Self
@@ -33,6 +34,7 @@ from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import RESULTS_NAME, Result, ResultsFile
 from cellwright.running.evaluation.shard import Shard
+from cellwright.running.evaluation.state_pictures import draw_worst
 from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
 from cellwright.running.evaluation.trackers import Status
 from cellwright.running.evaluation.tracking import Tracking, final_metrics, parameters_of
@@ -336,7 +338,8 @@ def conclude(
     """
     results, repeats = summary.with_repeats(ended)
     failures += write_result(out / "junit.xml", summary.junit(results, threshold, repeats))
-    failures += write_result(out / "report.html", report(results, threshold, repeats))
+    pictures = {} if left else draw_worst(out, results, partial(print_line, console))
+    failures += write_result(out / "report.html", report(results, threshold, repeats, pictures))
     if as_table:
         failures += write_result(out / TABLE_NAME, parquet_table(ended))
     reasons = [*(summary.shortcoming(result, threshold) for result in results), *(each.difference for each in repeats)]

@@ -12,7 +12,7 @@ from cellwright.running.evaluation.result import Result
 from cellwright.running.evaluation.summary import Threshold
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
-EMPTY = {"meta", "rect", "path", "line", "wbr"}
+EMPTY = {"meta", "rect", "path", "line", "img", "wbr"}
 
 
 class Page(HTMLParser):
@@ -56,6 +56,14 @@ def test_report_is_valid_html_without_external_files(results: list[Result]) -> N
     assert not any({"src", "href", "xlink:href", "srcset"} & set(attributes) for _, attributes in page.tags)
     assert "://" not in text
     assert not re.search(r"@import|url\(", text)
+
+
+def test_pictures_are_part_of_the_report() -> None:
+    page = Page(report(RESULTS, None, pictures={CRASHED.key: b"\x89PNG"}))
+    assert page.open == []
+    (picture,) = (attributes for tag, attributes in page.tags if tag == "img")
+    assert picture["src"] == "data:image/png;base64,iVBORw=="
+    assert picture["alt"] == "The cell at the end of the run"
 
 
 def test_report_shows_worst_runs_first_and_opened() -> None:

@@ -26,6 +26,7 @@ from cellwright.running.evaluation.process import (
     memory_of_sessions,
 )
 from cellwright.running.evaluation.result import Lost, Result, ResultsFile
+from cellwright.running.evaluation.state import LIVE_NAME, STATES, loses_points, state_file, write_state
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, printable
 
@@ -85,6 +86,7 @@ class Evaluation:
         self._running: dict[WorkerProcess, Job] = {}
         self._starts: Counter[str] = Counter()
         self._failed_starts = 0
+        self._live = ""
         self._wakes: SimpleQueue[Any] = SimpleQueue()
         self._stopped = False
         self.failure = ""
@@ -154,6 +156,7 @@ class Evaluation:
                 if time.monotonic() - checked >= _CHECK_PERIOD:
                     checked = time.monotonic()
                     self._enforce_limits()
+                    self._show_live()
                     self._on_progress([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
             self.failure = self._words_of(error)
@@ -230,10 +233,28 @@ class Evaluation:
             result = Result.of(job, self._limits, outcome=kind.value, reason=reason, **figures)
         if not result.is_done:
             result = replace(result, log=worker.last_lines())
+        if loses_points(result):
+            self._keep_state(worker, job)
         try:
             self._store.append(result)
         finally:
             self._on_result(result)
+
+    def _keep_state(self, worker: WorkerProcess, job: Job) -> None:
+        """Write the last state of a run; without one its result counts all the same."""
+        try:
+            write_state(state_file(self._store.path.parent, job.log_name), job.name, worker.scene, worker.frame)
+        except OSError as error:
+            self._on_fault(f"{job.name}: its last state cannot be written: {error.strerror or error}")
+
+    def _show_live(self) -> None:
+        """Write the state of the run that has been in progress the longest, for pages that show this folder."""
+        worker, job = next(iter(self._running.items()), (None, None))
+        if worker is None or job is None or worker.frame == self._live:
+            return
+        self._live = worker.frame
+        with suppress(OSError):  # a page shows less
+            write_state(self._store.path.parent / STATES / LIVE_NAME, job.name, worker.scene, worker.frame)
 
     def _repeat(self, job: Job, fault: str) -> None:
         """Let a job that the machine has ended run again, next, unless that was its last start."""

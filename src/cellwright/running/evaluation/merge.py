@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from cellwright.running.evaluation.job import Job, log_name
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Each, Result, ResultsFile, find_misfit, read_regular, read_results
+from cellwright.running.evaluation.state import scene_file_of, state_file
 from cellwright.running.run import versions
 from cellwright.util.errors import UsageError
 from cellwright.util.files import replacement_path, write_atomic
@@ -17,6 +19,7 @@ from cellwright.util.files import replacement_path, write_atomic
 PLAN_NAME = "plan.json"
 LOGS, RECORDINGS = "logs", "recordings"
 """Folders beside the results."""
+_SUFFIXES = ((LOGS, ".log"), (LOGS, ".jsonl"), (RECORDINGS, ".mcap"))
 
 _FORM: Mapping[str, Any] = {
     "agent": str,
@@ -130,9 +133,13 @@ def _words(value: Any) -> str:
 
 
 def _copy_files(source: Path, target: Path, name: str) -> None:
-    for kind, suffix in ((LOGS, ".log"), (LOGS, ".jsonl"), (RECORDINGS, ".mcap")):
-        file = (source / kind / name).with_suffix(suffix)
-        copy = target / kind / file.name
+    files = [(source / kind / name).with_suffix(suffix) for kind, suffix in _SUFFIXES]
+    state = state_file(source, name)
+    if state.is_file():
+        with suppress(OSError, ValueError):  # the run counts without its last state
+            files += [scene_file_of(state), state]
+    for file in files:
+        copy = target / file.parent.name / file.name
         if file.is_file() and not copy.exists():
             copy.parent.mkdir(exist_ok=True)
             with replacement_path(copy) as path:

@@ -133,6 +133,8 @@ class WorkerProcess(ChildProcess):
         self.started = time.monotonic()
         self.begun: float | None = None
         self.progress: Mapping[str, Any] = {}
+        self.scene = self.frame = ""
+        """Its scene and its newest state, as a `StateReporter` sends them."""
         self.result: Mapping[str, Any] | None = None
         self.refused = ""
         self.kills_itself = False
@@ -221,6 +223,7 @@ class WorkerProcess(ChildProcess):
             if "begun" in report:
                 self.begun = time.monotonic()
             self.progress = report.get("progress", self.progress)
+            self.scene, self.frame = report.get("scene", self.scene), report.get("frame", self.frame)
             self.refused = report.get("refused", self.refused)
             self.kills_itself = report.get("kills", self.kills_itself)
             self.result = report.get("result", self.result)

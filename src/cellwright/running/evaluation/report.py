@@ -1,5 +1,6 @@
 """Report of an evaluation: one HTML file with its pictures, the worst runs first."""
 
+import base64
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
@@ -72,6 +73,7 @@ code { overflow-wrap: anywhere; }
 svg { display: block; } svg.histogram { width: 132px; height: 34px; }
 svg.timeline { width: 100%; min-width: 620px; height: auto; margin-top: 10px; }
 .scroll { overflow-x: auto; }
+img.state { display: block; width: 480px; max-width: 100%; border-radius: 8px; margin: 8px 0 2px; }
 svg text { font: 12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif; fill: var(--soft); }
 svg text.points { font-weight: 600; fill: var(--ink); font-size: 11px; }
 .bar, .order { fill: var(--accent); } .open { fill: var(--bad); opacity: 0.75; } .lane { fill: var(--lane); }
@@ -203,8 +205,13 @@ _LEGEND = (
 )
 
 
-def report(results: Sequence[Result], threshold: Threshold | None, repeats: Sequence[Repeat] = ()) -> str:
-    """Return the page."""
+def report(
+    results: Sequence[Result],
+    threshold: Threshold | None,
+    repeats: Sequence[Repeat] = (),
+    pictures: Mapping[str, bytes] | None = None,
+) -> str:
+    """Return the page; `pictures` are PNG files by the keys of their results."""
     agents = ", ".join(sorted({result.agent for result in results})) or "no agent"
     known = ", ".join(f"{name} {version}" for name, version in versions().items())
     body = [
@@ -218,7 +225,7 @@ def report(results: Sequence[Result], threshold: Threshold | None, repeats: Sequ
         _repeats(repeats),
         "<h2>Runs, worst first</h2>",
         _legend(),
-        *_runs(results, threshold),
+        *_runs(results, threshold, pictures or {}),
         f'<p class="soft">{escape(known)}</p>',
     ]
     return (
@@ -321,10 +328,11 @@ def _legend() -> str:
     return f'<p class="key">{marks}<span>{kit}kit submitted, with its points</span></p>'
 
 
-def _runs(results: Sequence[Result], threshold: Threshold | None) -> Iterator[str]:
+def _runs(results: Sequence[Result], threshold: Threshold | None, pictures: Mapping[str, bytes]) -> Iterator[str]:
     for number, result in enumerate(worst_first(results)):
         is_open = " open" if number < _OPEN and (shortcoming(result, threshold) or result.share < 1.0) else ""
-        yield f"<details{is_open}>{_head(result, threshold)}\n{_inside(result, threshold)}</details>"
+        inside = _inside(result, threshold, pictures.get(result.key, b""))
+        yield f"<details{is_open}>{_head(result, threshold)}\n{inside}</details>"
 
 
 def _head(result: Result, threshold: Threshold | None) -> str:
@@ -340,11 +348,14 @@ def _head(result: Result, threshold: Threshold | None) -> str:
     )
 
 
-def _inside(result: Result, threshold: Threshold | None) -> str:
+def _inside(result: Result, threshold: Threshold | None, picture: bytes) -> str:
     parts = []
     reason = shortcoming(result, threshold)
     if reason:
         parts.append(f'<p class="bad">{escape(reason)}</p>')
+    if picture:
+        source = f"data:image/png;base64,{base64.b64encode(picture).decode()}"
+        parts.append(f'<img class="state" alt="The cell at the end of the run" src="{source}">')
     if result.timeline:
         parts.append(f'<div class="scroll">{timeline_picture(result.timeline)}</div>')
     parts += [_kit(order, kit) for order in result.score.get("orders", ()) for kit in order["kits"]]

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn, TextIO
 
@@ -28,6 +29,7 @@ from cellwright.config.parsing.sources import Sources, sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.evaluation.process import JobOrder, limit_memory
+from cellwright.running.evaluation.state import StateReporter
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.util.errors import UsageError
 
@@ -92,12 +94,20 @@ class Timeline:
 
 
 _PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
+_sending = threading.Lock()
 
 
 def send(channel: TextIO, kind: str, content: object) -> None:
-    """Send the evaluation a line of JSON; `kind` is `begun`, `progress`, `result` or `refused`."""
-    channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
-    channel.flush()
+    """Send the evaluation a line of JSON.
+
+    Args:
+        channel: the stream to the evaluation; several threads use it.
+        kind: `begun`, `scene`, `frame`, `progress`, `result` or `refused`.
+        content: a JSON value.
+    """
+    with _sending:
+        channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
+        channel.flush()
 
 
 def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
@@ -106,6 +116,7 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
     with sources_collected() as sources:
         cell = make_cell(order)
     timeline = Timeline(cell)
+    states = StateReporter(cell, partial(send, channel))
     shown = time.monotonic()
 
     def progress(cell: Cell) -> None:
@@ -115,10 +126,12 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
         if now - shown >= _PROGRESS_PERIOD:
             shown = now
             send(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+            states.report()
 
     log = make_log(order)
     result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
     timeline.look()
+    states.report()
     sys.stderr.write(result.error)
     return {
         "outcome": result.outcome.name.lower(),

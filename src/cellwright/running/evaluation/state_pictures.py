@@ -1,0 +1,50 @@
+"""Pictures of the last states of the worst runs, for the report."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from cellwright.rendering.camera import VIEWS
+from cellwright.rendering.picture import PictureRequest, encode_png
+from cellwright.running.evaluation.job import log_name
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.state import State, StateError, loses_points, read_state, state_file
+from cellwright.running.evaluation.summary import worst_first
+from cellwright.util.errors import RenderingError, UsageError
+
+MAX_PICTURES = 10
+"""Runs with a picture, the worst ones."""
+
+_WIDTH, _HEIGHT = 480, 270  # [pixels]
+
+
+def draw_worst(folder: Path, results: Sequence[Result], on_miss: Callable[[str], None]) -> Mapping[str, bytes]:
+    """Return PNG files of the last states of the worst runs that lost points, by the keys of their results.
+
+    They are drawn one after the other, in a process of its own: by OpenGL in some 0.1 s each, or else by rays.
+
+    Args:
+        folder: that of the results.
+        results: all results.
+        on_miss: receives a line if pictures cannot be drawn.
+    """
+    states: dict[str, State] = {}
+    for result in worst_first(filter(loses_points, results))[:MAX_PICTURES]:
+        try:
+            states[result.key] = read_state(state_file(folder, log_name(result.trial, result.seed, result.key)))
+        except StateError:
+            continue  # such as of a run whose process ended at its start
+    if not states:
+        return {}
+    from cellwright.rendering.worker import RenderWorker  # slow to load
+
+    try:
+        with RenderWorker() as worker:
+            numbers = {file: number for number, file in enumerate({each.scene_file for each in states.values()}, 1)}
+            for state in {each.scene_file: each for each in states.values()}.values():
+                worker.ask("scene", numbers[state.scene_file], state.scene)
+            request = PictureRequest(VIEWS["overview"], _WIDTH, _HEIGHT)
+            drawn = {key: worker.colour(each.frame, request, numbers[each.scene_file]) for key, each in states.items()}
+            return {key: encode_png(picture.result()) for key, picture in drawn.items()}
+    except (RenderingError, UsageError, OSError) as error:
+        on_miss(f"no pictures in the report: {error}")
+        return {}
