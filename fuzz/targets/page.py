@@ -40,6 +40,7 @@ from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.services.control import Control, PanelSource, Reset
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.web.access import AccessGuard
+from cellwright.viewer.web.connection import ServerConnection
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.program import ViserServer, features
@@ -82,7 +83,7 @@ class World:
         with self._door.guards_viser(), contextlib.redirect_stdout(io.StringIO()):
             self.viser = ViserServer(self._door.host, self._door.port, verbose=False)
         self._door.incoming.follow(self.viser.gui)
-        self._page = Page(self.viser, self._server.address, features())
+        self._page = Page(self.viser, ServerConnection(self._server.address), features())
         self._all = self._page.features
         self._thread = threading.Thread(target=self._page.run, daemon=True)
         self._thread.start()

@@ -19,7 +19,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.viewer.web.start import WebPage
+from cellwright.viewer.web.start import WebPage, page_source
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, Pixels, distance, middle, share
 from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
@@ -57,7 +57,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Process]:
 def page(cell: Process) -> Iterator[WebPage]:
     """Page of the cell, which outlives it."""
     assert cell.running
-    page = WebPage(ADDRESS, port=0)
+    page = WebPage(page_source(ADDRESS), port=0)
     yield page
     page.close()
 

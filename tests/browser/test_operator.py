@@ -11,7 +11,7 @@ import pytest
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.web.connection import ServerConnection
-from cellwright.viewer.web.start import WebPage
+from cellwright.viewer.web.start import WebPage, page_source
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue
 from tests.browser.visitor import COARSE, Visitor
@@ -45,7 +45,7 @@ class Robot:
 def robot() -> Iterator[Robot]:
     node = RobotNode(load_robot("tandem", print))
     with served(node) as address:
-        page = WebPage(address, port=0)
+        page = WebPage(page_source(address), port=0)
         found = Robot(address, page.url)
         yield found
         found.link.close()

@@ -133,6 +133,9 @@ RunView = Annotated[
     bool,
     flag("--view", f"{_VIEW} The page stays after the run, until Ctrl-C; with --json it ends with the run.", VIEWING),
 ]
+EvaluationView = Annotated[
+    bool, flag("--view", f"{_VIEW} The page stays at the end, until Ctrl-C; with --json it ends as well.", VIEWING)
+]
 ViewHost = Annotated[
     str | None,
     option("HOST", f"Address of the page. Default: {LOOPBACK}; any other requires the token that is printed.", VIEWING),

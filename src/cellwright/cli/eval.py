@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from statistics import fmean
@@ -16,11 +17,23 @@ from rich.text import Text
 
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cli import options
-from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, AsJson, Vary
+from cellwright.cli.arguments import (
+    AGENT_HELP,
+    OUTPUT,
+    SIMULATION,
+    AsJson,
+    EvaluationView,
+    OpenPage,
+    Vary,
+    ViewHost,
+    ViewPort,
+    page_options,
+)
 from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, argument, flag, option
 from cellwright.cli.options import N
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table, write_result
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.watch import page_beside
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import PictureCameraConfig
@@ -227,6 +240,10 @@ def evaluate(
     log: Annotated[
         list[str] | None, option("TRACKER", "Log the evaluation to `mlflow` or `wandb` as one run; repeatable.", OUTPUT)
     ] = None,
+    view: EvaluationView = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: OpenPage = False,
     as_json: AsJson = False,
 ) -> None:
     """Evaluate an agent in many runs, each in its own process.
@@ -253,6 +270,7 @@ def evaluate(
     """
     threshold = threshold_of(min_score)
     require_table(as_table)
+    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
     with options.errors_of("--log"):
         Tracking.require(log or ())
     with options.errors_of("--shard"):
@@ -286,12 +304,13 @@ def evaluate(
         tracking = Tracking(log or (), out, parameters_of(plan, part, threshold), threshold)
     except OSError as error:
         refuse_file(f"--out {out}: cannot be written: {error.strerror}", error)
-    with tracking:
+    with ExitStack() as stack, tracking:
         with store:
             if fresh:
                 store.forget(job.key for job in own)
                 tracking.forget()
             unwritten = write_result(out / PLAN_NAME, plan_text(plan))
+            stack.enter_context(page_beside(out, min_score or "", page, console, stays=not as_json))
             results, failures = _work(own, store, limits, workers, console, tracking, records=record)
         left, failures = len(own) - len(results), [*unwritten, *failures]
         conclude(

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
 
 
 @contextmanager
@@ -17,6 +17,34 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
     """
     with _handled(stop, _end_signals()):
         yield
+
+
+_POLL_PERIOD = 0.1  # [s]
+
+
+class Kept(Protocol):
+    """Something that runs until it is closed, such as a page."""
+
+    @property
+    def is_running(self) -> bool:
+        """True until it has ended."""
+        ...
+
+    def close(self) -> None:
+        """End it."""
+        ...
+
+
+def keep_until_signal(start: Callable[[], Kept]) -> None:
+    """Start something, keep it until one of these signals comes or it has ended, and close it."""
+    has_come = threading.Event()
+    with stopped_by_signals(has_come.set):  # before it is announced
+        kept = start()
+        try:
+            while kept.is_running and not has_come.wait(_POLL_PERIOD):
+                pass
+        finally:
+            kept.close()
 
 
 @contextmanager

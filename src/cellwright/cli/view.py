@@ -15,10 +15,11 @@ from cellwright.cli import options, output
 from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
 from cellwright.cli.main import DONE, argument
 from cellwright.cli.options import refuse
-from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.signals import keep_until_signal
 from cellwright.config.robot.robots import load_robot
-from cellwright.engine.loop import StopCondition
 from cellwright.engine.rate_control import RateControl
+from cellwright.running.evaluation.merge import PLAN_NAME
+from cellwright.running.evaluation.result import RESULTS_NAME
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
 from cellwright.util.errors import CellwrightError
@@ -31,6 +32,8 @@ _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
 class TargetKind(Enum):
     """Kind of a thing to view."""
 
+    EVALUATION = "an evaluation"
+
     TRIAL = "a trial"
     ROBOT = "a robot"
     RECORDING = "a recording"
@@ -40,14 +43,16 @@ class TargetKind(Enum):
 def kind_of(words: Sequence[str]) -> TargetKind:
     """Return the kind of the words of a command line; words of no other kind are a trial."""
     kinds = [_kind_of_word(word) for word in words]
-    if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
+    if len(words) > 1 and set(kinds) not in ({TargetKind.TRIAL}, {TargetKind.EVALUATION}):
         other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
-        refuse(f"{other}: cannot be joined; give one target, or several files of a trial")
+        refuse(f"{other}: cannot be joined; give one target, several files of a trial, or shards of an evaluation")
     return kinds[0]
 
 
 def _kind_of_word(word: str) -> TargetKind:
     path = Path(word)
+    if any((path / name).exists() for name in (PLAN_NAME, RESULTS_NAME)):
+        return TargetKind.EVALUATION
     if path.suffix.lower() in sessions.RECORDINGS:
         return TargetKind.RECORDING
     if _ADDRESS.fullmatch(word) and not path.exists():
@@ -55,20 +60,10 @@ def _kind_of_word(word: str) -> TargetKind:
     return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
 
 
-_POLL_PERIOD = 0.1  # [s]
-
-
 def view_served(address: tuple[str, int], page_settings: PageOptions, console: Console) -> None:
     """Show the node of a server until a signal comes, also when the server has gone and come back meanwhile."""
     title = f"{served_name(address)} · Cellwright"
-    stop = StopCondition()
-    with stopped_by_signals(stop.request):
-        page = sessions.open_page(address, page_settings, title, partial(output.print_line, console))
-        try:
-            while page.is_running and not stop.is_requested:
-                time.sleep(_POLL_PERIOD)
-        finally:
-            page.close()
+    keep_until_signal(lambda: sessions.open_page(address, page_settings, title, partial(output.print_line, console)))
 
 
 def served_name(address: tuple[str, int]) -> str:
@@ -86,16 +81,19 @@ def view(
     words: Annotated[
         list[str],
         argument(
-            "TARGET", "A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of a server."
+            "TARGET",
+            "A trial or a robot, by name or file; a recording (`run.mcap`); the folder of an evaluation; or the "
+            "HOST:PORT of a server.",
         ),
     ],
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: OpenPage = False,
 ) -> None:
-    """Show a trial, a robot, a recording or a server on a page in a browser, until Ctrl-C.
+    """Show a trial, a robot, a recording, an evaluation or a server on a page in a browser, until Ctrl-C.
 
-    The page's address is printed. A trial and a recording start paused. A trial is in development mode.
+    The page's address is printed. A trial and a recording start paused. A trial is in development mode. An evaluation
+    may be in progress, on this machine or on others that write to the same disk.
 
         # the lesson's cell
         cellwright view lesson
@@ -105,6 +103,9 @@ def view(
 
         # a recording
         cellwright view run.mcap
+
+        # all shards of an evaluation
+        cellwright view shards/*
 
         # the server of `cellwright serve -d` or `cellwright teleop`; a competition has only its own page
         cellwright view 127.0.0.1:11399
@@ -116,6 +117,11 @@ def view(
     match kind_of(words):
         case TargetKind.ADDRESS:
             view_served(options.address("view", words[0]), page, console)
+        case TargetKind.EVALUATION:
+            from cellwright.cli.watch import open_evaluation_page
+
+            folders = [Path(word) for word in words]
+            keep_until_signal(lambda: open_evaluation_page(folders, "", page, console))
         case TargetKind.RECORDING:
             # slow to load, and the other commands do without it
             from cellwright.cli.replay.actions import play_recording

@@ -39,7 +39,7 @@ def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
     assert "[1/1] tiny seed 1: 6 of 6 points, done, " in ran.out
     assert "passed      1 of 1 runs" in ran.out
     folder = Path("evaluation")
-    assert sorted(path.name for path in folder.iterdir()) == [
+    assert {path.name for path in folder.iterdir()} - {"states"} == {  # a short run may have no live state
         "junit.xml",
         "logs",
         "plan.json",
@@ -47,7 +47,7 @@ def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
         "report.html",
         "results.jsonl",
         "summary.json",
-    ]
+    }
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "0"
     assert json.loads((folder / "summary.json").read_text())["exit_status"] == 0
     assert "tiny seed 1" in (folder / "report.html").read_text(encoding="utf-8")

@@ -46,6 +46,17 @@ def test_kind_of_file_depends_on_its_content(name: str, text: str, kind: TargetK
     assert kind_of([str(tmp_path / name)]) is kind
 
 
+@pytest.mark.parametrize("name", ["plan.json", "results.jsonl"])
+def test_folder_with_results_is_an_evaluation(tmp_path: Path, name: str) -> None:
+    folders = [str(tmp_path / each) for each in ("1", "2")]
+    for folder in folders:
+        Path(folder).mkdir()
+        Path(folder, name).touch()
+    assert kind_of(folders) is TargetKind.EVALUATION
+    with pytest.raises(UsageError, match="cannot be joined"):
+        kind_of([folders[0], "lesson"])
+
+
 def test_folder_is_a_robot(tmp_path: Path) -> None:
     assert kind_of([str(tmp_path)]) is TargetKind.ROBOT
 

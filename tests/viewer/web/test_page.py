@@ -18,7 +18,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
 from cellwright.viewer.services.names import FRAME, PANEL, VIEWER_SERVICES
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
-from cellwright.viewer.web.start import WebPage
+from cellwright.viewer.web.start import WebPage, page_source
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
 from tests.robot.robots import two_arms
@@ -59,7 +59,7 @@ class Hall:
 @contextmanager
 def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
     hall = Hall(served)
-    page = WebPage(hall.server.address, port=0)
+    page = WebPage(page_source(hall.server.address), port=0)
     try:
         yield hall, page
     finally:
@@ -93,8 +93,8 @@ def test_pages_leave_state_unchanged_and_late_browser_sees_present() -> None:
 @pytest.mark.slow
 def test_page_with_key_is_answered_and_others_are_refused() -> None:
     hall = Hall(Cell(KITTING), guarded=VIEWER_SERVICES)
-    own = WebPage(hall.server.address, port=0, key=hall.server.key)
-    other = WebPage(hall.server.address, port=0)
+    own = WebPage(page_source(hall.server.address, hall.server.key), port=0)
+    other = WebPage(page_source(hall.server.address), port=0)
     try:
         own_viewer, other_viewer = FakeViewer(own.url), FakeViewer(other.url)
         hall.until(lambda: own_viewer.sees(TRAY))
@@ -134,7 +134,7 @@ def test_page_without_browser_requests_few_panels() -> None:
 def test_page_reconnects_and_shows_restarted_server() -> None:
     hall = Hall(Cell(KITTING))
     port = hall.server.address[1]
-    page = WebPage(hall.server.address, port=0)
+    page = WebPage(page_source(hall.server.address), port=0)
     try:
         viewer = FakeViewer(page.url)
         hall.until(lambda: viewer.sees(TRAY))
@@ -157,7 +157,7 @@ def test_page_reconnects_and_shows_restarted_server() -> None:
 def test_ended_page_leaves_reason_in_browser() -> None:
     """The text that stays in a browser's window says that it is not current."""
     hall = Hall(Cell(KITTING))
-    page = WebPage(hall.server.address, port=0)
+    page = WebPage(page_source(hall.server.address), port=0)
     viewer = FakeViewer(page.url)
     hall.until(lambda: viewer.sees(TRAY))
     hall.server.close("the node has stopped")
@@ -175,7 +175,7 @@ def test_ended_page_leaves_reason_in_browser() -> None:
 @pytest.mark.slow
 def test_killed_page_does_not_affect_second_page() -> None:
     with shown(Cell(KITTING)) as (hall, page):
-        other = WebPage(hall.server.address, port=0)
+        other = WebPage(page_source(hall.server.address), port=0)
         ones, others = FakeViewer(page.url), FakeViewer(other.url)
         hall.until(lambda: ones.sees(TRAY) and others.sees(TRAY))
         other._process.kill()
@@ -220,13 +220,13 @@ def test_invalid_messages_of_browser_change_nothing_for_others() -> None:
 @pytest.mark.slow
 def test_page_on_network_without_token_is_refused() -> None:
     with pytest.raises(UsageError, match=r"page cannot start: .*requires a token"):
-        WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
+        WebPage(page_source(("127.0.0.1", 1)), host="0.0.0.0", port=0)
 
 
 @pytest.mark.slow
 def test_on_gone_is_called_for_killed_page_and_not_for_closed_one() -> None:
     gone = threading.Event()
-    page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
+    page = WebPage(page_source(("127.0.0.1", 1)), port=0, on_gone=gone.set)
     os.kill(page._process.pid, signal.SIGTERM)
     assert gone.wait(TIMEOUT)
     assert not page.is_running
@@ -234,7 +234,7 @@ def test_on_gone_is_called_for_killed_page_and_not_for_closed_one() -> None:
 
     gone.clear()
     before = threading.enumerate()
-    page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
+    page = WebPage(page_source(("127.0.0.1", 1)), port=0, on_gone=gone.set)
     page.close()
     assert not page.is_running
     wait_until(lambda: {*threading.enumerate()} <= {*before}, "end of the thread that watches the page")
@@ -244,7 +244,7 @@ def test_on_gone_is_called_for_killed_page_and_not_for_closed_one() -> None:
 @pytest.mark.slow
 def test_page_of_ended_parent_ends_silently() -> None:
     command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
-    options = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
+    options = {"source": page_source(("127.0.0.1", 1)), "host": "127.0.0.1", "port": 0}
     reader, writer = os.pipe()
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.scene import Scene, SceneFrame
-from cellwright.viewer.web.connection import AwayError
+from cellwright.viewer.web.connection import AwayError, ServerConnection
 from cellwright.viewer.web.page import Feature, Page, TimelineFrame
 
 SCENE = Scene("a", ("world",), (), ())
@@ -67,7 +67,7 @@ class Broken(Sound):
 @pytest.mark.parametrize("at", ["on_scene", "wants", "show", "on_frame", "panel", "on_disconnect"])
 def test_failing_feature_is_removed_and_others_stay(at: str, caplog: pytest.LogCaptureFixture) -> None:
     broken, sound = Broken(at), Sound()
-    page = Page(MagicMock(), ("127.0.0.1", 1), (broken, sound))
+    page = Page(MagicMock(), ServerConnection(("127.0.0.1", 1)), (broken, sound))
     page._poller.is_watched = True
     with caplog.at_level(logging.ERROR):
         for _ in range(2):

@@ -156,7 +156,8 @@ class Evaluation:
                 if time.monotonic() - checked >= _CHECK_PERIOD:
                     checked = time.monotonic()
                     self._enforce_limits()
-                    self._show_live()
+                    for worker, job in list(self._running.items())[:1]:  # that which has run the longest
+                        self._show_live(worker, job)
                     self._on_progress([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
             self.failure = self._words_of(error)
@@ -235,6 +236,8 @@ class Evaluation:
             result = replace(result, log=worker.last_lines())
         if loses_points(result):
             self._keep_state(worker, job)
+        elif not self._live:
+            self._show_live(worker, job)
         try:
             self._store.append(result)
         finally:
@@ -247,14 +250,12 @@ class Evaluation:
         except OSError as error:
             self._on_fault(f"{job.name}: its last state cannot be written: {error.strerror or error}")
 
-    def _show_live(self) -> None:
-        """Write the state of the run that has been in progress the longest, for pages that show this folder."""
-        worker, job = next(iter(self._running.items()), (None, None))
-        if worker is None or job is None or worker.frame == self._live:
-            return
-        self._live = worker.frame
-        with suppress(OSError):  # a page shows less
-            write_state(self._store.path.parent / STATES / LIVE_NAME, job.name, worker.scene, worker.frame)
+    def _show_live(self, worker: WorkerProcess, job: Job) -> None:
+        """Write the state of a run in progress, for pages that show this folder."""
+        if worker.frame != self._live:
+            self._live = worker.frame
+            with suppress(OSError):  # a page shows less
+                write_state(self._store.path.parent / STATES / LIVE_NAME, job.name, worker.scene, worker.frame)
 
     def _repeat(self, job: Job, fault: str) -> None:
         """Let a job that the machine has ended run again, next, unless that was its last start."""

@@ -461,14 +461,42 @@ def open_page(
     Raises:
         UsageError: the page cannot be opened.
     """
+    from cellwright.viewer.web.start import page_source
+
+    another = "" if key else f"{address[0]}:{address[1]}"
+    return open_page_of(page_source(address, key), options, title, on_message, another=another)
+
+
+def open_page_of(
+    source: Mapping[str, Any],
+    options: PageOptions,
+    title: str,
+    on_message: Callable[[str], None],
+    *,
+    another: str,
+    **program: str,
+) -> WebPage:
+    """Open a page, and print its address.
+
+    Args:
+        source: what it shows, for its program.
+        options: where it is.
+        title: its title.
+        on_message: receives lines about it.
+        another: words of `cellwright view` that open another such page; empty if there are none.
+        program: `program` of `WebPage`, unless it is that of a server's page.
+
+    Raises:
+        UsageError: the page cannot be opened.
+    """
     from cellwright.viewer.web.start import WebPage
 
     def report_end() -> None:
-        another = "" if key else f"; open another one with: cellwright view {address[0]}:{address[1]}"
-        on_message(f"the page has stopped{another}")
+        advice = f"; open another one with: cellwright view {another}" if another else ""
+        on_message(f"the page has stopped{advice}")
 
     page = WebPage(
-        address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=report_end
+        source, host=options.host, port=options.port, token=options.token, title=title, on_gone=report_end, **program
     )
     on_message(f"page: {page.url}")
     if options.token:

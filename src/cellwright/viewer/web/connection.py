@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from queue import SimpleQueue
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from cellwright.clients.client.socket_transport import SocketConnection
 from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
@@ -26,6 +26,39 @@ _TIMEOUT = 10.0  # [s], timeout of the greeting
 
 class AwayError(CellwrightError):
     """Error of a server that does not answer; it may come back."""
+
+
+class Connection(Protocol):
+    """Connection of a page to what it shows. Its methods raise CellwrightError for a refused request."""
+
+    address: tuple[str, int]
+    """Host and port of the server; ("", 0) without one."""
+    welcome: dict[str, Any]
+    """Welcome message of the server; empty without one."""
+
+    def sibling(self) -> "Connection":
+        """Return a connection to the same source, which no request of this one holds up."""
+        ...
+
+    def ask(self, service: str, **request: Any) -> dict[str, Any]:
+        """Call a service that answers with JSON."""
+        ...
+
+    def ask_data(self, service: str, **request: Any) -> tuple[dict[str, Any], memoryview]:
+        """Call a service that answers with JSON and bytes."""
+        ...
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Publish a message."""
+        ...
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service of the bus; return the response."""
+        ...
+
+    def close(self) -> None:
+        """Close the connection."""
+        ...
 
 
 class ServerConnection:
@@ -53,6 +86,10 @@ class ServerConnection:
     def is_there(self) -> bool:
         """True if the server answered the last request."""
         return self._connection is not None
+
+    def sibling(self) -> "ServerConnection":
+        """See `Connection`."""
+        return ServerConnection(self.address, node=f"{self.node}_eyes", key=self._key)
 
     def connect(self) -> None:
         """Connect, or reconnect."""
@@ -152,7 +189,7 @@ class StatePoller:
         wants: returns the overlays to request with each frame.
     """
 
-    def __init__(self, link: ServerConnection, wants: Callable[[], dict[str, Any]]) -> None:
+    def __init__(self, link: Connection, wants: Callable[[], dict[str, Any]]) -> None:
         self.found: SimpleQueue[Any] = SimpleQueue()
         self.is_watched = False
         """True while a browser is connected."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import AwayError, ServerConnection, StatePoller
+from cellwright.viewer.web.connection import AwayError, Connection, StatePoller
 
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
 _MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
@@ -168,13 +168,12 @@ _ON_ITS_WAY = 0.5  # [s] for the last messages to reach browsers
 
 
 class Page:
-    """Page for the cell, robot or recording at an address.
+    """Page for the cell, robot, recording or evaluation behind a connection.
 
     Args:
         server: viser's server: features draw with `server.gui` and `server.scene`.
-        address: where the cell, the robot or the recording is served.
+        link: connection to what it shows.
         features: its parts, in the order of their tabs.
-        key: the server's key for its own page.
 
     Attributes:
         link: connection for features; frames come over another one.
@@ -186,11 +185,9 @@ class Page:
     root = "/scene"
     """Root node of the whole scene; it is removed when another scene replaces it."""
 
-    def __init__(
-        self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature], *, key: str = ""
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, link: Connection, features: Sequence[Feature]) -> None:
         self.server = server
-        self.link = ServerConnection(address, key=key)
+        self.link = link
         self.scene: Scene | None = None
         self.about: dict[str, Any] = {}
         self.first_panel: dict[str, Any] = {}
@@ -198,7 +195,7 @@ class Page:
         for feature in self.features:
             feature.page = self
         self._interpolator = FrameInterpolator()
-        self._poller = StatePoller(ServerConnection(address, node=f"{self.link.node}_eyes", key=key), self._wants)
+        self._poller = StatePoller(link.sibling(), self._wants)
         self._tabs: Any = None
         self._tab: dict[str, Any] = {}
         self._away_reason: str | None = None

@@ -1,9 +1,9 @@
 """Process of a page: `python -m cellwright.viewer.web.program`.
 
 It reads its options as a line of JSON from standard input. Every user can read a process's arguments, so they must not
-hold a token. The options are `address` [host, port] of the server and its `key`, `host` and `port` to listen at,
-`token` and `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input closes, and so
-with its parent.
+hold a token. The options are `host` and `port` to listen at, `token`, `title`, and in `source` what to show: here
+`address` [host, port] of the server and its `key`. It answers with one line of JSON: `url`, or `error`. It ends when
+its standard input closes, and so with its parent.
 """
 
 import json
@@ -13,6 +13,7 @@ import signal
 import sys
 import threading
 import warnings
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, TextIO
 
@@ -21,6 +22,7 @@ import viser
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.web.access import AccessGuard
 from cellwright.viewer.web.cell_panels import CellPanels
+from cellwright.viewer.web.connection import ServerConnection
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.overlays import Axes, Beams, Contacts, Names, ToolPaths
 from cellwright.viewer.web.page import Feature, Page
@@ -31,10 +33,15 @@ from cellwright.viewer.web.views import Views
 
 def features() -> list[Feature]:
     """Features of a page, in the order of their tabs."""
-    environment = Environment(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
+    environment = Environment(is_plain=is_plain())
     panels = [CellPanels(), Operator(), TimeControls()]
     drawn = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), environment]
     return [*panels, *drawn]
+
+
+def is_plain() -> bool:
+    """Return whether the page starts without shadows."""
+    return os.environ.get(PLAIN, "") not in ("", "0")
 
 
 class ViserServer(viser.ViserServer):
@@ -46,7 +53,21 @@ class ViserServer(viser.ViserServer):
 
 
 def main() -> int:
-    """Show a page; return the exit status."""
+    """Show the page of a server; return the exit status."""
+    return show_page(_page_of_server)
+
+
+def _page_of_server(server: viser.ViserServer, source: Mapping[str, Any]) -> Page:
+    host, port = source["address"]
+    return Page(server, ServerConnection((str(host), int(port)), key=str(source["key"])), features())
+
+
+def show_page(make: Callable[[viser.ViserServer, Mapping[str, Any]], Page]) -> int:
+    """Show a page, as the program that this process is; return the exit status.
+
+    Args:
+        make: makes the page, from viser's server and from `source` in the options.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent; its end ends this process
     out = _own_stdout()
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # errors of browsers do not belong on a terminal
@@ -61,11 +82,10 @@ def main() -> int:
         with guard.guards_viser():
             server = ViserServer(guard.host, guard.port, label=str(options.get("title", "Cellwright")), verbose=False)
         guard.incoming.follow(server.gui)
+        page = make(server, options["source"])
     except CellwrightError as error:
         _answer(out, {"error": str(error)})
         return 1
-    host, port = options["address"]
-    page = Page(server, (str(host), int(port)), features(), key=str(options.get("key", "")))
     threading.Thread(target=_end_with_parent, args=(page,), daemon=True).start()
     _answer(out, {"url": guard.url})
     page.run()

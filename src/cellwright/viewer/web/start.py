@@ -2,8 +2,9 @@
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from threading import Thread
+from typing import Any
 
 from cellwright.util.errors import UsageError
 from cellwright.util.process import ChildProcess
@@ -14,16 +15,26 @@ LOOPBACK = "127.0.0.1"
 _TIME_TO_END = 3.0  # [s]
 
 
-class WebPage(ChildProcess):
-    """Page for the node at an address, in its own process, which ends with this one.
+def page_source(address: tuple[str, int], key: str = "") -> dict[str, Any]:
+    """Return the source of a page that shows what is served at an address; it may start later.
 
     Args:
-        address: host and port of the served cell, robot or recording; it may start later.
+        address: host and port of the served cell, robot or recording.
+        key: the server's key for its own page; empty for a page of another server.
+    """
+    return {"address": list(address), "key": key}
+
+
+class WebPage(ChildProcess):
+    """Page in its own process, which ends with this one.
+
+    Args:
+        source: what it shows, as JSON values for its program, such as of `page_source`.
+        program: module of its program.
         host: the address at which the page listens for browsers.
         port: the port; the next ones if it is in use. 0 takes any free port.
         token: required in the page's address; needed if `host` is open to the network.
         title: heading of the panel.
-        key: the server's key for its own page; empty for a page of another server.
         on_gone: called by a thread of its own when the process has ended without `close`.
 
     Attributes:
@@ -35,18 +46,18 @@ class WebPage(ChildProcess):
 
     def __init__(
         self,
-        address: tuple[str, int],
+        source: Mapping[str, Any],
         *,
+        program: str = "cellwright.viewer.web.program",
         host: str = LOOPBACK,
         port: int = DEFAULT_PORT,
         token: str = "",
         title: str = "Cellwright",
-        key: str = "",
         on_gone: Callable[[], None] = lambda: None,
     ) -> None:
         self._is_closing = False
-        super().__init__([sys.executable, "-P", "-m", "cellwright.viewer.web.program"])
-        options = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
+        super().__init__([sys.executable, "-P", "-m", program])
+        options = {"source": dict(source), "host": host, "port": port, "token": token, "title": title}
         self.send(json.dumps(options))
         try:
             answer = json.loads(self.ready_line())

@@ -1,6 +1,7 @@
 """Panel widgets: escaped pieces of HTML. viser sends browsers only the changes of an element."""
 
 import html
+from collections.abc import Iterable
 
 GREEN, AMBER, RED, BLUE, GREY = "#2b8a3e", "#b35c00", "#c92a2a", "#1c6ea4", "#6c757d"
 
@@ -76,3 +77,12 @@ def bar(share: float, color: str) -> str:
 def figures(value: str) -> str:
     """Text whose digits have one width."""
     return f'<span style="{_FIGURES}">{text(value)}</span>'
+
+
+def quoted(lines: Iterable[str]) -> str:
+    """Lines of a program's output, as they are."""
+    return (
+        '<pre style="white-space:pre-wrap;overflow-wrap:anywhere;font-size:0.8em;line-height:1.4;margin:0.2em 0;'
+        'padding:0.5em 0.6em;border-radius:0.3em;background:rgba(128,128,128,0.14);max-height:20em;overflow:auto">'
+        f"{text(chr(10).join(lines))}</pre>"
+    )
