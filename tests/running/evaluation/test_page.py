@@ -164,7 +164,7 @@ def test_run_without_a_state_says_so(tmp_path: Path) -> None:
 
 def test_run_in_progress_is_shown_until_one_fails(tmp_path: Path) -> None:
     watched = Watched(tmp_path, RUNS)
-    assert watched.panel().picture == "no run has ended yet"
+    assert watched.panel().picture == "no run has begun yet"
     watched.state(None, "tiny seed 1")
     watched.folder.add(RUNS[0])
     assert watched.panel().picture == "tiny seed 1, 0.0 s"
@@ -177,6 +177,12 @@ def test_run_in_progress_is_shown_until_one_fails(tmp_path: Path) -> None:
     assert watched.panel().picture == "tiny seed 1, 0.0 s"
     watched.folder.add(LOST)
     assert watched.panel().picture == "tiny seed 3: its last state is not known"
+
+
+def test_evaluation_without_losses_and_live_state_says_so(tmp_path: Path) -> None:
+    watched = Watched(tmp_path, RUNS[:1])
+    watched.folder.add(RUNS[0])
+    assert watched.panel().picture == "no run has lost points"
 
 
 def test_points_that_give_no_figures_are_a_notice(tmp_path: Path) -> None:

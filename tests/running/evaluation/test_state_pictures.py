@@ -34,7 +34,7 @@ def with_state(results: list[Result], folder: Path) -> list[Result]:
 @pytest.mark.parametrize("backend", ["", RAYS])
 def test_worst_runs_have_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, backend: str) -> None:
     monkeypatch.setenv(BACKEND, backend)
-    monkeypatch.setattr(state_pictures, "MAX_PICTURES", 2)
+    monkeypatch.setattr(state_pictures, "MAX_BY_RAYS" if backend else "MAX_PICTURES", 2)
     results = with_state([result(), *(result(seed, seed=seed) for seed in (4, 3, 2))], tmp_path)
     misses: list[str] = []
     pictures = draw_worst(tmp_path, results, misses.append)

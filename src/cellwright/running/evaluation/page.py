@@ -60,10 +60,10 @@ _EFFORT = 5.0  # times as long as its last computation, all figures stay as they
 class _LastStates:
     """Source of the scene of one cell, and its state in one run after the other."""
 
-    def __init__(self, scene: Scene, frame: SceneFrame) -> None:
+    def __init__(self, scene: Scene, frame: SceneFrame, run: int = 0) -> None:
         self.scene = encode_scene(scene)
         self.current = frame
-        self.run = 0
+        self.run = run
 
     def metadata(self) -> dict[str, Any]:
         return {"kind": "cell"}
@@ -109,7 +109,7 @@ class EvaluationSource:
         self._has_news = True
         self._trouble = ""
         self._shown: Any = None
-        self._picture = "no run has ended yet"
+        self._picture = ""
         self._detail: tuple[Row, panels.RunDetail] | None = None
         self._scene_file: Path | None = None
         self._states = _LastStates(*_NOWHERE)
@@ -156,7 +156,7 @@ class EvaluationSource:
             done=evaluation.done,
             runs=len(evaluation.plan["runs"]),
             pace=self._pace(),
-            picture=self._picture,
+            picture=self._picture or ("no run has lost points" if evaluation.done else "no run has begun yet"),
             selected=self._selected,
             detail=None if row is None else self._detail_of(row),
             notices=[_text(notice) for notice in (*evaluation.notices, self._trouble) if notice],
@@ -275,7 +275,7 @@ class EvaluationSource:
     def _set(self, scene: Scene, frame: SceneFrame, file: Path | None, *, continues: bool = False) -> None:
         if file != self._scene_file:
             self._scene_file = file
-            self._states = _LastStates(scene, frame)
+            self._states = _LastStates(scene, frame, self._states.run + 1)
             self._services = SceneServices(self._states)
             return
         self._states.run += not continues

@@ -80,9 +80,10 @@ def figures(value: str) -> str:
 
 
 def quoted(lines: Iterable[str]) -> str:
-    """Lines of a program's output, as they are."""
+    """Lines of a program's output, as they are; of many the last are in sight, and the others by scrolling."""
     return (
-        '<pre style="white-space:pre-wrap;overflow-wrap:anywhere;font-size:0.8em;line-height:1.4;margin:0.2em 0;'
-        'padding:0.5em 0.6em;border-radius:0.3em;background:rgba(128,128,128,0.14);max-height:20em;overflow:auto">'
-        f"{text(chr(10).join(lines))}</pre>"
+        '<div style="display:flex;flex-direction:column-reverse;max-height:20em;overflow:auto;margin:0.2em 0;'
+        'border-radius:0.3em;background:rgba(128,128,128,0.14)">'
+        '<pre style="white-space:pre-wrap;overflow-wrap:anywhere;font-size:0.8em;line-height:1.4;margin:0;'
+        f'padding:0.5em 0.6em">{text(chr(10).join(lines))}</pre></div>'
     )
