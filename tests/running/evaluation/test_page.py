@@ -75,7 +75,7 @@ def test_figures_are_those_of_the_report(tmp_path: Path) -> None:
     watched.folder.add(*RUNS)
     panel = watched.panel()
     assert (panel.agent, panel.done, panel.runs, panel.lost) == ("my.py:Mine", 5, 5, 1)
-    assert (panel.passed, panel.passing) == (2, "at least 75 % of the points")
+    assert (panel.passed, panel.requirement) == (2, "done, with at least 75 % of the points")
     assert panel.pace == "all runs have a result"
     for row, summary in zip(panel.trials, summarize(RUNS), strict=True):
         assert (row.name, row.done, row.mean) == (summary.trial, summary.runs, summary.mean)

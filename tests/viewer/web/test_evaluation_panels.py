@@ -95,6 +95,10 @@ def test_head_has_progress_and_intervals() -> None:
     ):
         assert words in text
     assert "complete" in Parsed(head_html(replace(PANEL, done=12))).text
+    assert "done 2 of 3" in Parsed(head_html(PANEL)).text
+    passed = Parsed(head_html(replace(PANEL, requirement="at least 8 points"))).text
+    assert "passed 2 of 3" in passed
+    assert "passed: at least 8 points" in passed
     assert "points" not in Parsed(head_html(EvaluationPanel("a", 0, 5))).text
 
 
@@ -129,7 +133,7 @@ def test_texts_of_files_are_escaped(text: str) -> None:
         agent=text,
         pace=text,
         picture=text,
-        passing=text,
+        requirement=text,
         notices=[text],
         detail=detail,
         trials=[TrialRow(text, 1, 1)],

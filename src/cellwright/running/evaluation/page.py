@@ -191,7 +191,7 @@ class EvaluationSource:
         self._figures = {
             "lost": sum(each.is_lost for each in results),
             "passed": sum(not shortcoming(each, self._threshold) for each in results),
-            "passing": "done" if self._threshold is None else f"at least {self._threshold}",
+            "requirement": "" if self._threshold is None else f"done, with at least {self._threshold}",
             "passed_interval": passed_interval(results, self._threshold),
             "share": fmean(each.share for each in results) if results else None,
             "share_interval": share_interval(results),

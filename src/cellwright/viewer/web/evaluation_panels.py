@@ -101,7 +101,7 @@ class EvaluationPanel:
         runs: number of runs in the plan.
         lost: number of runs that did not end by themselves.
         passed: number of runs that passed.
-        passing: what that means, in a few words.
+        requirement: what a run needs to pass, in a few words; empty if it must be done.
         passed_interval: 95 % interval of their share, 0 to 1.
         share: mean share of the attainable points, 0 to 1; None without a result.
         share_interval: its 95 % interval.
@@ -120,7 +120,7 @@ class EvaluationPanel:
     runs: int
     lost: int = 0
     passed: int = 0
-    passing: str = "passed"
+    requirement: str = ""
     passed_interval: Range | None = None
     share: float | None = None
     share_interval: Range | None = None
@@ -149,7 +149,9 @@ def head_html(panel: EvaluationPanel) -> str:
     if panel.share is not None and panel.done:
         passed = f"{panel.passed} of {panel.done}"
         parts.append(_figure("points", f"{panel.share:.1%}", _percent(panel.share_interval)))
-        parts.append(_figure(panel.passing, passed, _percent(panel.passed_interval)))
+        name = "passed" if panel.requirement else "done"
+        parts.append(_figure(name, passed, _percent(panel.passed_interval)))
+        parts.append(widgets.dim(panel.requirement and f"passed: {panel.requirement}"))
     parts.append(widgets.mark("◉", BLUE, f"view: {_breakable(panel.picture)}"))
     return widgets.block(*parts)
 
