@@ -166,6 +166,19 @@ def test_digest_of_user_model_covers_its_files(folder: Path) -> None:
     assert len(keys) == 3
 
 
+def test_digest_of_user_model_is_the_same_in_another_folder(tmp_path: Path) -> None:
+    digests = set()
+    for name in ("here", "there"):
+        (tmp_path / name).mkdir()
+        mesh, mjcf = tmp_path / name / "cup.stl", tmp_path / name / "table.xml"
+        mesh.write_bytes(b"one")
+        mjcf.write_bytes(b"two")
+        shape = ModelShape("mesh", (1.0, 1.0, 1.0), mesh=mesh)
+        table = Furniture("table", UserModel(mjcf=mjcf))
+        digests.add(models_digest(Trial("own", part_models={"cup": UserModel((shape,))}, furniture=(table,))))
+    assert len(digests) == 1
+
+
 def test_command_of_job_repeats_run(folder: Path) -> None:
     trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
     (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)

@@ -1,19 +1,19 @@
 """Execution of many jobs in parallel: a process for each, within its limits, with its result on disk as it comes.
 
-What the machine does to a run is no result of it. The run is repeated at once, up to `_ATTEMPTS` starts.
+What the machine does to a run is no result of it. The run is repeated at once, up to `STARTS` starts.
 """
 
 import errno
-import math
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from cellwright.running.evaluation.engine import STARTS, Engine
 from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.merge import LOGS, RECORDINGS
 from cellwright.running.evaluation.process import (
@@ -35,8 +35,6 @@ _START_TIMEOUT = 60.0  # [s] that a process may take before it starts on its job
 _END_TIMEOUT = 5.0  # [s] after which a worker is ended that should have ended by then
 _CLOCK_TOLERANCE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
 _MAX_REASON = 1000  # characters
-_ATTEMPTS = 3
-"""Starts of a run that the machine ends."""
 _NO_ROOM = (errno.EAGAIN, errno.ENOMEM)
 """Errors at the start of a process when the machine has no room for it."""
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
@@ -52,11 +50,12 @@ class Running:
     points: float
 
 
-class Evaluation:
-    """Runs jobs in worker processes, up to `workers` at a time.
+class Evaluation(Engine):
+    """Runs jobs in worker processes of this machine, up to `workers` at a time.
 
     Args:
         store: stores the results, and holds those of earlier evaluations.
+        starts: of a run that the machine ends; then it is among `faults`.
         on_result: called with each new result.
         on_progress: called periodically with the jobs in progress.
         on_fault: called with a line when the machine has ended a run that starts again.
@@ -68,6 +67,7 @@ class Evaluation:
         *,
         limits: RunLimits | None = None,
         workers: int = 1,
+        starts: int = STARTS,
         records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
         on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
@@ -75,11 +75,10 @@ class Evaluation:
     ) -> None:
         if workers < 1:
             raise UsageError(f"workers must be at least 1 (got {workers})")
-        self._store = store
-        self._limits = limits or RunLimits()
+        super().__init__(store, limits or RunLimits(), on_result)
         self._workers = workers
+        self._max_starts = starts
         self._records = records
-        self._on_result = on_result
         self._on_progress = on_progress
         self._on_fault = on_fault
         self._waiting: deque[Job] = deque()
@@ -88,23 +87,13 @@ class Evaluation:
         self._failed_starts = 0
         self._live = ""
         self._wakes: SimpleQueue[Any] = SimpleQueue()
-        self._stopped = False
-        self.failure = ""
-        """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
-        self.unjudged: list[str] = []
-        """Runs that the machine ended at every start, and how, a line each. They have no result."""
-
-    def is_settled(self, job: Job) -> bool:
-        """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
-        result = self._store.results.get(job.key)
-        return result is not None and result.counts_under(asdict(self._limits))
 
     def check_agent(self, agent: str) -> str:
         """Return why an agent cannot be used; empty if it can. A process of its own makes the agent, within the limits.
 
         If the machine prevents that, `failure` says how.
         """
-        for _ in range(_ATTEMPTS):
+        for _ in range(self._max_starts):
             try:
                 worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
             except OSError as error:
@@ -127,20 +116,13 @@ class Evaluation:
             return f"{agent}: the process that creates it ended early ({ending or 'timed out'}){last}"
         return ""
 
-    def stop(self) -> None:
-        """Make `run` return soon, with the results so far. A signal handler may call this."""
-        self._stopped = True
-
     def run(self, jobs: Iterable[Job]) -> bool:
-        """Run all jobs that are not settled, those of long trials first: a long one at the end would run alone.
-
-        No worker process outlives this call, however it ends.
+        """Run all jobs that are not settled; no worker process outlives this call, however it ends.
 
         Returns:
             False if it was stopped or failed before all jobs had a result.
         """
-        unsettled = [job for job in jobs if not self.is_settled(job)]
-        self._waiting = deque(sorted(unsettled, key=_max_duration, reverse=True))
+        self._waiting = self.unsettled(jobs)
         checked = 0.0
         try:
             while (self._waiting or self._running) and not self._stopped:
@@ -162,14 +144,11 @@ class Evaluation:
         except OSError as error:
             self.failure = self._words_of(error)
         finally:
-            unfinished = bool(self._waiting or self._running or self.unjudged)
+            unfinished = bool(self._waiting or self._running or self.faults)
             for worker in self._running:
                 worker.stop()
             self._running.clear()
         return not unfinished
-
-    def _words_of(self, error: OSError) -> str:
-        return f"{error.filename or self._store.path}: {error.strerror or error}"
 
     def _begin_next(self) -> bool:
         """Start the next job; return False if the machine has no room for its process now.
@@ -180,7 +159,7 @@ class Evaluation:
             self._begin(self._waiting[0])
         except OSError as error:
             self._failed_starts += not self._running
-            if error.errno not in _NO_ROOM or self._failed_starts >= _ATTEMPTS:
+            if error.errno not in _NO_ROOM or self._failed_starts >= self._max_starts:
                 raise
             self._on_fault(f"{self._waiting[0].name}: no process could be started: {error.strerror}")
             self._workers = max(1, len(self._running))
@@ -238,10 +217,7 @@ class Evaluation:
             self._keep_state(worker, job)
         elif not self._live:
             self._show_live(worker, job)
-        try:
-            self._store.append(result)
-        finally:
-            self._on_result(result)
+        self._add(result)
 
     def _keep_state(self, worker: WorkerProcess, job: Job) -> None:
         """Write the last state of a run; without one its result counts all the same."""
@@ -262,11 +238,11 @@ class Evaluation:
         self._starts[job.key] += 1
         if fault.endswith(NO_MEMORY):
             self._workers = max(1, self._workers - 1)
-        if self._starts[job.key] < _ATTEMPTS:
+        if self._starts[job.key] < self._max_starts:
             self._on_fault(f"{job.name}: {fault}; it starts again")
             self._waiting.appendleft(job)
         else:
-            self.unjudged.append(f"{job.name}: {fault}; no result after {_ATTEMPTS} starts")
+            self.faults[job] = fault
 
     def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
         content = dict(report)
@@ -294,8 +270,3 @@ class Evaluation:
 
     def _memory_words(self) -> str:
         return f"needed more than {self._limits.memory / MEBIBYTE:g} MiB of memory"
-
-
-def _max_duration(job: Job) -> float:
-    """Return the simulation time [s] that a job lasts at most."""
-    return job.trial.time_limit if job.trial.time_limit > 0.0 else math.inf

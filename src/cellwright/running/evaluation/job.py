@@ -4,7 +4,7 @@ import hashlib
 import importlib.util
 import json
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import entry_points
@@ -96,11 +96,27 @@ def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int]
     program = agent_digest(agent)
     jobs: dict[str, Job] = {}
     for trial in trials:
-        texts = [file.read_bytes() for file in trial.files]
+        facts = key_facts(trial, program)
         for seed in seeds:
-            key = _key([*texts, trial.models.encode()], trial.overrides, program, seed, vary=vary)
+            key = _key(facts, seed, vary=vary)
             jobs.setdefault(key, Job(trial, agent, seed, vary, key))
     return list(jobs.values())
+
+
+def key_facts(trial: EvaluatedTrial, program: str) -> dict[str, Any]:
+    """Return what the result of a trial depends on besides seed and variation, by name; `program` is its digest.
+
+    Raises:
+        OSError: a file of the trial cannot be read.
+    """
+    texts = [*(file.read_bytes() for file in trial.files), trial.models.encode()]
+    facts = {
+        "trial": [hashlib.sha256(text).hexdigest() for text in texts],
+        "agent": program,
+        "versions": versions(),
+        "source": _cellwright_digest(),
+    }
+    return facts | ({"overrides": list(map(str, trial.overrides))} if trial.overrides else {})
 
 
 def repeated(job: Job) -> Job:
@@ -113,26 +129,21 @@ def repeated_key(key: str) -> str:
     return hashlib.sha256(f"{key} repeated".encode()).hexdigest()[:_KEY_LENGTH]
 
 
-def _key(texts: Sequence[bytes], overrides: Sequence[Override], program: str, seed: int, *, vary: bool) -> str:
-    known: dict[str, Any] = {
-        "trial": [hashlib.sha256(text).hexdigest() for text in texts],
-        "agent": program,
-        "seed": seed,
-        "vary": vary,
-        "versions": versions(),
-        "source": _cellwright_digest(),
-    }
-    if overrides:
-        known["overrides"] = list(map(str, overrides))
+def _key(facts: Mapping[str, Any], seed: int, *, vary: bool) -> str:
+    known = {**facts, "seed": seed, "vary": vary}
     return hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:_KEY_LENGTH]
 
 
 def models_digest(trial: Trial) -> str:
-    """Return the digest of a trial's own part types and furniture, with their files."""
+    """Return the digest of a trial's own part types and furniture, with their files, wherever these are."""
     models = [*trial.part_models.values(), *(each.model for each in trial.furniture)]
-    files = [shape.mesh for model in models for shape in model.shapes] + [model.mjcf for model in models]
-    digest = hashlib.sha256(repr((trial.part_models, trial.furniture)).encode())
-    for file in filter(None, files):
+    named = [shape.mesh for model in models for shape in model.shapes] + [model.mjcf for model in models]
+    files = [file for file in named if file is not None]
+    text = repr((trial.part_models, trial.furniture))
+    for file in files:
+        text = text.replace(repr(file), repr(file.name))
+    digest = hashlib.sha256(text.encode())
+    for file in files:
         digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest() if models else ""
 

@@ -28,6 +28,7 @@ from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.sources import Sources, sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
+from cellwright.running.evaluation.channel import send, take_over_standard_streams
 from cellwright.running.evaluation.process import JobOrder, limit_memory
 from cellwright.running.evaluation.state import StateReporter
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
@@ -94,20 +95,6 @@ class Timeline:
 
 
 _PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
-_sending = threading.Lock()
-
-
-def send(channel: TextIO, kind: str, content: object) -> None:
-    """Send the evaluation a line of JSON.
-
-    Args:
-        channel: the stream to the evaluation; several threads use it.
-        kind: `begun`, `scene`, `frame`, `progress`, `result` or `refused`.
-        content: a JSON value.
-    """
-    with _sending:
-        channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
-        channel.flush()
 
 
 def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
@@ -180,7 +167,7 @@ def make_record(order: JobOrder, sources: Sources) -> RecordOptions | None:
 
 def main() -> NoReturn:
     """Run the job from stdin, and exit."""
-    lifeline, channel = _take_over_standard_streams()
+    lifeline, channel = take_over_standard_streams()
     order = JobOrder(**json.loads(lifeline.readline()))
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
@@ -220,17 +207,6 @@ def _report_own_kills(channel: TextIO) -> None:
                 os.write(channel.fileno(), b'{"kills": true}\n')
 
     sys.addaudithook(hook)
-
-
-def _take_over_standard_streams() -> tuple[BinaryIO, TextIO]:
-    """Keep stdin and stdout for this module; all else reads nothing and writes to stderr."""
-    lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
-    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    empty = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(empty, 0)
-    os.close(empty)
-    os.dup2(2, 1)
-    return lifeline, channel
 
 
 def _end_with(lifeline: BinaryIO) -> None:

@@ -1,0 +1,80 @@
+"""Base of the engines of an evaluation: settled jobs, new results, and faults of machines."""
+
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import asdict
+
+from cellwright.running.evaluation.job import Job
+from cellwright.running.evaluation.process import RunLimits
+from cellwright.running.evaluation.result import Result, ResultsFile
+
+STARTS = 3
+"""Starts of a run that the machine ends."""
+
+
+class Engine(ABC):
+    """Base of what runs the jobs of an evaluation: on this machine, or on a cluster.
+
+    Args:
+        store: stores the results, and holds those of earlier evaluations.
+        limits: limits of each run.
+        on_result: called with each new result.
+    """
+
+    def __init__(self, store: ResultsFile, limits: RunLimits, on_result: Callable[[Result], None]) -> None:
+        self._store = store
+        self._limits = limits
+        self._on_result = on_result
+        self._stopped = False
+        self.failure = ""
+        """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
+        self.faults: dict[Job, str] = {}
+        """Runs that the machine ended at every start, and how. They have no result."""
+
+    @abstractmethod
+    def check_agent(self, agent: str) -> str:
+        """Return why an agent cannot be used; empty if it can. If the machine prevents that, `failure` says how."""
+
+    @abstractmethod
+    def run(self, jobs: Iterable[Job]) -> bool:
+        """Run all jobs that are not settled; return False if it was stopped or failed before all had a result."""
+
+    @property
+    def unjudged(self) -> list[str]:
+        """`faults`, a line each."""
+        return [f"{job.name}: {fault}; no result after {STARTS} starts" for job, fault in self.faults.items()]
+
+    def is_settled(self, job: Job) -> bool:
+        """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
+        result = self._store.results.get(job.key)
+        return result is not None and result.counts_under(asdict(self._limits))
+
+    def unsettled(self, jobs: Iterable[Job]) -> deque[Job]:
+        """Return the jobs to run, those of long trials first: a long one at the end would run alone."""
+        waiting = (job for job in jobs if not self.is_settled(job))
+        return deque(sorted(waiting, key=_max_duration, reverse=True))
+
+    def stop(self) -> None:
+        """Make `run` return soon, with the results so far. A signal handler may call this."""
+        self._stopped = True
+
+    def _add(self, result: Result) -> None:
+        """Store a new result.
+
+        Raises:
+            OSError: it could not be written; `on_result` has been called all the same.
+        """
+        try:
+            self._store.append(result)
+        finally:
+            self._on_result(result)
+
+    def _words_of(self, error: OSError) -> str:
+        return f"{error.filename or self._store.path}: {error.strerror or error}"
+
+
+def _max_duration(job: Job) -> float:
+    """Return the simulation time [s] that a job lasts at most."""
+    return job.trial.time_limit if job.trial.time_limit > 0.0 else math.inf
