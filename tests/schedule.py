@@ -31,6 +31,7 @@ SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/
 WHOLE = (
     "tests/config/robot/test_against_pybullet.py",
     "tests/benchmarks/soak/test_leg.py",
+    "tests/running/evaluation/on_ray/test_cluster.py",
     "tests/running/evaluation/test_evaluate.py",
     "tests/recording/replay/exported/test_file.py",
     "tests/robot/checks/test_check.py",

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from statistics import fmean
-from typing import Annotated, NoReturn, Self
+from typing import Annotated, Any, NoReturn, Self
 
 import typer
 from rich.console import Console, Group
@@ -39,9 +39,11 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation import summary
-from cellwright.running.evaluation.evaluate import Evaluation, Running
+from cellwright.running.evaluation.engine import Engine, Running
+from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest, repeated
 from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
+from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
 from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
 from cellwright.running.evaluation.process import DISK_FULL, MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
@@ -218,10 +220,21 @@ def evaluate(
     repeat: Annotated[
         bool, flag("--repeat", "Run each trial and seed twice, and find programs that are not repeatable.", SIMULATION)
     ] = False,
-    jobs: Annotated[int | None, option("J", "Runs in parallel. Default: the number of processors.", SIMULATION)] = None,
+    jobs: Annotated[
+        int | None,
+        option("J", "Runs in parallel. Default: the number of processors, here or of the cluster.", SIMULATION),
+    ] = None,
     shard: Annotated[
         str | None,
         option("K/N", "Do part K of N of the runs, or `auto` by variables of Slurm or Kubernetes.", SIMULATION),
+    ] = None,
+    ray: Annotated[
+        str | None,
+        option(
+            "ADDRESS",
+            "Run on the Ray cluster at this address, such as `auto` or HOST:PORT; `local` starts one here.",
+            SIMULATION,
+        ),
     ] = None,
     time_limit: Annotated[float, option("T", "Wall time [s].", _LIMITS)] = 600.0,
     memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0,
@@ -280,14 +293,14 @@ def evaluate(
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
     numbers = range(1, _within("--seeds", seeds, 1, _MAX_SEEDS) + 1)
-    workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MAX_JOBS)
+    workers = None if jobs is None else _within("--jobs", jobs, 1, _MAX_JOBS)
     try:
         evaluated = _trials(trials, joined or [], list(map(Sweep.read, sweep or [])))
         planned = make_jobs(evaluated, agent, numbers, vary=vary)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
-    if not MEMORY_IS_LIMITED:
+    if ray is None and not MEMORY_IS_LIMITED:
         console.print("note: this system cannot limit the memory of a run")
     if part is None:
         own: Sequence[Job] = planned
@@ -311,7 +324,7 @@ def evaluate(
                 tracking.forget()
             unwritten = write_result(out / PLAN_NAME, plan_text(plan))
             stack.enter_context(page_beside(out, min_score or "", page, console, stays=not as_json))
-            results, failures = _work(own, store, limits, workers, console, tracking, records=record)
+            results, failures = _work(own, store, limits, workers, console, tracking, ray=ray, records=record)
         left, failures = len(own) - len(results), [*unwritten, *failures]
         conclude(
             out, results, failures, threshold, console, left=left, as_table=as_table, as_json=as_json, tracking=tracking
@@ -389,10 +402,11 @@ def _work(
     jobs: Sequence[Job],
     store: ResultsFile,
     limits: RunLimits,
-    workers: int,
+    workers: int | None,
     console: Console,
     tracking: Tracking,
     *,
+    ray: str | None,
     records: bool,
 ) -> tuple[list[Result], list[str]]:
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
@@ -407,15 +421,13 @@ def _work(
             if warning := tracking.update():
                 progress.show_fault(warning)
 
-        evaluation = Evaluation(
-            store,
-            limits=limits,
-            workers=workers,
-            records=records,
-            on_result=take,
-            on_progress=show_jobs,
-            on_fault=progress.show_fault,
-        )
+        common: dict[str, Any] = {"limits": limits, "records": records}
+        common |= {"on_result": take, "on_progress": show_jobs, "on_fault": progress.show_fault}
+        evaluation: Engine
+        if ray is None:
+            evaluation = Evaluation(store, workers=usable_processors() if workers is None else workers, **common)
+        else:
+            evaluation = RayEvaluation(store, ray, jobs, most=workers, **common)
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
         if len(known) < len(jobs) and (problem := evaluation.check_agent(jobs[0].agent)):

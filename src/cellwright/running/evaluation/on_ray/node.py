@@ -1,0 +1,150 @@
+"""The part of an evaluation that runs on a node: one run in a process of its own, from the node's copy of the files."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.job import (
+    EvaluatedTrial,
+    agent_digest,
+    key_facts,
+    make_jobs,
+    models_digest,
+    repeated,
+)
+from cellwright.running.evaluation.merge import LOGS, RECORDINGS
+from cellwright.running.evaluation.process import RunLimits
+from cellwright.running.evaluation.result import Lost, ResultsFile
+from cellwright.util.errors import CellwrightError, one_line
+
+_WATCH_PERIOD = 1.0  # [s]
+
+
+class MachineFaultError(Exception):
+    """The machine has ended a run, or has prevented it."""
+
+
+def check(agent: str, trials: Sequence[Mapping[str, Any]], limits: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `checked`: why an agent or a trial cannot be used on this node, in words; empty if they can.
+
+    Args:
+        agent: its name, as for `find_agent`.
+        trials: of `RayEvaluation`, each with its facts.
+        limits: fields of `RunLimits`.
+
+    Raises:
+        MachineFaultError: the machine has prevented the check.
+    """
+    for described in trials:
+        if problem := _difference(described, agent):
+            return {"checked": problem}
+    with _evaluation(limits) as (evaluation, _):
+        problem = evaluation.check_agent(agent)
+        _raise_fault(evaluation)
+    return {"checked": problem}
+
+
+def work(order: Mapping[str, Any]) -> dict[str, Any]:
+    """Do one run.
+
+    Args:
+        order: of `RayEvaluation`.
+
+    Returns:
+        The `result` as JSON values, and the `files` beside it by their path; or the `failure`: why this node cannot do
+        the run.
+
+    Raises:
+        MachineFaultError: the machine has ended the run.
+    """
+    agent, described = order["agent"], order["trial"]
+    _end_with_node()
+    if problem := _difference(described, agent):
+        return {"failure": problem}
+    job = make_jobs([_trial(described)], agent, [order["seed"]], vary=order["vary"])[0]
+    if job.key != order["key"]:
+        job = repeated(job)
+    if job.key != order["key"]:
+        return {"failure": "trial or program have changed since the evaluation began; repeat the command"}
+    with _evaluation(order["limits"], records=order["records"]) as (evaluation, store):
+        evaluation.run([job])
+        _raise_fault(evaluation)
+        result, folder = store.results[job.key], store.path.parent
+        paths = [path for kind in (LOGS, RECORDINGS) for path in (folder / kind).glob(f"{Path(job.log_name).stem}.*")]
+        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+        if result.outcome == Lost.DIED and (problem := evaluation.check_agent(agent)):
+            return {"failure": problem}  # this node lacks a package that another one has
+    return {"result": result.as_json(), "files": files}
+
+
+@cache
+def _end_with_node() -> None:
+    """End this process, and with it the run, when its parent does: without its raylet, Ray would let it work on."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_WATCH_PERIOD)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _evaluation(limits: Mapping[str, Any], *, records: bool = False) -> Iterator[tuple[Evaluation, ResultsFile]]:
+    """Return an evaluation of one start in a temporary folder, and its results."""
+    # Ray adds the working folder, in which no file must hide a module that Cellwright needs
+    listed = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    os.environ["PYTHONPATH"] = os.pathsep.join(each for each in listed if Path(each).resolve() != Path.cwd().resolve())
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, ResultsFile(Path(folder)) as store:
+        yield Evaluation(store, limits=RunLimits(**limits), starts=1, records=records), store
+
+
+def _raise_fault(evaluation: Evaluation) -> None:
+    if fault := evaluation.failure or next(iter(evaluation.faults.values()), ""):
+        raise MachineFaultError(fault)
+
+
+def _trial(described: Mapping[str, Any]) -> EvaluatedTrial:
+    """Return a trial with this node's files.
+
+    Raises:
+        CellwrightError: a file is missing, or is no trial.
+        OSError: a file cannot be read.
+    """
+    files = tuple(find_trial(name).resolve() for name in described["given"])
+    models = models_digest(load_trial(list(files)).trial)
+    content = {**described, "given": tuple(described["given"]), "files": files, "models": models}
+    del content["facts"]
+    return EvaluatedTrial(**content)
+
+
+def _difference(described: Mapping[str, Any], agent: str) -> str:
+    """Return in which way the run would not be the same on this node; empty if it would be."""
+    name = described["name"]
+    try:
+        own = key_facts(_trial(described), agent_digest(agent))
+    except (CellwrightError, OSError) as error:
+        return f"trial {name}: {one_line(error)}; put all of its files below the current folder, and ignore none"
+    wanted = described["facts"]
+    for kind, version in wanted["versions"].items():
+        if version != own["versions"][kind]:
+            return f"{kind} {own['versions'][kind]}, but {version} here; install the same version on all nodes"
+    if own["source"] != wanted["source"]:
+        return "other sources of Cellwright; install the same Cellwright on all nodes"
+    if own["trial"] != wanted["trial"]:
+        return f"trial {name}: other files; install the same plugins on all nodes"
+    if own["agent"] != wanted["agent"]:
+        return f"agent {agent}: another program; put it below the current folder, or install the same on all nodes"
+    return ""

@@ -1,0 +1,199 @@
+"""Evaluations on a Ray cluster of two nodes: equal results, faults of nodes, and no process left.
+
+The cluster is shared; the last tests kill parts of it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
+from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
+from cellwright.running.evaluation.result import Result, ResultsFile
+from tests.processes import Process, is_running, kill
+from tests.running.evaluation.on_ray.conftest import Cluster
+from tests.waiting import wait_until
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")]
+
+PROGRAMS = """
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from helpers import KIT
+
+FOLDER = Path({folder!r})
+
+
+class Held:
+    '''Leaves a mark with its process and its parent, waits while there is a file `hold`, and delivers.'''
+
+    def run(self, client):
+        (FOLDER / "marks" / f"{{os.getpid()}} {{os.getppid()}}").touch()
+        client.start_competition()
+        while (FOLDER / "hold").exists():
+            time.sleep(0.01)
+        print("going on")
+        client.sleep(1.1)
+        client.control_agv(1, KIT)
+
+
+class Killed:
+    '''Is killed by a process that its evaluation does not know.'''
+
+    def run(self, client):
+        (FOLDER / "marks" / str(os.getpid())).touch()
+        killer = f"import os; os.kill({{os.getpid()}}, {{signal.SIGKILL}})"
+        subprocess.run([sys.executable, "-c", killer])
+        time.sleep(60)
+"""
+
+
+@pytest.fixture
+def marks(folder: Path) -> Path:
+    """Return the folder for the marks of runs, in a working folder with a trial and programs."""
+    (folder / "programs.py").write_text(PROGRAMS.format(folder=str(folder)), encoding="utf-8")
+    (folder / "helpers.py").write_text("KIT = 'order_0_kit_0'\n", encoding="utf-8")
+    (folder / "marks").mkdir()
+    return folder / "marks"
+
+
+def jobs_of(program: str, seeds: int = 1) -> list[Job]:
+    trial = EvaluatedTrial("tiny", (Path("tiny.yaml").resolve(),), 6.0, 6.0, 500.0, given=("tiny.yaml",))
+    return make_jobs([trial], f"programs.py:{program}", range(1, seeds + 1), vary=False)
+
+
+def evaluated_here(jobs: list[Job]) -> list[Result]:
+    """Return the results without Ray, by seed and without wall times."""
+    with ResultsFile(Path("here")) as store:
+        Evaluation(store, workers=2, records=True).run(jobs)
+        return comparable(store)
+
+
+def comparable(store: ResultsFile) -> list[Result]:
+    return sorted((replace(each, wall=0.0) for each in store.results.values()), key=lambda each: each.seed)
+
+
+def files(folder: str) -> dict[str, bytes]:
+    """Return the logs of programs, and the names of the other files of runs."""
+    paths = Path(folder).glob("*/tiny-*")
+    return {str(each.relative_to(folder)): each.read_bytes() if each.suffix == ".log" else b"" for each in paths}
+
+
+Start = Callable[..., tuple[RayEvaluation, ResultsFile]]
+
+
+@pytest.fixture
+def start(cluster: Cluster, marks: Path) -> Iterator[Start]:
+    """Return a function that makes an evaluation on the cluster, whose check has been passed."""
+    stores = []
+
+    def checked(jobs: list[Job], *, most: int | None = None) -> tuple[RayEvaluation, ResultsFile]:
+        stores.append(store := ResultsFile(Path("out")))
+        evaluation = RayEvaluation(store, cluster.address, jobs, most=most, records=True)
+        assert evaluation.check_agent(jobs[0].agent) == ""
+        assert evaluation.failure == ""
+        return evaluation, store
+
+    yield checked
+    for store in stores:
+        store.close()
+
+
+def test_other_program_on_node_is_refused(cluster: Cluster, marks: Path) -> None:
+    Path(".gitignore").write_text("helpers.py\n", encoding="utf-8")  # nodes do not get what Git ignores
+    jobs = jobs_of("Held")
+    with ResultsFile(Path("out")) as store:
+        evaluation = RayEvaluation(store, cluster.address, jobs)
+        problem = evaluation.check_agent(jobs[0].agent)
+    assert "agent programs.py:Held: another program; put it below the current folder" in problem
+    assert not list(marks.iterdir())
+
+
+def test_run_that_is_killed_at_every_start_is_a_fault_and_no_verdict(start: Start, marks: Path) -> None:
+    jobs = jobs_of("Killed")
+    evaluation, store = start(jobs)
+    assert not evaluation.run(jobs)
+    assert evaluation.unjudged == ["tiny seed 1: killed by SIGKILL from outside; no result after 3 starts"]
+    assert len(list(marks.iterdir())) == 3
+    assert not store.results
+
+
+def test_signal_ends_runs_on_nodes(cluster: Cluster, marks: Path) -> None:
+    (marks.parent / "hold").touch()
+    command = ["eval", "tiny.yaml", "--agent", "programs.py:Held", "--seeds", "2", "--ray", cluster.address]
+    process = Process([sys.executable, "-m", "cellwright", *command], os.environ, marks.parent)
+    wait_until(lambda: len(list(marks.iterdir())) == 2, "two runs", seen=lambda: process.said)
+    process.signal(signal.SIGTERM)
+    assert process.finish() == 75
+    assert "interrupted: 2 runs left" in process.out
+    assert process.err == ""
+    wait_until(lambda: not any(is_running(run) for run, _ in marked(marks)), "end of the runs")
+
+
+def test_results_equal_those_of_one_machine_after_death_of_worker_and_node(
+    cluster: Cluster, start: Start, marks: Path
+) -> None:
+    jobs = jobs_of("Held", 3)
+    here = evaluated_here(jobs)
+    for mark in marks.iterdir():
+        mark.unlink()
+    hold = marks.parent / "hold"
+    hold.touch()
+    evaluation, store = start(jobs)
+    with ThreadPoolExecutor(1) as pool:
+        done = pool.submit(evaluation.run, jobs)
+        try:
+            wait_until(lambda: len(marked(marks)) == 2, "a run on each node")
+            runs = {parent_of(worker): (run, worker) for run, worker in marked(marks)}
+            head, other = cluster.raylets
+            run, worker = runs[head]
+            kill([worker])
+            wait_until(lambda: not is_running(run), "end of the run with Ray's worker")
+            wait_until(lambda: len(marked(marks)) == 3, "second start of that run")
+            kill([other])
+            wait_until(lambda: not any(map(is_running, runs[other])), "end of the run on the dead node")
+        finally:
+            hold.unlink()
+        assert done.result()
+    assert comparable(store) == here
+    assert [result.points for result in here] == [6.0] * 3
+    assert len(marked(marks)) == 5
+    assert files("out") == files("here")
+    assert {Path(name).suffix for name in files("out")} == {".log", ".jsonl", ".mcap"}
+
+
+def test_lost_cluster_is_a_failure_of_the_machine(cluster: Cluster, start: Start, marks: Path) -> None:
+    jobs = jobs_of("Held")
+    (marks.parent / "hold").touch()
+    evaluation, store = start(jobs)
+    with ThreadPoolExecutor(1) as pool:
+        done = pool.submit(evaluation.run, jobs)
+        wait_until(lambda: marked(marks), "a run")
+        cluster.end()
+        assert not done.result()
+    assert evaluation.failure == "the connection to the cluster was lost; see out/logs/ray.log"
+    assert not store.results
+
+
+def marked(marks: Path) -> list[tuple[int, int]]:
+    """Return the processes of runs that have begun, and their parents, which are workers of Ray."""
+    return [(int(run), int(parent)) for run, parent in (mark.name.split() for mark in marks.iterdir())]
+
+
+def parent_of(pid: int) -> int:
+    stat = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
+    return int(stat.rpartition(")")[2].split()[1])
