@@ -15,6 +15,7 @@ import pytest
 
 from tests.cli.eval.test_merge import WORK, jobs_of, made_up, store
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
+from tests.ports import free_port
 from tests.waiting import TIMEOUT
 
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
@@ -50,6 +51,10 @@ def test_run_loads_no_viewer_modules(options: tuple[str, ...], loaded: list[str]
     asked = json.dumps([*HEAVY, *OF_OURS, "mcap"])
     run = ["run", "lesson", "--agent", "none", "--until", "0.01", "--no-picture", *options]
     assert _ended(asked, run, tmp_path) == [0, loaded]
+
+
+def test_evaluation_on_ray_leaves_ray_to_another_process(tmp_path: Path) -> None:
+    assert _ended(json.dumps(["ray"]), ["eval", "lesson", "--ray", f"127.0.0.1:{free_port()}"], tmp_path) == [2, []]
 
 
 def test_command_loads_no_modules_of_other_commands(tmp_path: Path) -> None:

@@ -15,10 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
 from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
-from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.result import Result, ResultsFile, read_results
 from tests.processes import Process, is_running, kill
 from tests.running.evaluation.on_ray.conftest import Cluster
 from tests.waiting import wait_until
@@ -71,26 +70,27 @@ def marks(folder: Path) -> Path:
     return folder / "marks"
 
 
-def jobs_of(program: str, seeds: int = 1) -> list[Job]:
+def jobs_of(program: str) -> list[Job]:
     trial = EvaluatedTrial("tiny", (Path("tiny.yaml").resolve(),), 6.0, 6.0, 500.0, given=("tiny.yaml",))
-    return make_jobs([trial], f"programs.py:{program}", range(1, seeds + 1), vary=False)
+    return make_jobs([trial], f"programs.py:{program}", [1], vary=False)
 
 
-def evaluated_here(jobs: list[Job]) -> list[Result]:
-    """Return the results without Ray, by seed and without wall times."""
-    with ResultsFile(Path("here")) as store:
-        Evaluation(store, workers=2, records=True).run(jobs)
-        return comparable(store)
-
-
-def comparable(store: ResultsFile) -> list[Result]:
-    return sorted((replace(each, wall=0.0) for each in store.results.values()), key=lambda each: each.seed)
+def comparable(folder: str) -> list[Result]:
+    """Return the results in a folder by seed, without wall times."""
+    results = read_results(Path(folder)).values()
+    return sorted((replace(each, wall=0.0) for each in results), key=lambda each: each.seed)
 
 
 def files(folder: str) -> dict[str, bytes]:
     """Return the logs of programs, and the names of the other files of runs."""
     paths = Path(folder).glob("*/tiny-*")
     return {str(each.relative_to(folder)): each.read_bytes() if each.suffix == ".log" else b"" for each in paths}
+
+
+def command(*options: str) -> Process:
+    """Start the command for the program `Held`."""
+    arguments = ["eval", "tiny.yaml", "--agent", "programs.py:Held", *options]
+    return Process([sys.executable, "-m", "cellwright", *arguments], os.environ, Path.cwd())
 
 
 Start = Callable[..., tuple[RayEvaluation, ResultsFile]]
@@ -101,9 +101,9 @@ def start(cluster: Cluster, marks: Path) -> Iterator[Start]:
     """Return a function that makes an evaluation on the cluster, whose check has been passed."""
     stores = []
 
-    def checked(jobs: list[Job], *, most: int | None = None) -> tuple[RayEvaluation, ResultsFile]:
+    def checked(jobs: list[Job]) -> tuple[RayEvaluation, ResultsFile]:
         stores.append(store := ResultsFile(Path("out")))
-        evaluation = RayEvaluation(store, cluster.address, jobs, most=most, records=True)
+        evaluation = RayEvaluation(store, cluster.address, jobs)
         assert evaluation.check_agent(jobs[0].agent) == ""
         assert evaluation.failure == ""
         return evaluation, store
@@ -134,8 +134,7 @@ def test_run_that_is_killed_at_every_start_is_a_fault_and_no_verdict(start: Star
 
 def test_signal_ends_runs_on_nodes(cluster: Cluster, marks: Path) -> None:
     (marks.parent / "hold").touch()
-    command = ["eval", "tiny.yaml", "--agent", "programs.py:Held", "--seeds", "2", "--ray", cluster.address]
-    process = Process([sys.executable, "-m", "cellwright", *command], os.environ, marks.parent)
+    process = command("--seeds", "2", "--ray", cluster.address)
     wait_until(lambda: len(list(marks.iterdir())) == 2, "two runs", seen=lambda: process.said)
     process.signal(signal.SIGTERM)
     assert process.finish() == 75
@@ -144,34 +143,29 @@ def test_signal_ends_runs_on_nodes(cluster: Cluster, marks: Path) -> None:
     wait_until(lambda: not any(is_running(run) for run, _ in marked(marks)), "end of the runs")
 
 
-def test_results_equal_those_of_one_machine_after_death_of_worker_and_node(
-    cluster: Cluster, start: Start, marks: Path
-) -> None:
-    jobs = jobs_of("Held", 3)
-    here = evaluated_here(jobs)
+def test_results_equal_those_of_one_machine_after_death_of_worker_and_node(cluster: Cluster, marks: Path) -> None:
+    assert command("--seeds", "3", "--record", "--jobs", "2", "--out", "here").finish() == 0
     for mark in marks.iterdir():
         mark.unlink()
     hold = marks.parent / "hold"
     hold.touch()
-    evaluation, store = start(jobs)
-    with ThreadPoolExecutor(1) as pool:
-        done = pool.submit(evaluation.run, jobs)
-        try:
-            wait_until(lambda: len(marked(marks)) == 2, "a run on each node")
-            runs = {parent_of(worker): (run, worker) for run, worker in marked(marks)}
-            head, other = cluster.raylets
-            run, worker = runs[head]
-            kill([worker])
-            wait_until(lambda: not is_running(run), "end of the run with Ray's worker")
-            wait_until(lambda: len(marked(marks)) == 3, "second start of that run")
-            kill([other])
-            wait_until(lambda: not any(map(is_running, runs[other])), "end of the run on the dead node")
-        finally:
-            hold.unlink()
-        assert done.result()
-    assert comparable(store) == here
-    assert [result.points for result in here] == [6.0] * 3
+    process = command("--seeds", "3", "--record", "--out", "out", "--ray", cluster.address)
+    wait_until(lambda: len(marked(marks)) == 2, "a run on each node", seen=lambda: process.said)
+    runs = {parent_of(worker): (run, worker) for run, worker in marked(marks)}
+    head, other = cluster.raylets
+    run, worker = runs[head]
+    kill([worker])
+    wait_until(lambda: not is_running(run), "end of the run with Ray's worker")
+    wait_until(lambda: len(marked(marks)) == 3, "second start of that run")
+    kill([other])
+    wait_until(lambda: not any(map(is_running, runs[other])), "end of the run on the dead node")
+    hold.unlink()
+    assert process.finish() == 0, process.said
+    assert process.err == ""
+    assert "[3/3] tiny seed " in process.out
     assert len(marked(marks)) == 5
+    assert [result.points for result in comparable("out")] == [6.0] * 3
+    assert comparable("out") == comparable("here")
     assert files("out") == files("here")
     assert {Path(name).suffix for name in files("out")} == {".log", ".jsonl", ".mcap"}
 

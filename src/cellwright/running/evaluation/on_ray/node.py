@@ -35,6 +35,10 @@ class MachineFaultError(Exception):
     """The machine has ended a run, or has prevented it."""
 
 
+class OtherNodeError(Exception):
+    """A run would not be the same on this node; the text says why."""
+
+
 def check(agent: str, trials: Sequence[Mapping[str, Any]], limits: Mapping[str, Any]) -> dict[str, Any]:
     """Return `checked`: why an agent or a trial cannot be used on this node, in words; empty if they can.
 
@@ -46,9 +50,11 @@ def check(agent: str, trials: Sequence[Mapping[str, Any]], limits: Mapping[str, 
     Raises:
         MachineFaultError: the machine has prevented the check.
     """
-    for described in trials:
-        if problem := _difference(described, agent):
-            return {"checked": problem}
+    try:
+        for described in trials:
+            _trial(described, agent)
+    except OtherNodeError as error:
+        return {"checked": str(error)}
     with _evaluation(limits) as (evaluation, _):
         problem = evaluation.check_agent(agent)
         _raise_fault(evaluation)
@@ -68,11 +74,13 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         MachineFaultError: the machine has ended the run.
     """
-    agent, described = order["agent"], order["trial"]
     _end_with_node()
-    if problem := _difference(described, agent):
-        return {"failure": problem}
-    job = make_jobs([_trial(described)], agent, [order["seed"]], vary=order["vary"])[0]
+    agent = order["agent"]
+    try:
+        trial = _trial(order["trial"], agent)
+    except OtherNodeError as error:
+        return {"failure": str(error)}
+    job = make_jobs([trial], agent, [order["seed"]], vary=order["vary"])[0]
     if job.key != order["key"]:
         job = repeated(job)
     if job.key != order["key"]:
@@ -116,35 +124,37 @@ def _raise_fault(evaluation: Evaluation) -> None:
         raise MachineFaultError(fault)
 
 
-def _trial(described: Mapping[str, Any]) -> EvaluatedTrial:
+def _trial(described: Mapping[str, Any], agent: str) -> EvaluatedTrial:
     """Return a trial with this node's files.
 
     Raises:
-        CellwrightError: a file is missing, or is no trial.
-        OSError: a file cannot be read.
+        OtherNodeError: a file is missing, or trial, agent or versions differ.
     """
-    files = tuple(find_trial(name).resolve() for name in described["given"])
-    models = models_digest(load_trial(list(files)).trial)
-    content = {**described, "given": tuple(described["given"]), "files": files, "models": models}
-    del content["facts"]
-    return EvaluatedTrial(**content)
-
-
-def _difference(described: Mapping[str, Any], agent: str) -> str:
-    """Return in which way the run would not be the same on this node; empty if it would be."""
-    name = described["name"]
+    content = {**described, "given": tuple(described["given"])}
+    wanted = content.pop("facts")
     try:
-        own = key_facts(_trial(described), agent_digest(agent))
+        files = tuple(find_trial(name).resolve() for name in described["given"])
+        trial = EvaluatedTrial(**content, files=files, models=models_digest(load_trial(list(files)).trial))
+        own = key_facts(trial, agent_digest(agent))
     except (CellwrightError, OSError) as error:
-        return f"trial {name}: {one_line(error)}; put all of its files below the current folder, and ignore none"
-    wanted = described["facts"]
+        reason = one_line(error)
+        raise OtherNodeError(
+            f"trial {described['name']}: {reason}; put all of its files below the current folder, and ignore none"
+        ) from error
+    if reason := _difference(described["name"], agent, own, wanted):
+        raise OtherNodeError(reason)
+    return trial
+
+
+def _difference(trial: str, agent: str, own: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """Return the difference between the facts of this node and those of the evaluation; empty if there is none."""
     for kind, version in wanted["versions"].items():
         if version != own["versions"][kind]:
             return f"{kind} {own['versions'][kind]}, but {version} here; install the same version on all nodes"
     if own["source"] != wanted["source"]:
         return "other sources of Cellwright; install the same Cellwright on all nodes"
     if own["trial"] != wanted["trial"]:
-        return f"trial {name}: other files; install the same plugins on all nodes"
+        return f"trial {trial}: other files; install the same plugins on all nodes"
     if own["agent"] != wanted["agent"]:
         return f"agent {agent}: another program; put it below the current folder, or install the same on all nodes"
     return ""

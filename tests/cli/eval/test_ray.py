@@ -1,0 +1,40 @@
+"""Tests of `cellwright eval --ray`: bad input is refused, and nothing is started."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+from tests.ports import free_port
+from tests.running.evaluation.programs import PROGRAMS, TRIAL
+
+
+@pytest.fixture
+def tiny(cellwright: CommandLine) -> CommandLine:
+    Path("tiny.yaml").write_text(TRIAL, encoding="utf-8")
+    Path("programs.py").write_text(PROGRAMS, encoding="utf-8")
+    return cellwright
+
+
+@pytest.mark.slow
+def test_unreachable_cluster_is_refused(tiny: CommandLine) -> None:
+    address = f"127.0.0.1:{free_port()}"
+    ran = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--ray", address)
+    assert ran.status == 2
+    assert ran.err == f"error: --ray {address}: cannot be reached: Connection refused; start Ray there\n"
+    assert not list(Path("evaluation").glob("logs/tiny*"))
+
+
+def test_program_outside_of_current_folder_is_refused(tiny: CommandLine) -> None:
+    program = Path("programs.py").resolve()
+    ran = tiny("eval", "tiny.yaml", "--agent", f"{program}:Deliver", "--ray", "auto")
+    assert ran.status == 2
+    assert ran.err.startswith(f"error: --ray: {program}: nodes get the current folder only")
+
+
+def test_too_many_jobs_are_refused(tiny: CommandLine) -> None:
+    ran = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--ray", "auto", "--jobs", "0")
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err == "error: --jobs 0: give a number from 1 to 1024\n"
