@@ -67,7 +67,7 @@ def bench(
 ) -> None:
     """Measure the costs of Cellwright on this machine, beside their bounds.
 
-    Run it on an idle machine; all of it takes about a quarter of an hour. A benchmark that needs something that is not
+    Run it on an idle machine; all of it takes about half an hour. A benchmark that needs something that is not
     installed (PyBullet, ROS 1) is skipped and says so.
 
         # a whole trial: alone, with the agent, with listeners on all topics

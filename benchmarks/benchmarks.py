@@ -172,6 +172,7 @@ BENCHMARKS = (
     Benchmark("pictures", "Pictures of cameras", 0.5),
     Benchmark("robot", "A robot compared with PyBullet", 0.5),
     Benchmark("evaluation", "Many runs in two processes", 3.0),
+    Benchmark("ray_cluster", "Many runs on a Ray cluster", 6.0),
     Benchmark("socket", "Over a socket", 2.0),
     Benchmark("teleop", "From a command to motion", 2.5),
     Benchmark("ros1", "Over ROS 1", 2.5),

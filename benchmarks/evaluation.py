@@ -64,7 +64,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     if usable_processors() < 2 and not quick:
         raise BenchmarkSkippedError("requires two processors")
     mover = ShortMover if quick else Mover
-    jobs = finals(mover, FINALS[:1] if quick else FINALS)
+    jobs = finals(f"{mover.__module__}:{mover.__name__}", FINALS[:1] if quick else FINALS)
     spent = {1: (math.inf, 0.0), 2: (math.inf, 0.0)}
     for turn in range(1 if quick else REPEATS):
         for workers in spent:
@@ -80,10 +80,11 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     yield Figure("two at a time / one", spent[1][0] / spent[2][0], minimum=MIN_GAIN, note="2 is the maximum")
 
 
-def finals(mover: type[Mover], names: Sequence[str]) -> list[Job]:
-    """Return the runs: some finals, each with every seed."""
-    trials = [EvaluatedTrial(name, (find_trial(name), find_trial(SENSORS)), 0.0, 0.0, 500.0) for name in names]
-    return make_jobs(trials, f"{mover.__module__}:{mover.__name__}", SEEDS, vary=False)
+def finals(agent: str, names: Sequence[str]) -> list[Job]:
+    """Return the runs of an agent: some finals, each with every seed."""
+    files = [((name, SENSORS), (find_trial(name), find_trial(SENSORS))) for name in names]
+    trials = [EvaluatedTrial(given[0], paths, 0.0, 0.0, 500.0, given=given) for given, paths in files]
+    return make_jobs(trials, agent, SEEDS, vary=False)
 
 
 def times(jobs: list[Job], workers: int) -> tuple[float, float]:
@@ -96,8 +97,13 @@ def times(jobs: list[Job], workers: int) -> tuple[float, float]:
         begin, before = time.perf_counter(), os.times()
         Evaluation(store, workers=workers).run(jobs)
         wall, after = time.perf_counter() - begin, os.times()
-        not_done = {f"{result.name}: {result.reason}" for result in store.results.values() if not result.is_done}
-        if not_done:
-            raise UsageError(f"not done: {', '.join(sorted(not_done))}")
+        refuse_failures(store)
     busy = after.children_user + after.children_system - before.children_user - before.children_system
     return wall, busy
+
+
+def refuse_failures(store: ResultsFile) -> None:
+    """Raise a UsageError if a run was not done."""
+    not_done = {f"{result.name}: {result.reason}" for result in store.results.values() if not result.is_done}
+    if not_done:
+        raise UsageError(f"not done: {', '.join(sorted(not_done))}")

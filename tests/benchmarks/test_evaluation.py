@@ -20,7 +20,7 @@ def test_evaluation_quick_run_yields_ratio_of_two_workers() -> None:
 
 
 def test_evaluation_jobs_are_even_in_number() -> None:
-    jobs = evaluation.finals(evaluation.Mover, evaluation.FINALS)
+    jobs = evaluation.finals("benchmarks.evaluation:Mover", evaluation.FINALS)
     assert len(jobs) == 30
     assert {job.seed for job in jobs} == {1, 2}
 
@@ -43,6 +43,6 @@ class Fails:
 @QUICK_WORKERS
 @pytest.mark.slow
 def test_unfinished_run_is_reported_by_name() -> None:
-    jobs = evaluation.finals(Fails, ["final01"])[:1]  # type: ignore[arg-type]
+    jobs = evaluation.finals(f"{__name__}:Fails", ["final01"])[:1]
     with pytest.raises(UsageError, match="not done: final01"):
         evaluation.times(jobs, 1)

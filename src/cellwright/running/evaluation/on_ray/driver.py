@@ -166,7 +166,8 @@ def _make_task() -> Callable[[Mapping[str, Any]], dict[str, Any]]:
         try:
             from cellwright.running.evaluation.on_ray import node
         except ImportError as error:
-            return {"failure": f"{place}: {error}; install the same Cellwright on all nodes"}
+            kind = "checked" if "check" in order else "failure"
+            return {kind: f"{place}: {error}; install the same Cellwright on all nodes"}
         done = node.check(**order["check"]) if "check" in order else node.work(order)
         for kind in ("failure", "checked"):
             if done.get(kind):
