@@ -26,7 +26,6 @@ from cellwright.running.evaluation.process import usable_processors
 from cellwright.running.evaluation.result import ResultsFile
 from cellwright.util.errors import UsageError
 
-TRIALS = FINALS[:8]
 WORK = 240.0
 """Simulation time of a run [s]."""
 
@@ -44,7 +43,7 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     work = 0.2 if quick else WORK
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, chdir(folder):
         Path("mover.py").write_text(_source(work), encoding="utf-8")
-        jobs = evaluation.finals("mover.py:Agent", TRIALS[:1] if quick else TRIALS)
+        jobs = evaluation.finals("mover.py:Agent", FINALS[:1] if quick else FINALS)
         spent = {1: math.inf, 2: math.inf}
         start = plain = math.inf
         for turn in range(1 if quick else REPEATS):

@@ -13,7 +13,7 @@ from rich.console import Console
 from cellwright.cli.eval import EvalProgress, show_summary
 from cellwright.cli.main import main
 from cellwright.recording.format.reader import RecordingFile
-from cellwright.running.evaluation.evaluate import Running
+from cellwright.running.evaluation.engine import Running
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.running.evaluation.summary import Threshold
 from tests.cli.conftest import CommandLine

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.evaluation.evaluate import Evaluation, Running
+from cellwright.running.evaluation.engine import Running
+from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile

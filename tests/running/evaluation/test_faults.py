@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 
-from cellwright.running.evaluation.evaluate import Evaluation, Running
+from cellwright.running.evaluation.engine import Running
+from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.process import WorkerProcess
 from cellwright.running.evaluation.result import Result, ResultsFile
 from tests.quick_children import QUICK_WORKERS

@@ -3,8 +3,8 @@
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
 
 from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.process import RunLimits
@@ -14,19 +14,43 @@ STARTS = 3
 """Starts of a run that the machine ends."""
 
 
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A job in progress: its start [s of wall time], its simulation time so far [s], and its points."""
+
+    job: Job
+    wall: float
+    simulated: float
+    points: float
+
+
 class Engine(ABC):
     """Base of what runs the jobs of an evaluation: on this machine, or on a cluster.
 
     Args:
         store: stores the results, and holds those of earlier evaluations.
         limits: limits of each run.
+        records: record the runs.
         on_result: called with each new result.
+        on_progress: called several times a second, with the jobs in progress as far as something is known of them.
+        on_fault: called with a line about the machine, such as when it has ended a run that starts again.
     """
 
-    def __init__(self, store: ResultsFile, limits: RunLimits, on_result: Callable[[Result], None]) -> None:
+    def __init__(
+        self,
+        store: ResultsFile,
+        limits: RunLimits,
+        records: bool,  # noqa: FBT001 (as all others, of the subclasses)
+        on_result: Callable[[Result], None],
+        on_progress: Callable[[Sequence[Running]], None],
+        on_fault: Callable[[str], None],
+    ) -> None:
         self._store = store
         self._limits = limits
+        self._records = records
         self._on_result = on_result
+        self._on_progress = on_progress
+        self._on_fault = on_fault
         self._stopped = False
         self.failure = ""
         """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""

@@ -8,12 +8,12 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from cellwright.running.evaluation.engine import STARTS, Engine
+from cellwright.running.evaluation.engine import STARTS, Engine, Running
 from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.merge import LOGS, RECORDINGS
 from cellwright.running.evaluation.process import (
@@ -40,25 +40,11 @@ _NO_ROOM = (errno.EAGAIN, errno.ENOMEM)
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
 
-@dataclass(frozen=True, slots=True)
-class Running:
-    """A job in progress: its start [s of wall time], its simulation time so far [s], and its points."""
-
-    job: Job
-    wall: float
-    simulated: float
-    points: float
-
-
 class Evaluation(Engine):
     """Runs jobs in worker processes of this machine, up to `workers` at a time.
 
     Args:
-        store: stores the results, and holds those of earlier evaluations.
         starts: of a run that the machine ends; then it is among `faults`.
-        on_result: called with each new result.
-        on_progress: called periodically with the jobs in progress.
-        on_fault: called with a line when the machine has ended a run that starts again.
     """
 
     def __init__(
@@ -75,12 +61,9 @@ class Evaluation(Engine):
     ) -> None:
         if workers < 1:
             raise UsageError(f"workers must be at least 1 (got {workers})")
-        super().__init__(store, limits or RunLimits(), on_result)
+        super().__init__(store, limits or RunLimits(), records, on_result, on_progress, on_fault)
         self._workers = workers
         self._max_starts = starts
-        self._records = records
-        self._on_progress = on_progress
-        self._on_fault = on_fault
         self._waiting: deque[Job] = deque()
         self._running: dict[WorkerProcess, Job] = {}
         self._starts: Counter[str] = Counter()

@@ -132,15 +132,20 @@ def _words(value: Any) -> str:
     return ", ".join(f"{name} {each}" for name, each in value.items()) if isinstance(value, Mapping) else str(value)
 
 
-def _copy_files(source: Path, target: Path, name: str) -> None:
-    files = [(source / kind / name).with_suffix(suffix) for kind, suffix in _SUFFIXES]
-    state = state_file(source, name)
+def run_files(folder: Path, name: str) -> list[Path]:
+    """Return the files of a run in the folder of the results, by the name of its log: those that there are."""
+    files = [(folder / kind / name).with_suffix(suffix) for kind, suffix in _SUFFIXES]
+    state = state_file(folder, name)
     if state.is_file():
         with suppress(OSError, ValueError):  # the run counts without its last state
             files += [scene_file_of(state), state]
-    for file in files:
+    return [file for file in files if file.is_file()]
+
+
+def _copy_files(source: Path, target: Path, name: str) -> None:
+    for file in run_files(source, name):
         copy = target / file.parent.name / file.name
-        if file.is_file() and not copy.exists():
+        if not copy.exists():
             copy.parent.mkdir(exist_ok=True)
             with replacement_path(copy) as path:
                 shutil.copyfile(file, path)

@@ -9,17 +9,20 @@ from typing import Any
 
 import pytest
 
+from cellwright.config.parsing.overrides import Override
 from cellwright.running.evaluation import job as job_module
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, key_facts, make_jobs, repeated
 from cellwright.running.evaluation.on_ray import node
 from cellwright.running.evaluation.process import RunLimits
+from cellwright.running.evaluation.state import read_state, state_file
 from tests.quick_children import QUICK_WORKERS
 
 LIMITS = asdict(RunLimits())
 
 
-def jobs_of(program: str) -> list[Job]:
-    trial = EvaluatedTrial("tiny", (Path("tiny.yaml").resolve(),), 6.0, 6.0, 500.0, given=("tiny.yaml",))
+def jobs_of(program: str, *overrides: str) -> list[Job]:
+    file, values = Path("tiny.yaml"), tuple(map(Override.read, overrides))
+    trial = EvaluatedTrial("tiny", (file.resolve(),), 6.0, 6.0, 500.0, given=(str(file),), overrides=values)
     return make_jobs([trial], f"programs.py:{program}", [1], vary=False)
 
 
@@ -30,6 +33,7 @@ def described(job: Job) -> dict[str, Any]:
         "name": trial.name,
         "given": list(trial.given),
         **figures,
+        "overrides": list(map(str, trial.overrides)),
         "facts": key_facts(trial, agent_digest(job.agent)),
     }
 
@@ -54,6 +58,20 @@ def test_work_returns_result_and_files_of_run(folder: Path) -> None:
     assert done["result"]["command"] == job.command
     assert set(done["files"]) == {f"logs/{Path(job.log_name).stem}{suffix}" for suffix in (".log", ".jsonl")}
     assert b"sending the kit" in done["files"][f"logs/{job.log_name}"]
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_work_returns_last_state_of_run_that_lost_points(folder: Path) -> None:
+    (job,) = jobs_of("Deliver", "time_limit=0.5")
+    done = node.work(order(job))
+    assert (done["result"]["outcome"], done["result"]["overrides"]) == ("time_limit", {"time_limit": "0.5"})
+    for name, content in done["files"].items():
+        path = Path("copy", name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    last = read_state(state_file(Path("copy"), job.log_name)).frame
+    assert last.time == round(done["result"]["simulated"] * 1e9)
 
 
 @QUICK_WORKERS

@@ -21,6 +21,7 @@ from typing import Any, BinaryIO, NoReturn, TextIO
 
 from cellwright.running.evaluation.channel import send, take_over_standard_streams
 from cellwright.util.errors import one_line
+from cellwright.util.files import write_atomic
 
 _CONNECT_TIMEOUT = 10.0  # [s]
 _END_TIMEOUT = 5.0  # [s] that cancelled tasks may take to end
@@ -135,7 +136,7 @@ class _Tasks:
             for name, file in content.pop("files", {}).items():
                 path = self._folder / name
                 path.parent.mkdir(exist_ok=True)
-                path.write_bytes(file)
+                write_atomic(path, file)  # a page may read the scene of another run
         except OSError as error:
             content["failure"] = f"{error.filename or self._folder}: {error.strerror or error}"
         except exceptions.RuntimeEnvSetupError as error:
@@ -168,6 +169,8 @@ def _make_task() -> Callable[[Mapping[str, Any]], dict[str, Any]]:
         except ImportError as error:
             kind = "checked" if "check" in order else "failure"
             return {kind: f"{place}: {error}; install the same Cellwright on all nodes"}
+        if "begins" in order:
+            return {}
         done = node.check(**order["check"]) if "check" in order else node.work(order)
         for kind in ("failure", "checked"):
             if done.get(kind):

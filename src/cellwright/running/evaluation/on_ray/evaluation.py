@@ -17,7 +17,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import IO, Any
 
-from cellwright.running.evaluation.engine import STARTS, Engine
+from cellwright.running.evaluation.engine import STARTS, Engine, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, key_facts
 from cellwright.running.evaluation.merge import LOGS
 from cellwright.running.evaluation.process import RunLimits
@@ -31,18 +31,16 @@ _IDLE_TIMEOUT = 30.0  # [s] without an answer, after which the user may want to 
 _END_TIMEOUT = 20.0  # [s] that the driver may take to leave the cluster
 _QUEUE = 2  # runs for each CPU of the cluster, so that none waits for this machine
 _CHECK = "check"  # key of the order that checks the agent
+_MAX_BEGINNINGS = 64  # workers of Ray that start at once
 
 
 class RayEvaluation(Engine):
     """Runs jobs on a Ray cluster, whose nodes get a copy of the current folder.
 
     Args:
-        store: stores the results, and holds those of earlier evaluations.
         address: of the cluster, as for `ray.init`.
         jobs: all that may be run, of one agent.
         most: runs at a time; None for as many as the cluster has CPUs, whose number may change.
-        on_result: called with each new result.
-        on_fault: called with a line when the cluster is late.
 
     Raises:
         UsageError: Ray is not installed, or a file does not get to the nodes.
@@ -59,9 +57,10 @@ class RayEvaluation(Engine):
         most: int | None = None,
         records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
+        on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
         on_fault: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        super().__init__(store, limits or RunLimits(), on_result)
+        super().__init__(store, limits or RunLimits(), records, on_result, on_progress, on_fault)
         if find_spec("ray") is None:
             raise UsageError("--ray: needs the package ray; pip install 'cellwright[ray]'")
         agent = jobs[0].agent
@@ -70,8 +69,6 @@ class RayEvaluation(Engine):
             _refuse_elsewhere(name)
         self._address = address
         self._most = most
-        self._records = records
-        self._on_fault = on_fault
         program = agent_digest(agent)
         self._trials = {trial: _described(trial, program) for trial in {job.trial: None for job in jobs}}
         self._driver: _Driver | None = None
@@ -88,7 +85,8 @@ class RayEvaluation(Engine):
             if not problem:
                 given = {"agent": agent, "trials": list(self._trials.values()), "limits": asdict(self._limits)}
                 self._order({"key": _CHECK, "check": given})
-                ended = self._wait_for_end(_IDLE_TIMEOUT)
+                self._start_workers()
+                ended = self._wait_for_check(_IDLE_TIMEOUT)
                 problem = ended.get("checked", "")
                 self.failure = self.failure or ended.get("failure", "") or ended.get("fault", "")
         except OSError as error:
@@ -112,17 +110,29 @@ class RayEvaluation(Engine):
         running: dict[str, Job] = {}
         try:
             while (waiting or running) and not self._stopped and not self.failure:
-                while waiting and len(running) < (self._most or _QUEUE * max(1, self._cpus)):
+                while waiting and len(running) < self._most_orders():
                     job = waiting.popleft()
                     running[job.key] = job
                     self._order(self._order_of(job))
-                if ended := self._receive(_PERIOD).get("ended"):
-                    self._finish(running.pop(ended["key"]), ended)
+                ended = self._receive(_PERIOD).get("ended", {})
+                if (key := ended.get("key")) in running:
+                    self._finish(running.pop(key), ended)
+                self._on_progress(())
         except OSError as error:
             self.failure = self._words_of(error)
         finally:
             self._leave()
         return not (waiting or running or self.faults)
+
+    def _most_orders(self) -> int:
+        """Return how many runs Ray may have: it does one for each CPU, and has the next ones at hand."""
+        cpus = max(1, self._cpus)
+        return _QUEUE * cpus if self._most is None or self._most >= cpus else self._most
+
+    def _start_workers(self) -> None:
+        """Let Ray start its workers while one of them checks the agent: the first run of each would wait for it."""
+        for number in range(1, min(self._most or self._cpus, self._cpus, _MAX_BEGINNINGS)):
+            self._order({"key": f"worker {number}", "begins": True})
 
     def _connect(self) -> str:
         """Start the driver, and return why it cannot use the cluster."""
@@ -136,14 +146,16 @@ class RayEvaluation(Engine):
                 return f"no answer within {_CONNECT_TIMEOUT:g} s; see {self._driver.log}, and start Ray there"
         return str(answer.get("refused", ""))
 
-    def _wait_for_end(self, patience: float) -> Mapping[str, Any]:
-        """Return what has come of the next order; tell the user once if that takes longer than `patience` [s]."""
+    def _wait_for_check(self, patience: float) -> Mapping[str, Any]:
+        """Return what has come of the check; tell the user once if that takes longer than `patience` [s]."""
         late = time.monotonic() + patience
-        while not (ended := self._receive(_PERIOD).get("ended")) and not self.failure:
+        ended: Mapping[str, Any] = {}
+        while ended.get("key") != _CHECK and not self.failure:
+            ended = self._receive(_PERIOD).get("ended", {})
             if time.monotonic() > late:
                 late = math.inf
                 self._on_fault(f"the cluster has started nothing for {patience:g} s; it may have no free CPU")
-        return ended or {}
+        return ended
 
     def _finish(self, job: Job, ended: Mapping[str, Any]) -> None:
         if failure := ended.get("failure"):
@@ -238,6 +250,7 @@ def _described(trial: EvaluatedTrial, program: str) -> dict[str, Any]:
         "reachable": trial.reachable,
         "best": trial.best,
         "time_limit": trial.time_limit,
+        "overrides": list(map(str, trial.overrides)),
         "facts": key_facts(trial, program),
     }
 

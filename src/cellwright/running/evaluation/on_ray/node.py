@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.evaluation.evaluate import Evaluation
@@ -23,7 +24,7 @@ from cellwright.running.evaluation.job import (
     models_digest,
     repeated,
 )
-from cellwright.running.evaluation.merge import LOGS, RECORDINGS
+from cellwright.running.evaluation.merge import run_files
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Lost, ResultsFile
 from cellwright.util.errors import CellwrightError, one_line
@@ -89,8 +90,7 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         evaluation.run([job])
         _raise_fault(evaluation)
         result, folder = store.results[job.key], store.path.parent
-        paths = [path for kind in (LOGS, RECORDINGS) for path in (folder / kind).glob(f"{Path(job.log_name).stem}.*")]
-        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in run_files(folder, job.log_name)}
         if result.outcome == Lost.DIED and (problem := evaluation.check_agent(agent)):
             return {"failure": problem}  # this node lacks a package that another one has
     return {"result": result.as_json(), "files": files}
@@ -130,11 +130,13 @@ def _trial(described: Mapping[str, Any], agent: str) -> EvaluatedTrial:
     Raises:
         OtherNodeError: a file is missing, or trial, agent or versions differ.
     """
-    content = {**described, "given": tuple(described["given"])}
+    overrides = tuple(map(Override.read, described["overrides"]))
+    content = {**described, "given": tuple(described["given"]), "overrides": overrides}
     wanted = content.pop("facts")
     try:
         files = tuple(find_trial(name).resolve() for name in described["given"])
-        trial = EvaluatedTrial(**content, files=files, models=models_digest(load_trial(list(files)).trial))
+        loaded = load_trial(list(files), overrides=overrides).trial
+        trial = EvaluatedTrial(**content, files=files, models=models_digest(loaded))
         own = key_facts(trial, agent_digest(agent))
     except (CellwrightError, OSError) as error:
         reason = one_line(error)
