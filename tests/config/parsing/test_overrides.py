@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from cellwright import load_trial
 from cellwright.config.parsing import overrides as overrides_module
 from cellwright.config.parsing.overrides import MAX_OVERRIDES, Override, read_values
+from cellwright.config.parsing.tree import Problem
 from cellwright.config.trial import gear2017
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import resolved, resolved_cell
@@ -64,14 +65,14 @@ KEYS = {
 }
 
 
-def outcome(text: str, *overrides: str) -> tuple[Any, bool]:
-    """Return all that a trial is made of, None after an error; and whether all warnings were silent."""
+def outcome(text: str, *overrides: str) -> tuple[Any, tuple[Problem, ...]]:
+    """Return all that a trial is made of, None after an error; and the warnings."""
     try:
         loaded = gear2017.load_trial(text=text, overrides=[Override.read(each) for each in overrides])
     except DescriptionError:
-        return None, True
+        return None, ()
     found = repr((resolved(loaded), resolved_cell(loaded.trial), loaded.time_limit, loaded.faulty_parts))
-    return (found, loaded.trial), not loaded.warnings
+    return (found, loaded.trial), loaded.warnings
 
 
 NUMBERS = st.integers(-3, 700).map(str) | st.floats(-2, 2).map(lambda number: f"{number:.3f}")
@@ -109,9 +110,17 @@ WORDS = st.sampled_from(
 
 @given(st.sampled_from(sorted(KEYS)), NUMBERS | WORDS)
 def test_override_equals_file_with_that_value(name: str, value: str) -> None:
-    written, is_silent = outcome(WRITTEN % (USUAL | {name: value}))
-    overridden, _ = outcome(WRITTEN % USUAL, f"{KEYS[name]}={value}")
-    assert overridden == (written if is_silent else None)
+    key = KEYS[name]
+    written, warnings = outcome(WRITTEN % (USUAL | {name: value}))
+    overridden, _ = outcome(WRITTEN % USUAL, f"{key}={value}")
+    is_refused = any(each.key.startswith(key) or (each.ignored and key.startswith(each.ignored)) for each in warnings)
+    assert overridden == (None if is_refused else written)
+
+
+def test_value_that_disables_another_section_is_no_error() -> None:
+    text, override = WRITTEN % USUAL, Override.read("options.belt_population_cycles=0")
+    (warning,) = gear2017.load_trial(text=text, overrides=[override]).warnings
+    assert str(warning).endswith("belt_parts: no effect on the cell unless options.belt_population_cycles is above 0")
 
 
 def test_usual_values_make_a_trial_without_warnings() -> None:
