@@ -32,8 +32,11 @@ def test_statistics_are_of_done_runs_and_submitted_parts() -> None:
     assert time.deviation == pytest.approx(2.0**1.5)
     assert distance.mean == pytest.approx(0.003)  # of means of runs, 2 and 4 mm
     assert distance.deviation == pytest.approx(0.0015275, abs=1e-7)  # of 1, 3 and 4 mm
-    low, high = distance.interval or (0.0, 0.0)
-    assert (low + high) / 2.0 == pytest.approx(0.003)
+    low, high = distance.interval or (1.0, 1.0)
+    assert low == 0.0  # no distance is negative
+    assert high == pytest.approx(0.003 + 12.7062 * 0.001, rel=1e-4)
+    low, high = statistics([placed(0.1), placed(0.102, seed=2)], are_sample=True)["distance"].interval or (0.0, 0.0)
+    assert (low + high) / 2.0 == pytest.approx(0.101)
     assert high - low == pytest.approx(2.0 * 12.7062 * 0.001, rel=1e-4)
     assert yaw.mean == pytest.approx(2.0 * distance.mean)
 

@@ -77,6 +77,8 @@ def statistics(results: Sequence[Result], *, are_sample: bool) -> dict[str, Stat
         if values:
             means, pooled = [fmean(each) for each in values], [value for each in values for value in each]
             interval = mean_interval([means]) if are_sample else None
+            if interval is not None:  # no quantity is negative
+                interval = max(0.0, interval[0]), interval[1]
             deviation = stdev(pooled) if len(pooled) > 1 else None
             found[measure.name] = Statistic(len(values), fmean(means), interval, deviation)
     return found
