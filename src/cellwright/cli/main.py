@@ -65,9 +65,9 @@ _ROOM = "cellwright.cli"
 COMMANDS = {
     "run": "run.command:run",
     "check": "check:check",
-    "eval": "eval:evaluate",
-    "eval merge": "merge:merge",
-    "eval compare": "compare:compare",
+    "eval": "eval.command:evaluate",
+    "eval merge": "eval.merge:merge",
+    "eval compare": "eval.compare:compare",
     "serve": "serve:serve",
     "teleop": "teleop:teleop",
     "view": "view:view",

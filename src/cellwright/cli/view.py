@@ -118,7 +118,7 @@ def view(
         case TargetKind.ADDRESS:
             view_served(options.address("view", words[0]), page, console)
         case TargetKind.EVALUATION:
-            from cellwright.cli.watch import open_evaluation_page
+            from cellwright.cli.eval.watch import open_evaluation_page
 
             folders = [Path(word) for word in words]
             keep_until_signal(lambda: open_evaluation_page(folders, "", page, console))

@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 import pytest
 from rich.console import Console
 
-from cellwright.cli.eval import EvalProgress, show_summary
+from cellwright.cli.eval.conclusion import show_summary
+from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import main
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.engine import Running

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.eval import _trials
+from cellwright.cli.eval.command import _trials
 from cellwright.running.evaluation.job import Job, make_jobs
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile

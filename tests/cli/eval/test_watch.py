@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cli import watch
+from cellwright.cli.eval import watch
 from tests.browser.serving import viewed
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_WORKERS

@@ -6,7 +6,7 @@ from typing import Annotated
 from rich.console import Console
 
 from cellwright.cli.arguments import OUTPUT, AsJson
-from cellwright.cli.eval import AsTable, conclude, refuse_file, require_table, threshold_of
+from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of
 from cellwright.cli.main import argument, option
 from cellwright.cli.output import print_line
 from cellwright.running.evaluation import merge as merging

@@ -1,0 +1,1 @@
+"""`cellwright eval`: evaluations, their merge, their comparison and their page."""

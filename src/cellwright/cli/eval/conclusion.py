@@ -1,0 +1,149 @@
+"""Conclusion of an evaluation: its files, its tables and its exit status, for `cellwright eval` and its `merge`."""
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from statistics import fmean
+from typing import Annotated, NoReturn
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from cellwright.cli import options
+from cellwright.cli.arguments import OUTPUT
+from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, flag
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table, write_result
+from cellwright.running.evaluation import summary
+from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
+from cellwright.running.evaluation.process import DISK_FULL
+from cellwright.running.evaluation.report import report
+from cellwright.running.evaluation.result import RESULTS_NAME, Result
+from cellwright.running.evaluation.state_pictures import draw_worst
+from cellwright.running.evaluation.trackers import Status
+from cellwright.running.evaluation.tracking import Tracking, final_metrics
+from cellwright.util.plugins import is_installed
+
+AsTable = Annotated[bool, flag("--parquet", "Write FOLDER/results.parquet too: a table of the runs.", OUTPUT)]
+
+
+def threshold_of(min_score: str | None) -> summary.Threshold | None:
+    """Return the threshold of `--min-score`; None without one."""
+    with options.errors_of("--min-score"):
+        return None if min_score is None else summary.Threshold.read(min_score)
+
+
+def require_table(as_table: bool) -> None:  # noqa: FBT001 (the value of an option)
+    """Refuse `--parquet` without the package that writes the table."""
+    if as_table and not is_installed("pyarrow"):
+        options.refuse("--parquet: needs the package pyarrow; pip install 'cellwright[parquet]'")
+
+
+def refuse_file(message: str, error: OSError) -> NoReturn:
+    """Refuse a file as bad input, unless the disk is full."""
+    if error.errno in DISK_FULL:
+        typer.echo(f"error: {message}", err=True)
+        raise typer.Exit(TRY_AGAIN)
+    options.refuse(message)
+
+
+def conclude(
+    out: Path,
+    ended: Sequence[Result],
+    failures: list[str],
+    threshold: summary.Threshold | None,
+    console: Console,
+    *,
+    left: int,
+    as_table: bool,
+    as_json: bool,
+    tracking: Tracking | None = None,
+) -> NoReturn:
+    """Write the files of an evaluation to `out`, print its summary, and exit.
+
+    `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each; `left` is the
+    number of runs that were interrupted. A failure of `tracking` does not change the exit status.
+    """
+    results, repeats = summary.with_repeats(ended)
+    failures += write_result(out / "junit.xml", summary.junit(results, threshold, repeats))
+    pictures = {} if left else draw_worst(out, results, partial(print_line, console))
+    failures += write_result(out / "report.html", report(results, threshold, repeats, pictures))
+    if as_table:
+        failures += write_result(out / TABLE_NAME, parquet_table(ended))
+    reasons = [*(summary.shortcoming(result, threshold) for result in results), *(each.difference for each in repeats)]
+    status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else DONE
+    document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)
+    failures += write_result(out / "summary.json", document + "\n")
+    show_summary(console, results, threshold, repeats)
+    if left:
+        console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
+    print_entry(console, "report", str(out / "report.html"))
+    status = TRY_AGAIN if failures else status
+    if tracking is not None:
+        ending: Status = "failed" if failures else "interrupted" if left else "finished"
+        names = ("report.html", "summary.json", "junit.xml", RESULTS_NAME, *([TABLE_NAME] if as_table else []))
+        metrics = final_metrics(results, threshold, repeats, status)
+        for note in tracking.finish(metrics, len(ended), [out / name for name in names], ending):
+            print_line(console, f"warning: {note}", "yellow")
+        for name, run in tracking.runs.items():
+            print_entry(console, name, f"run {run}")
+    for failure in failures:
+        typer.echo(f"error: {failure}", err=True)
+    if as_json:
+        typer.echo(document)
+    raise typer.Exit(status)
+
+
+_MAX_REASONS = 10
+
+
+def show_summary(
+    console: Console,
+    results: Sequence[Result],
+    threshold: summary.Threshold | None,
+    repeats: Sequence[summary.Repeat] = (),
+) -> None:
+    """Print a row for each trial, and a line for each run that did not pass or not repeat."""
+    console.print()
+    console.print(summary_table(results))
+    if rows := summary.measure_rows(summary.summarize(results)):
+        console.print()
+        figures = dict.fromkeys(("mean", "95 %", "spread"), RIGHT)
+        console.print(table({"trial": FOLD, "figure": WHOLE, **figures}, rows))
+    short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
+    short = [(result, reason) for result, reason in short if reason]
+    _print_first(console, [f"{result.name}: {reason}" for result, reason in short])
+    passed = f"{len(results) - len(short)} of {len(results)} runs"
+    print_entry(console, "passed", summary.with_interval(passed, summary.passed_interval(results, threshold)))
+    if results:
+        share = f"{fmean(result.share for result in results):.0%} of the attainable points"
+        print_entry(console, "share", summary.with_interval(share, summary.share_interval(results)))
+    if repeats:
+        different = [repeat for repeat in repeats if repeat.difference]
+        _print_first(console, [f"{repeat.first.name} is not repeatable: {repeat.difference}" for repeat in different])
+        print_entry(
+            console, "repeated", f"{len(repeats) - len(different)} of {len(repeats)} runs ended in the same state"
+        )
+    if same := [trial for trial, group in summary.by_trial(results).items() if summary.are_same(group)]:
+        print_entry(console, "note", f"all runs are the same, whatever the seed: {', '.join(same)} (see --vary)")
+    print_entry(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
+
+
+def _print_first(console: Console, lines: Sequence[str]) -> None:
+    for line in lines[:_MAX_REASONS]:
+        print_line(console, f"  {line}")
+    if len(lines) > _MAX_REASONS:
+        console.print(f"  and {len(lines) - _MAX_REASONS} more")
+
+
+def summary_table(results: Sequence[Result]) -> Table:
+    """Return a table with a row for each trial."""
+    figures = dict.fromkeys(("runs", "mean", "95 %", "min", "max", "reach"), RIGHT)
+    rows = []
+    for each in summary.summarize(results):
+        outcomes = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in each.outcomes.items())
+        points = [f"{number:.4g}" for number in (each.mean, each.min, each.max, each.reachable)]
+        points.insert(1, summary.range_text(each.mean_interval))
+        rows.append([each.trial, str(each.runs), *points, outcomes])
+    return table({"trial": FOLD, **figures, "outcomes": {}}, rows)

@@ -1,0 +1,87 @@
+"""Progress of an evaluation on a console: lines of results, and moving tables of runs and trials."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Self
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.cli.output import RIGHT, print_line, table
+from cellwright.running.evaluation import summary
+from cellwright.running.evaluation.engine import Running
+from cellwright.running.evaluation.job import Job
+from cellwright.running.evaluation.result import Result
+
+_REFRESH = 4.0  # [1/s]
+
+
+class EvalProgress:
+    """Progress of an evaluation on a console."""
+
+    def __init__(self, console: Console, jobs: Sequence[Job]) -> None:
+        self._console = console
+        self._jobs = jobs
+        self._counts = Counter(job.trial.name for job in jobs)
+        self._results: list[Result] = []
+        self._running: Sequence[Running] = ()
+        self._live = Live(console=console, refresh_per_second=_REFRESH, transient=True, get_renderable=self._table)
+
+    def __enter__(self) -> Self:
+        if self._console.is_interactive:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._console.is_interactive:
+            self._live.stop()
+
+    def begin(self, known: Sequence[Result], folder: Path) -> None:
+        """Print the number of runs, and how many of them are done."""
+        self._results = list(known)
+        count = len(self._jobs)
+        runs = "run" if count == 1 else "runs"
+        print_line(self._console, f"{count} {runs}, agent {self._jobs[0].agent}, results in {folder}")
+        if known:
+            print_line(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result already")
+
+    def take(self, result: Result) -> None:
+        """Add a new result, and print it."""
+        self._results.append(result)
+        done = f"[{len(self._results):>{len(str(len(self._jobs)))}}/{len(self._jobs)}]"
+        outcome = result.outcome.replace("_", " ")
+        text = f"{done} {result.name}: {result.points:g} of {result.reachable:g} points, {outcome}"
+        tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
+        print_line(self._console, text + tail, None if result.is_done else "yellow")
+
+    def show_fault(self, line: str) -> None:
+        """Print what the machine did to a run."""
+        print_line(self._console, line, "yellow")
+
+    def show_jobs(self, running: Sequence[Running]) -> None:
+        """Show the runs in progress."""
+        self._running = running
+
+    def _table(self) -> Group:
+        # the moving lines stand above: if there are more trials than lines, the end of the table is out of sight
+        return Group(Text(), self._runs(), Text(), self._trials())
+
+    def _trials(self) -> Table:
+        rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
+        lost = Counter(result.trial for result in self._results if result.is_lost)
+        for each in summary.summarize(self._results):
+            figures = [f"{each.mean:.4g}", f"{each.min:.4g}", f"{each.share:.0%}", str(lost[each.trial] or "")]
+            rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
+        return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
+
+    def _runs(self) -> Table:
+        grid = Table(box=None, show_header=False, pad_edge=False)
+        for each in self._running:
+            limit = each.job.trial.time_limit
+            end = f" of {limit:g}" if limit > 0 else ""
+            cells = (f"{each.simulated:.0f}{end} s", f"{each.points:g} points", f"{each.wall:.0f} s")
+            grid.add_row(each.job.name, *cells, style="cyan")
+        return grid
