@@ -177,6 +177,19 @@ def test_choice_of_a_browser_selects_the_run(opened: tuple[Any, EvaluationPanels
     clicked(panels._run, "tiny seed 3: done")
     found.link.refuses = ""
     assert found.notices == [("run: refused", "there is no such run any more")]
+    assert panels._run.value == NEWEST
+
+
+def test_choice_is_not_undone_before_it_is_passed_on(opened: tuple[Any, EvaluationPanels]) -> None:
+    found, panels = opened
+    panels._run.value = "tiny seed 3: done"  # type: ignore[misc]  # as viser does before it calls back
+    show(panels, selected="")
+    assert panels._run.value == "tiny seed 3: done"
+    clicked(panels._run, str(panels._run.value))
+    assert found.link.requests[-1] == {"key": "c"}
+    show(panels, selected="c")
+    show(panels, selected="")
+    assert panels._run.value == NEWEST
 
 
 def test_list_follows_the_failures_and_keeps_the_selection(opened: tuple[Any, EvaluationPanels]) -> None:

@@ -239,6 +239,7 @@ class EvaluationPanels(Feature):
 
     def __init__(self) -> None:
         self._keys: dict[str, str] = {NEWEST: ""}
+        self._selected = ""
         self._head: Any = None
 
     def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
@@ -267,9 +268,9 @@ class EvaluationPanels(Feature):
         if keys != self._keys:
             self._keys = keys
             self._run.options = tuple(keys)
-        label = next((label for label, key in keys.items() if key == state.selected), NEWEST)
-        if self._run.value != label:
-            self._run.value = label  # type: ignore[misc]
+        if state.selected != self._selected:  # else a choice that `_select` has not passed on yet would be undone
+            self._selected = state.selected
+            self._show_selected()
         more = f"and {state.more_failures} more, in report.html at the end" if state.more_failures else ""
         self._more.content = widgets.block(widgets.dim(more)) if more else ""
         self._detail.content = detail_html(state)
@@ -281,3 +282,9 @@ class EvaluationPanels(Feature):
             self.page.link.ask(SHOW, key=self._keys.get(str(event.target.value), ""))
         except CellwrightError as error:
             self.page.notify("run: refused", str(error), is_bad=True)
+            self._show_selected()
+
+    def _show_selected(self) -> None:
+        label = next((label for label, key in self._keys.items() if key == self._selected), NEWEST)
+        if self._run.value != label:
+            self._run.value = label  # type: ignore[misc]
