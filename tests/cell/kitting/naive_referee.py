@@ -8,6 +8,48 @@ from cellwright.config.trial.trial import Order, Trial
 LogEntry = tuple[int, str, str]
 
 
+class NaiveScorer:
+    """Stack of the orders in progress, the submitted kits and the time of each announced order."""
+
+    def __init__(self) -> None:
+        self.stack: list[Order] = []
+        self.announced: list[Order] = []
+        self.submitted: set[str] = set()
+        self.times: dict[str, int] = {}
+
+    def announce(self, order: Order) -> None:
+        self.stack.append(order)
+        self.announced.append(order)
+        self.times[order.order_id] = 0
+
+    def withdraw(self, order_id: str) -> bool:
+        """Take the newest order away; return False, and take none, if the named one is not in progress."""
+        if not any(each.order_id == order_id for each in self.stack):
+            return False
+        self.stack.pop()
+        return True
+
+    def submit(self, kit_type: str) -> bool:
+        """Return True if a tray is judged as this kit, now or before."""
+        if any(kit.kit_type == kit_type for order in self.stack for kit in order.kits):
+            self.submitted.add(kit_type)
+            return True
+        return False
+
+    def complete(self, order: Order) -> bool:
+        return all(kit.kit_type in self.submitted for kit in order.kits)
+
+    def points(self, order_id: str) -> int:
+        """Return the number of submitted kits of an order."""
+        return sum(
+            kit.kit_type in self.submitted for each in self.announced if each.order_id == order_id for kit in each.kits
+        )
+
+    def pass_time(self, tick: int) -> None:
+        for order in self.announced:
+            self.times[order.order_id] += 0 if self.complete(order) else tick
+
+
 class NaiveReferee:
     """Log of events as (time, kind, name), made at every step; accumulates times tick by tick."""
 
@@ -19,13 +61,10 @@ class NaiveReferee:
         ]
         self.to_come = [each for *_, each in sorted(timed, key=lambda entry: entry[:2])]
         self.to_come += [each for each in trial.orders if each.start_time is None]
-        self.stack: list[Order] = []
+        self.scorer = NaiveScorer()
         self.trays: dict[str, TrayContents] = {}
-        self.submitted: set[str] = set()
-        self.closed: set[str] = set()
         self.state = "init"
         self.elapsed = 0
-        self.order_times: dict[str, int] = {}
         self.travel = 0
         self.carrying = False
         self.log: list[LogEntry] = []
@@ -38,23 +77,14 @@ class NaiveReferee:
 
     def submit(self, kit_type: str) -> bool:
         """Return True if a tray is judged as this kit, now or before."""
-        if self.state != "go":
-            return False
-        if any(kit.kit_type == kit_type for order in self.stack for kit in order.kits):
-            self.submitted.add(kit_type)
-            return True
-        return False
-
-    def complete(self, order: Order) -> bool:
-        return all(kit.kit_type in self.submitted for kit in order.kits)
+        return self.state == "go" and self.scorer.submit(kit_type)
 
     def pass_time(self) -> None:
         """Let one tick pass."""
         if self.state == "go":
             self.elapsed += self.tick
             self.travel += self.tick if self.carrying else 0
-            for order in self.stack:
-                self.order_times[order.order_id] += 0 if self.complete(order) else self.tick
+            self.scorer.pass_time(self.tick)
 
     def step(self, now: int) -> None:
         if self.state == "ready":
@@ -66,12 +96,13 @@ class NaiveReferee:
         elif self.state == "go":
             if self.to_come and self.is_due(self.to_come[0]):
                 order = self.to_come.pop(0)
-                self.stack.append(order)
-                self.order_times[order.order_id] = 0
+                self.scorer.announce(order)
                 self.log.append((now, "announced", order.order_id))
-            if self.stack and self.complete(self.stack[-1]):
-                self.log.append((now, "complete", self.stack.pop().order_id))
-            if not self.stack and not self.to_come:
+            stack = self.scorer.stack
+            if stack and self.scorer.complete(stack[-1]):
+                self.log.append((now, "complete", stack[-1].order_id))
+                self.scorer.withdraw(stack[-1].order_id)
+            if not stack and not self.to_come:
                 self.enter("end_game", now)
 
     def is_due(self, order: Order) -> bool:
@@ -80,7 +111,7 @@ class NaiveReferee:
         wanted_limit, unwanted_limit = order.wanted_parts or 0, order.unwanted_parts or 0
         if max(wanted_limit, unwanted_limit) <= 0:
             return False
-        if not self.stack:
+        if not self.scorer.stack:
             return True
         counts = [self.count(order, each) for each in self.trays.values()]
         max_wanted, max_unwanted = max(wanted for wanted, _ in counts), max(unwanted for _, unwanted in counts)

@@ -196,7 +196,7 @@ def test_all_cadences_agree_with_naive_rules(trial: Trial, story: list[Input]) -
     assert every_tick.log == naive.log
     assert every_tick.judged == judged
     score = every_tick.referee.score(end)
-    assert {each.order_id: each.time_taken for each in score.orders} == naive.order_times
+    assert {each.order_id: each.time_taken for each in score.orders} == naive.scorer.times
     assert score.part_travel_time == naive.travel
 
 

@@ -1,11 +1,14 @@
 import json
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.scorer import Scorer
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.cell.kitting.builders import full_tray, order, tray_object
+from tests.cell.kitting.naive_referee import NaiveScorer
 
 ONE = order(0, ("gear_part", "disk_part"), kits=2)
 TWO = order(1, ("gear_part",))
@@ -92,15 +95,51 @@ def test_withdrawn_order_keeps_points_and_clock(scorer: Scorer) -> None:
     assert scorer.withdraw("order_1", 400).total == 0.0
 
 
-def test_kit_of_withdrawn_order_is_scored_when_submitted_later(scorer: Scorer) -> None:
+def test_kit_of_withdrawn_order_is_refused_as_closed(scorer: Scorer) -> None:
+    scorer.announce("order_0", 100)
+    scorer.announce("order_1", 100)
+    scorer.withdraw("order_0", 200)
+    refusal = scorer.submit("order_1_kit_0", full_tray(TWO), 300).refusal
+    assert refusal is not None
+    assert (refusal.reason, refusal.order_id) == (RefusalReason.ORDER_CLOSED, "order_1")
+    assert refusal.accepted == ("order_0_kit_0", "order_0_kit_1")
+
+
+def test_second_announcement_is_refused(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     scorer.withdraw("order_0", 200)
-    assert scorer.submit("order_0_kit_0", full_tray(ONE), 300).total == 6.0
-    for kit in ONE.kits[1:]:
-        scorer.submit(kit.kit_type, (), 400)
-    score = scorer.game_score(900).orders[0]
-    assert (score.total, score.time_taken, score.is_complete) == (6.0, 300, True)
-    assert scorer.submit("order_0_kit_0", (), 500).refusal is not None
+    with pytest.raises(UsageError, match=r"an order is announced once \(got 'order_0' again\)"):
+        scorer.announce("order_0", 300)
+
+
+OPERATIONS = st.tuples(st.sampled_from(("announce", "withdraw", "withdraw", "submit", "submit")), st.integers(0, 2))
+
+
+@given(st.lists(OPERATIONS, max_size=20), st.integers(0, 20))
+def test_scorer_agrees_with_naive_stack_of_orders(operations: list[tuple[str, int]], snapshot: int) -> None:
+    orders = [order(number) for number in range(3)]
+    scorer, naive = Scorer(orders), NaiveScorer()
+    scorer.begin(0)
+    for now, (operation, number) in enumerate(operations):
+        name = f"order_{number}"
+        if now == snapshot:
+            state = scorer.get_state()
+            scorer = Scorer(orders)
+            scorer.set_state(json.loads(json.dumps(state)))
+        if operation == "announce" and name not in naive.times:
+            scorer.announce(name, now)
+            naive.announce(orders[number])
+        elif operation == "withdraw":
+            before = naive.points(name)
+            assert scorer.withdraw(name, now).total == (3.0 if naive.withdraw(name) and before else 0.0)
+        elif operation == "submit":
+            kit = f"{name}_kit_0"
+            assert scorer.submit(kit, full_tray(orders[number]), now).is_submitted == naive.submit(kit)
+        naive.pass_time(1)
+        assert {each.order_id: each.time_taken for each in scorer.game_score(now + 1).orders} == naive.times
+        assert {each.order_id: each.total for each in scorer.game_score(now).orders} == {
+            name: 3.0 * naive.points(name) for name in naive.times
+        }
 
 
 def test_end_stops_all_clocks(scorer: Scorer) -> None:
@@ -138,14 +177,14 @@ def test_scorer_state_survives_json_with_evidence(scorer: Scorer) -> None:
     scorer.announce("order_0", 110)
     scorer.gripper_changed(115, enabled=True, attached=True)
     first = scorer.submit("order_0_kit_0", (tray_object(x=0.02, yaw=0.1), tray_object("disk_part", faulty=True)), 120)
-    scorer.withdraw("order_1", 130)
+    scorer.withdraw("order_1", 130)  # takes order_0, the newest
     copy = Scorer([ONE, TWO, NO_KITS])
     copy.set_state(json.loads(json.dumps(scorer.get_state())))
     assert copy.get_state() == scorer.get_state()
     for each in (scorer, copy):
-        assert each.submit("order_0_kit_0", (), 140) == first
+        assert each.submit("order_0_kit_0", (), 140).refusal is not None
         assert each.submit("order_1_kit_0", (), 140).refusal is None
-        each.submit("order_0_kit_1", full_tray(ONE), 150)
+        assert each.game_score(150).orders[1].kits[0] == first
         each.end(160)
     assert copy.game_score(999) == scorer.game_score(999)
     assert copy.game_score(999).part_travel_time == 45

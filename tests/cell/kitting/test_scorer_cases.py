@@ -1,4 +1,4 @@
-"""Results of the 2017 competition's own scorer, case by case."""
+"""Results of the 2017 competition's own scorer, case by case, and cases of its rules for withdrawn orders."""
 
 from typing import Any
 
@@ -13,6 +13,7 @@ from cellwright.util.pose import Pose
 from tests.conftest import load_cases
 
 CASES = load_cases("scorer_cases.json")
+WITHDRAWALS = load_cases("withdrawal_cases.json")
 
 
 def pose(values: dict[str, Any]) -> Pose:
@@ -99,10 +100,19 @@ def test_recorded_cases_are_complete() -> None:
     assert len(CASES) >= 111
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
-def test_scorer_agrees_with_recorded_case(case: dict[str, Any]) -> None:
+def check(case: dict[str, Any]) -> None:
     player = Player(case)
     for operation in case["ops"]:
         answer = player.play(operation)
         if "expect" in operation:
             assert operation["expect"] == answer, operation
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
+def test_scorer_agrees_with_recorded_case(case: dict[str, Any]) -> None:
+    check(case)
+
+
+@pytest.mark.parametrize("case", WITHDRAWALS, ids=lambda case: case["name"])
+def test_scorer_agrees_with_rule_for_withdrawn_orders(case: dict[str, Any]) -> None:
+    check(case)

@@ -118,8 +118,6 @@ class Referee:
         self.trays: dict[str, TrayContents] = {}
         """The latest report of each tray."""
         self._announcements = Announcements(trial.orders)
-        self.active_orders: list[str] = []
-        """Ids of the orders in progress: the last is active, the others are interrupted."""
         self.state = CompetitionState.INIT
         self._stepped = -1
         self._started: int | None = None
@@ -130,6 +128,11 @@ class Referee:
         self.next_deadline = NEVER
         """Time [ns] from which `update` is due, or `NEVER`. An input may make it earlier."""
         self._blank = self.get_state()
+
+    @property
+    def active_orders(self) -> list[str]:
+        """Ids of the orders in progress: the last is active, the others are interrupted."""
+        return self.scorer.in_progress
 
     def score(self, now: int) -> GameScore:
         """Return the score at this time."""
@@ -208,13 +211,12 @@ class Referee:
         due = self._announcements.due(self.trays.values(), idle=not self.active_orders)
         if due is not None and elapsed >= due[0]:
             order = self._announcements.announce()
-            self.scorer.announce(order.order_id, now)
             effects += (OrderAnnounced(order, due[1], interrupts=self._top()),)
-            self.active_orders.append(order.order_id)
+            self.scorer.announce(order.order_id, now)
         top = self._top()
         if top is not None and self.scorer.is_complete(top):
-            self.active_orders.pop()
-            effects += (OrderCompleted(self.scorer.withdraw(top, now), resumes=self._top()),)
+            score = self.scorer.withdraw(top, now)
+            effects += (OrderCompleted(score, resumes=self._top()),)
         if not self.active_orders and not self._announcements.waiting:
             reason = EndReason.ORDERS_COMPLETE if self._announcements.orders else EndReason.NO_ORDERS
             effects += self._finish(reason, now)
@@ -255,7 +257,6 @@ class Referee:
         self.scorer.set_state(state["scorer"])
         self.trays = {tray_id: contents_from_json(contents) for tray_id, contents in state["trays"].items()}
         self._announcements.announced = state["announced"]
-        self.active_orders = list(state["active"])
         self.state = CompetitionState(state["state"])
         self._stepped = state["stepped"]
         self._started = state["started"]

@@ -94,17 +94,12 @@ class _Announced:
 
     def __init__(self, order: Order) -> None:
         self.order = order
-        self.is_withdrawn = False
         self.clock = Stopwatch()
         self.judged: dict[str, tuple[TrayContents, KitScore]] = {}
 
     @property
     def is_complete(self) -> bool:
         return all(kit.kit_type in self.judged for kit in self.order.kits)
-
-    @property
-    def is_closed(self) -> bool:
-        return self.is_withdrawn and self.is_complete
 
     def score(self, now: int) -> OrderScore:
         kits = tuple(
@@ -116,6 +111,9 @@ class _Announced:
 
 class Scorer:
     """Scorer of one game. Times `now` are in ns and never decrease.
+
+    Orders in progress are a stack, as in the original: an announcement adds to its end, and a withdrawal takes away the
+    end, whichever order it names. Points and clocks of an order are apart from it, and stay.
 
     Args:
         orders: the orders that may be announced.
@@ -136,6 +134,8 @@ class Scorer:
                     raise UsageError(f"kit types must be unique (got {kit.kit_type!r} twice)")
                 self._kits[kit.kit_type] = (order, kit)
         self._announced: dict[str, _Announced] = {}
+        self.in_progress: list[str] = []
+        """Ids of the orders in progress, the newest last: only their kits are scored."""
         self._is_running = False
         self._is_carrying = False
         self._travel = Stopwatch()
@@ -153,8 +153,15 @@ class Scorer:
             each.clock.halt(now)
 
     def announce(self, order_id: str, now: int) -> None:
-        """Announce an order: its clock runs, and its kits are scored from here."""
+        """Announce an order: its clock runs, and its kits are scored from here.
+
+        Raises:
+            UsageError: it was announced before.
+        """
+        if order_id in self._announced:
+            raise UsageError(f"an order is announced once (got {order_id!r} again)")
         announced = self._announced[order_id] = _Announced(self._orders[order_id])
+        self.in_progress.append(order_id)
         if not announced.is_complete:
             announced.clock.run(now)
 
@@ -170,7 +177,7 @@ class Scorer:
         announced = self._announced.get(order.order_id)
         if announced is None:
             return self._refuse(RefusalReason.NOT_ANNOUNCED, kit_type, order.order_id)
-        if announced.is_closed:
+        if order.order_id not in self.in_progress:
             return self._refuse(RefusalReason.ORDER_CLOSED, kit_type, order.order_id)
         if kit_type not in announced.judged:
             announced.judged[kit_type] = (contents, score_kit(kit, contents))
@@ -179,13 +186,14 @@ class Scorer:
         return announced.judged[kit_type][1]
 
     def withdraw(self, order_id: str, now: int) -> OrderScore:
-        """Withdraw an order. Its points stay; once it is complete, its kits are scored no more.
+        """Return the score of an order in progress, and take the newest one away, whichever that is.
 
-        The clock of an incomplete order keeps running from its announcement. A kit that is submitted later is scored in
-        full, as in the original.
+        An order that is not in progress has a score of zero, and nothing is taken away. Points of the order that was
+        taken away stay, its clock runs until it is complete, and its kits are scored no more.
         """
-        if order_id in self._announced:
-            self._announced[order_id].is_withdrawn = True
+        if order_id not in self.in_progress:
+            return OrderScore(order_id)
+        self.in_progress.pop()
         return self.order_score(order_id, now)
 
     def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
@@ -219,7 +227,7 @@ class Scorer:
             "announced": [
                 {
                     "order": order_id,
-                    "withdrawn": each.is_withdrawn,
+                    "withdrawn": order_id not in self.in_progress,
                     "clock": each.clock.get_state(),
                     "judged": {kit_type: contents_to_json(contents) for kit_type, (contents, _) in each.judged.items()},
                 }
@@ -239,7 +247,6 @@ class Scorer:
             if order_id not in self._orders:
                 raise UnknownNameError("order", order_id, self._orders)
             each = announced[order_id] = _Announced(self._orders[order_id])
-            each.is_withdrawn = entry["withdrawn"]
             each.clock.set_state(entry["clock"])
             for kit_type, values in entry["judged"].items():
                 if kit_type not in self._kits:
@@ -247,6 +254,8 @@ class Scorer:
                 contents = contents_from_json(values)
                 each.judged[kit_type] = (contents, score_kit(self._kits[kit_type][1], contents))
         self._announced = announced
+        # Each order is announced once, so the stack has the sequence of the announcements.
+        self.in_progress = [entry["order"] for entry in state["announced"] if not entry["withdrawn"]]
         self._is_running = state["running"]
         self._is_carrying = state["carrying"]
         self._travel.set_state(state["travel"])
@@ -258,9 +267,7 @@ class Scorer:
             self._travel.halt(now)
 
     def _refuse(self, reason: RefusalReason, kit_type: str, order_id: str | None = None) -> KitScore:
-        accepted = tuple(
-            kit.kit_type for each in self._announced.values() if not each.is_closed for kit in each.order.kits
-        )
+        accepted = tuple(kit.kit_type for order_id in self.in_progress for kit in self._orders[order_id].kits)
         return KitScore(kit_type, refusal=Refusal(reason, kit_type, order_id, accepted))
 
 
