@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
 from cellwright.engine.clock import PeriodicCallback
 from cellwright.middleware.bus import Node
 from cellwright.rendering.camera import Camera
@@ -51,6 +53,7 @@ class VideoRecorder:
                 f"(got {options.speed:g})"
             )
         self._video = Video(options, self._capture.scene, lamp=lamp, warn=warn)
+        self._taken_at = -1  # time of the newest frame [ns]
         self._watch: PeriodicCallback | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""
@@ -62,9 +65,11 @@ class VideoRecorder:
             self._watch = self._served.simulation.watch("video", self._period, self._take)
 
     def finish(self) -> VideoFigures:
-        """Take no more frames and finish the file; return the figures of the video."""
+        """Take a last frame of the present moment and finish the file; return the figures of the video."""
         if self._watch is not None:
             self._watch.cancel()
+            if self._served.simulation.now > self._taken_at and self.is_whole:
+                self._take(0)
         video = self._video
         try:
             video.close()
@@ -81,6 +86,9 @@ class VideoRecorder:
         simulation = self._served.simulation
         simulation.refresh()
         frame = self._capture.frame(simulation.data, simulation.now)
+        if not np.isfinite(frame.poses).all():  # the simulation has become unstable and is about to end
+            return
+        self._taken_at = simulation.now
         self._video.take(frame, self._camera, self._caption(), waits=self._waits)
         if self._video.error:
             self._fail(self._video.error)

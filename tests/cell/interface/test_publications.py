@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import KitSubmitted
 from cellwright.config.trial.trial import Kit, KitObject, Order, Trial
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.middleware.messages.conversions import pose_from_message
@@ -224,6 +225,21 @@ def test_state_and_score_are_published_at_10_hz() -> None:
     assert words[2:12] == ["go"] * 10
     assert words[-1] == "done"
     assert {message.data for message in scores.messages} == {0.0, 6.0}
+
+
+def test_score_is_published_in_tick_of_kit() -> None:
+    cell = at_rest(KITTING)
+    scores, kits = Ear(cell, "current_score"), list[int]()
+    cell.competition.on_effect.append(
+        lambda effect: kits.append(cell.simulation.now) if isinstance(effect, KitSubmitted) else None
+    )
+    start(cell)
+    run(cell, 1.03)
+    cell.agvs[1].send("order_0_kit_0")
+    while not kits:
+        cell.simulation.step()
+    assert cell.simulation.now % 100_000_000  # no sample is due
+    assert scores.messages[-1].data == 6.0
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from cellwright.cell.devices.range_sensors import (
 )
 from cellwright.cell.interface.devices import CellDevices, present
 from cellwright.cell.interface.frames import arm_chain, fixed_arm_frames, static_frames
-from cellwright.cell.kitting.effects import Effect, OrderAnnounced
+from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Order
@@ -191,8 +191,14 @@ class CellPublications(Device):
         output.sample(lambda: String(str(self._cell.competition.state)))
 
     def current_score(self, output: Output) -> None:
-        """The score so far."""
-        output.sample(lambda: Float32(single(self._cell.competition.score().total)))
+        """The score so far, also when a kit is judged: a run may end before the next sample."""
+        score = output.sample(lambda: Float32(single(self._cell.competition.score().total)))
+
+        def publish(effect: Effect) -> None:
+            if isinstance(effect, KitSubmitted):
+                score.publish()
+
+        self._cell.competition.on_effect.append(publish)
 
     def orders(self, output: Output) -> None:
         """Each order when it is announced."""

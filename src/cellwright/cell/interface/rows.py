@@ -69,7 +69,7 @@ TRIAL = (
     publishes("/ariac/competition_state", "std_msgs/String", 10, ALWAYS,
          "`init`, `ready`, `go`, `end_game` or `done`.", handler="competition_state", source=MANAGER),
     publishes("/ariac/current_score", "std_msgs/Float32", 10, ALWAYS,
-         "Current score.", handler="current_score", source=MANAGER),
+         "Current score; also when a kit is judged.", handler="current_score", source=MANAGER),
     publishes("/ariac/orders", "osrf_gear/Order", ON_EVENT, ALWAYS,
          "Each order as it is announced; a late subscriber gets only the newest.",
          latch=True, handler="orders", source=MANAGER),

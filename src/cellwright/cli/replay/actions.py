@@ -260,7 +260,10 @@ def film_recording(
     warn: Callable[[str], None],
     on_progress: Callable[[float], None] | None,
 ) -> VideoFigures:
-    """Make a video of a recording between two times [s]; `on_progress` receives the progress, 0..1."""
+    """Make a video of a recording between two times [s], its last frame at the end.
+
+    `on_progress` receives the progress, 0..1.
+    """
     begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
     end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
     scene = _scene(recording)
@@ -279,7 +282,9 @@ def film_recording(
     video = Video(options, scene, lamp=lamp, warn=warn)
     period, number = period_of(options.speed) * NANOSECONDS, 0
     try:
-        while (time := begin + round(number * period)) <= end and not video.error:
+        time = begin - 1
+        while time < end and not video.error:
+            time = min(begin + round(number * period), end)
             while newest is not None and newest.time <= time:
                 sight.take(newest)
                 newest = next(coming, None)

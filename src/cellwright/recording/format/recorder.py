@@ -94,8 +94,9 @@ class Recorder:
         self._file.flush()
 
     def event(self, value: Mapping[str, Any]) -> None:
-        """Record an event, as JSON values."""
+        """Record an event, as JSON values, and the panel that shows it."""
         self._write_text(names.EVENT, json.dumps(value))
+        self._keep_panel(0)
 
     def end(self, result: Mapping[str, Any]) -> None:
         """Record the result of the run, and close the file. A second call does nothing."""

@@ -1,5 +1,6 @@
 """Readers of a cell's plot data: arm, path of a body, referee's log and score, parts on trays."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,11 @@ class CompetitionReader:
         self.states = Spans()
         self.verdicts: list[tuple[float, str, dict[str, str]]] = []
         """Of each judged kit: time [s], tray, and verdict of each part by name."""
-        self._points: list[tuple[float, float]] = []
+        self._best: float | None = None
+        self._began = 0.0
+        self._total: tuple[float, float] | None = None
+        self._samples: list[tuple[float, float]] = []
+        self._kits: list[tuple[float, float]] = []
         self._before: dict[str, bytes] = {}
 
     def take(self, message: RecordedMessage) -> None:
@@ -111,24 +116,39 @@ class CompetitionReader:
         if message.topic == _STATE:
             self.states.add(message.time / SECOND, from_cdr(message.data, String).data)
         else:
-            self._points.append((message.time / SECOND, from_cdr(message.data, Float32).data))
+            self._samples.append((message.time / SECOND, from_cdr(message.data, Float32).data))
         self._before[message.topic] = message.data
 
     def score(self) -> ScoreTrack | None:
-        """Return the score over time; None if the recording has none."""
-        if not self._points:
+        """Return the score over time; None if the recording has none.
+
+        The log has each kit, and the result; the topic is sampled, and a run may end before the next sample.
+        """
+        points = self._logged() if self.about else self._samples
+        if not points:
             return None
-        best = self.about.get("reachable")
-        times, points = (np.array(column) for column in zip(*self._points, strict=True))
-        return ScoreTrack(times, points, float(best) if isinstance(best, (int, float)) else None)
+        times, points = (np.array(column) for column in zip(*points, strict=True))
+        return ScoreTrack(times, points, self._best)
+
+    def _logged(self) -> list[tuple[float, float]]:
+        """Return times [s] and points by the log; a run from a checkpoint begins with the points of the topic."""
+        began, before = min(self._samples, default=(0.0, 0.0))
+        points = [(self._began, 0.0 if self._kits and began >= self._kits[0][0] else before)]
+        for time, total in self._kits:
+            points.append((time, points[-1][1] + total))
+        if self._total is not None and self._total[1] != points[-1][1]:
+            points.append(self._total)
+        return points
 
     def _take_event(self, event: dict[str, Any], now: float) -> None:
-        time = event.get("time")
-        when = float(time) if isinstance(time, (int, float)) else now
         try:
+            when = _finite(event["time"]) if "time" in event else now
             match event.get("kind"):
                 case "run":
-                    self.about = event
+                    self.about, self._began = event, when
+                    self._best = _finite(event["reachable"]) if "reachable" in event else None
+                case "state":
+                    self.states.add(when, str(event["state"]))
                 case "order":
                     self.marks.append(Mark(when, str(event["order_id"])))
                 case "kit":
@@ -137,9 +157,11 @@ class CompetitionReader:
                     self.marks.append(Mark(when, str(event["reason"])))
                 case "result":
                     self.result = event
+                    if "score" in event:
+                        self._total = when, _finite(event["score"]["total"])
                 case _:
                     pass
-        except (KeyError, TypeError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
             raise MessageError(f"incomplete line of the log: {error}") from None
 
     def _take_kit(self, event: dict[str, Any], when: float) -> None:
@@ -149,10 +171,19 @@ class CompetitionReader:
             self.marks.append(Mark(when, f"{event['kit_type']} refused", tray))
             return
         self.marks.append(Mark(when, f"{found['kit_type']}: {found['total']:g} of {found['best']:g}", tray))
+        if not event.get("repeated"):
+            self._kits.append((when, _finite(found["total"])))
         verdicts = {str(part["object"]): "right" for part in found["parts"] if part["presence"] and part["object"]}
         for extra in found["extras"]:
             verdicts[str(extra["name"])] = "faulty" if extra["reason"] == "faulty" else "not ordered"
         self.verdicts.append((when, tray, verdicts))
+
+
+def _finite(value: Any) -> float:
+    """Return a number of the log; raise `ValueError` for any other value."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"points must be a number (got {value!r:.40})")
+    return float(value)
 
 
 def tray_name(link: str) -> str:
