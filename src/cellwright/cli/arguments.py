@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import secrets
 from collections.abc import Sequence
 from ipaddress import ip_address
@@ -172,7 +173,7 @@ def page_options(*, view: bool, host: str | None, port: int | None, opens: bool)
 def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
     """Refuse a camera name behind `--view`, which took one in an earlier version."""
     for word in words if view else ():
-        if word in VIEWS and not Path(word).exists():
+        if word in VIEWS and not os.path.exists(word):
             refuse(f"--view {word}: --view opens a page and takes no name; for pictures use --camera {word}")
 
 

@@ -1,5 +1,6 @@
 """Command `cellwright view`: a trial, a robot, a recording or a running server, on a page."""
 
+import os
 import re
 import time
 from collections.abc import Sequence
@@ -51,11 +52,11 @@ def kind_of(words: Sequence[str]) -> TargetKind:
 
 def _kind_of_word(word: str) -> TargetKind:
     path = Path(word)
-    if any((path / name).exists() for name in (PLAN_NAME, RESULTS_NAME)):
+    if any(os.path.exists(path / name) for name in (PLAN_NAME, RESULTS_NAME)):
         return TargetKind.EVALUATION
     if path.suffix.lower() in sessions.RECORDINGS:
         return TargetKind.RECORDING
-    if _ADDRESS.fullmatch(word) and not path.exists():
+    if _ADDRESS.fullmatch(word) and not os.path.exists(path):
         return TargetKind.ADDRESS
     return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
 

@@ -21,6 +21,7 @@ URDF = '<robot name="r"><link name="a"/></robot>'
         ("no_such_thing", TargetKind.TRIAL),  # reported as an unknown trial then
         ("qinglong", TargetKind.ROBOT),
         ("run.mcap", TargetKind.RECORDING),
+        (f"{'n' * 300}.mcap", TargetKind.RECORDING),
         ("RUN.MCAP", TargetKind.RECORDING),
         ("127.0.0.1:11399", TargetKind.ADDRESS),
         ("lab-pc:8", TargetKind.ADDRESS),

@@ -95,6 +95,7 @@ def test_find_agent_in_installed_package_constructs_it() -> None:
         ("my_robot.py:", "unknown agent 'my_robot.py:'"),
         (":Robot", "unknown agent ':Robot'"),
         ("nowhere.py:Robot", "nowhere.py: there is no such file"),
+        (f"{'n' * 300}.py:Robot", "n.py: there is no such file"),
         ("nowhere:Robot", "nowhere: cannot be imported: ModuleNotFoundError: No module named 'nowhere'"),
         ("my_robot.py:Robto", "unknown class 'Robto'; did you mean Robot"),
         ("my_robot.py:NoAgent", "an agent is a class with a method run"),

@@ -8,10 +8,12 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.config.parsing import yaml_source
+from cellwright.config.parsing.overrides import read_values
 from cellwright.config.parsing.sources import MAX_BYTES, JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode
-from cellwright.config.parsing.yaml_source import parse
-from cellwright.util.errors import DescriptionError
+from cellwright.config.parsing.yaml_source import MAX_NODES, parse
+from cellwright.util.errors import DescriptionError, UsageError
 
 
 def parsed(*contents: str) -> tuple[YamlNode | None, Problems]:
@@ -206,3 +208,18 @@ def test_byte_order_marks_are_accepted(tmp_path: Path) -> None:
     for encoding in ("utf-8-sig", "utf-16"):
         path.write_text("a: 1\n", encoding=encoding)
         assert plain(parse(read_texts([path]), Problems())) == {"a": 1}
+
+
+def test_text_longer_than_files_may_be_is_refused_before_it_is_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(yaml_source, "_Composer", None)  # it would fail
+    assert refusal("a: 1\n" * (MAX_BYTES // 5 + 1)) == "a.yaml:1: more than 512 KiB of text"
+    with pytest.raises(UsageError, match="--sweep: more than 512 KiB of text"):
+        read_values("--sweep", "1," * (MAX_BYTES // 2) + "1")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("head", "item", "line"), [("a:\n", "- 1\n", MAX_NODES - 1), ("", "? a\n", MAX_NODES // 2 + 1)]
+)
+def test_values_are_counted_while_they_are_parsed(head: str, item: str, line: int) -> None:
+    assert refusal(head + item * 100_000) == f"a.yaml:{line}: more than {MAX_NODES} values; each use of an alias counts"

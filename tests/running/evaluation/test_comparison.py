@@ -118,6 +118,11 @@ def test_folder_without_evaluation_is_refused(tmp_path: Path) -> None:
         read_evaluation(tmp_path)
 
 
+def test_name_that_no_folder_can_have_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"n: cannot be read: .*; give the folder of an evaluation"):
+        read_evaluation(Path("n" * 300))
+
+
 Samples: TypeAlias = "np.ndarray[tuple[int, ...], np.dtype[np.float64]]"
 EXPERIMENTS = 2_000
 SEEDS = 16

@@ -14,6 +14,7 @@ from cellwright.recording.plots.reading.plot_data import load_plot_data
 from cellwright.recording.replay.exported import write_mcap
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run import Session
+from cellwright.running.run.targets import cell_result
 from cellwright.viewer import filming
 from tests.cells import KITTING
 
@@ -57,7 +58,7 @@ def recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(actions, "Video", Captions)
     path = tmp_path / "run.mcap"
     with Session(cellwright.Cell(KITTING), record=path, video=VideoOptions(tmp_path / "run.mp4")) as session:
-        assert session.run(Delivers()).score.total == POINTS
+        assert cell_result(session.run(Delivers())).score.total == POINTS
     with cellwright.open_recording(path) as run:
         kit = next(time for time, event in run.events() if event["kind"] == "kit")
         assert run.end - kit < 0.05  # so no later sample has it

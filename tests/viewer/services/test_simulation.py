@@ -476,6 +476,8 @@ def test_world_is_loaded_by_name_or_text() -> None:
         ({"uri": "/etc/hostname"}, 102, "unknown trial"),
         ({"resource_string": "time_limit: soon"}, 103, "time_limit"),
         ({"resource_string": "{"}, 103, "1:"),
+        ({"resource_string": "a: 1\n" * 560_000}, 103, "more than 512 KiB of text"),
+        ({"world_resource": {"resource_string": "a: 1\n" * 560_000}}, 103, "more than 512 KiB of text"),
     ],
 )
 def test_wrong_world_is_refused(request_: dict[str, str], code: int, reason: str) -> None:

@@ -1,6 +1,7 @@
 """Targets from ROS recordings: a ROS 1 bag, or the folder of a ROS 2 bag (SQLite or MCAP)."""
 
 import math
+import os
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ _TYPE = "sensor_msgs/msg/JointState"
 
 def is_bag(path: Path) -> bool:
     """Return whether a path looks like a ROS recording."""
-    return path.suffix.lower() == ".bag" or path.is_dir()
+    return path.suffix.lower() == ".bag" or os.path.isdir(path)
 
 
 def read_bag(path: Path, topic: str | None = None) -> Targets:
@@ -37,7 +38,7 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     Raises:
         UsageError: it cannot be read, or has no targets.
     """
-    if path.exists() and not path.is_file() and not path.is_dir():
+    if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
         raise UsageError(f"{path}: cannot be read as a bag: not a regular file")
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:

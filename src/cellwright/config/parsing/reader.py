@@ -14,7 +14,18 @@ from typing import Any, TypeAlias
 
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.python2 import dictionary_order, scalar_text
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Problems, Table, YamlNode, describe, shortened
+from cellwright.config.parsing.tree import (
+    MAX_PROBLEMS,
+    Entry,
+    Items,
+    Leaf,
+    Located,
+    Problems,
+    Table,
+    YamlNode,
+    describe,
+    shortened,
+)
 from cellwright.util.errors import ExpressionError, did_you_mean, suggestion
 from cellwright.util.pose import Pose, Vector3
 
@@ -136,16 +147,25 @@ class Reader:
 
     def ignored(self, table: Table, known: Collection[str]) -> None:
         """Warn of each entry that the original silently ignored."""
-        for entry in table.entries.values():
-            if entry.name not in known:
-                message = f"unknown entry, ignored{did_you_mean(str(entry.name), known)}"
-                self.problems.warn(entry, message, ignored=entry)
+        for entry, similar in self.unknown(table, known):
+            self.problems.warn(
+                entry, f"unknown entry, ignored{similar and did_you_mean(similar, known)}", ignored=entry
+            )
 
     def refuse_unknown(self, table: Table, known: Collection[str], kind: str = "entry") -> None:
         """Report each entry that is not among the known ones; the error calls it a `kind`."""
-        for entry in table.entries.values():
-            if entry.name not in known:
-                self.problems.error(entry, f"unknown {kind}{suggestion(str(entry.name), known)}")
+        for entry, similar in self.unknown(table, known):
+            self.problems.error(entry, f"unknown {kind}{similar and suggestion(similar, known)}")
+
+    @staticmethod
+    def unknown(table: Table, known: Collection[str]) -> Iterator[tuple[Entry, str]]:
+        """Yield the unknown entries, each with its name; with an empty one where no suggestion would be listed.
+
+        The search for a similar name takes longer than parsing, so a file of thousands would stop a served cell.
+        """
+        unknown = (entry for entry in table.entries.values() if entry.name not in known)
+        for number, entry in enumerate(unknown):
+            yield entry, str(entry.name) if number < MAX_PROBLEMS else ""
 
     def name(self, node: YamlNode) -> str | None:
         """Return a name: a text, or a number, which becomes one."""

@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 from yaml.nodes import CollectionNode, MappingNode, ScalarNode, SequenceNode
 
-from cellwright.config.parsing.sources import JoinedText
+from cellwright.config.parsing.sources import MAX_BYTES, JoinedText
 from cellwright.config.parsing.tree import (
     Entry,
     Items,
@@ -68,6 +68,8 @@ def flow_values(text: JoinedText) -> list[str]:
 @contextmanager
 def _composed(text: JoinedText) -> Iterator[tuple["_Composer", yaml.Node | None]]:
     """Provide the node of the single document in the text, and its composer; errors of either become a refusal."""
+    if len(text.content) > MAX_BYTES:  # as many characters cost as much as that many bytes of a file
+        raise _refusal(text, 0, f"more than {MAX_BYTES // 1024} KiB of text")
     try:
         loader = _Composer(text.content)
         try:
@@ -123,6 +125,7 @@ class _Composer(yaml.SafeLoader):
     def __init__(self, stream: str) -> None:
         super().__init__(stream)
         self._depth = 0
+        self._values = 0
         self._measures: dict[yaml.Node, tuple[int, int]] = {}
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
@@ -131,6 +134,9 @@ class _Composer(yaml.SafeLoader):
         self._depth += 1
         if self._depth > MAX_DEPTH:
             raise _UnsupportedYamlError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+        self._values += 1  # a collection is measured at its end, which may be far
+        if self._values > MAX_NODES:
+            raise _too_many_values(mark)
         node = super().compose_node(parent, index)
         self._depth -= 1
         if node is not None and not is_alias:
@@ -148,12 +154,16 @@ class _Composer(yaml.SafeLoader):
         count = 1 + sum(child[0] for child in children)
         depth = 1 + max((child[1] for child in children), default=0)
         if count > MAX_NODES:
-            raise _UnsupportedYamlError(
-                problem=f"more than {MAX_NODES} values; each use of an alias counts", problem_mark=mark
-            )
+            raise _too_many_values(mark)
         if depth > MAX_DEPTH:
             raise _UnsupportedYamlError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
         return count, depth
+
+
+def _too_many_values(mark: yaml.Mark) -> _UnsupportedYamlError:
+    return _UnsupportedYamlError(
+        problem=f"more than {MAX_NODES} values; each use of an alias counts", problem_mark=mark
+    )
 
 
 class _TreeBuilder:

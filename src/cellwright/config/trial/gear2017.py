@@ -185,9 +185,10 @@ def _read(
     """Read all sections, and build the trial only if there was no error."""
     expressions.check_expressions(root, reader.problems)
     other_year = OtherYear(root)
-    for entry in root.entries.values():
-        if entry.name not in TOP_LEVEL and entry.name != OWN:
-            reader.problems.error(entry, other_year.top_level_message(entry.name, (*TOP_LEVEL, OWN)))
+    known = (*TOP_LEVEL, OWN)
+    for entry, similar in reader.unknown(root, known):
+        message = other_year.top_level_message(entry.name, known) if similar else "unknown top-level entry"
+        reader.problems.error(entry, message)
 
     def section(name: str, read: Callable[..., T], *more: object) -> T | None:
         node = root.get(name)

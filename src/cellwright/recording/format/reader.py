@@ -40,6 +40,7 @@ class RecordingFile:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        self._counted, self._records = set[int](), 0  # the chunks that were read, by offset, and their records
         self._unpacked: dict[int, bytes] = {}  # chunks by offset, the one used last at the end
         with ExitStack() as opened:
             with self._named_errors():
@@ -229,7 +230,12 @@ class RecordingFile:
             self._unpacked[chunk.offset] = data
             if len(self._unpacked) > _KEPT:
                 del self._unpacked[next(iter(self._unpacked))]
-            yield from chunk_entries(data, self._names if channels is None else channels)
+            is_known = chunk.offset in self._counted
+            left = self._layout.max_records - (0 if is_known else self._records)
+            number = yield from chunk_entries(data, self._names if channels is None else channels, left)
+            if not is_known:
+                self._counted.add(chunk.offset)
+                self._records += number
 
     def _read(self, offset: int, length: int) -> bytes:
         try:

@@ -6,7 +6,7 @@ content of chunks is skipped, so that some hundred megabytes take a moment.
 
 import struct
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Generator
 from dataclasses import dataclass, field
 from io import SEEK_END, BytesIO
 from typing import BinaryIO
@@ -26,6 +26,13 @@ MAX_RECORD_SIZE = 16 << 20
 """Maximum size of any other record [bytes]."""
 
 MAX_CHUNKS = 10_000_000
+
+MIN_UNPACKED, MAX_RATIO = 1 << 28, 1000
+"""A file may unpack to 256 MiB, and 1000 bytes more for each of its own; recordings of a still scene have some 50."""
+
+MIN_RECORDS = 1_000_000
+"""A file may have a million records in its chunks, and one more for each of its bytes."""
+
 LATEST = 4 * 10**18
 """Latest time [ns], some 127 years: no run reaches it, and no bag can hold a later one."""
 
@@ -68,6 +75,8 @@ class Layout:
     """Offset of the record that ends the data of a complete file."""
     footer: int = 0
     """Offset of the last record of a complete file."""
+    max_records: int = MIN_RECORDS
+    """Maximum number of records in all chunks together."""
 
 
 class _Fields(ReadDataStream):
@@ -134,6 +143,9 @@ def scan_file(file: BinaryIO) -> Layout:
         place += length
     if layout.chunks and not layout.is_complete:
         layout.chunks[-1].counts.clear()  # its indexes may be truncated and lack channels
+    if sum(each.size for each in layout.chunks) > MIN_UNPACKED + MAX_RATIO * size:
+        raise RecordingError(f"unpacks to more than {MAX_RATIO} times its size; is this a recording?")
+    layout.max_records = MIN_RECORDS + size
     layout.chunks.sort(key=lambda each: each.first)
     return layout
 
@@ -236,11 +248,23 @@ def _zstd(data: bytes, place: ChunkPlace) -> bytes:
     return bytes(found[: place.size + 1])
 
 
-def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterator[Entry]:
-    """Yield the complete messages in the content of a chunk, in order; of some channels, or of all."""
-    place, size = 0, len(raw)
+def chunk_entries(
+    raw: bytes, channels: Collection[int] | None = None, max_records: int = MIN_RECORDS
+) -> Generator[Entry, None, int]:
+    """Yield the complete messages in the content of a chunk, in order; of some channels, or of all.
+
+    Returns:
+        The number of records.
+
+    Raises:
+        RecordingError: the chunk is damaged, or has more than `max_records` records.
+    """
+    place, size, number = 0, len(raw), 0
     unpack_message, head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
     while place + head <= size:
+        number += 1
+        if number > max_records:
+            raise RecordingError("too many records for a file of this size; is this a recording?")
         opcode, length, channel, _, time, _ = unpack_message(raw, place)
         if opcode != Opcode.MESSAGE:
             length = _RECORD_HEAD.unpack_from(raw, place)[1]
@@ -248,12 +272,13 @@ def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterat
             raise RecordingError("damaged: a message is shorter than its header")
         end = place + 9 + length
         if end > size:
-            return
+            break
         if opcode == Opcode.MESSAGE and (channels is None or channel in channels):
             if time > LATEST:
                 raise RecordingError(f"damaged: a message has the time {time} ns, which no run reaches")
             yield channel, time, raw[place + head : end]
         place = end
+    return number
 
 
 _PIECE = 1 << 20

@@ -1,6 +1,7 @@
 """Cell or robot rebuilt from the files and settings in a recording, ready to run again."""
 
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -50,9 +51,9 @@ def path_inside(folder: Path, name: object) -> Path:
     """Return the path of a named file in the folder.
 
     Raises:
-        RecordingError: the path leads out of the folder.
+        RecordingError: the path leads out of the folder, or is no valid path here.
     """
-    if isinstance(name, str) and name and "\\" not in name and ":" not in name:
+    if isinstance(name, str) and name and not re.search(r"[\\:\0\ud800-\udfff]", name):
         parts = PurePosixPath(name).parts
         if ".." not in parts and not PurePosixPath(name).is_absolute():
             return folder.joinpath(*parts)
@@ -224,9 +225,11 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
     found = [path_inside(folder, name) for name in facts.names("files")]
     if not found:
         raise RecordingError("the recording lacks the files that it was made from; the run cannot be repeated")
-    missing = [each.name for each in found if not each.is_file()]
+    missing = [each.name for each in found if not os.path.isfile(each)]  # false also for a name that no file can have
     if missing:
-        raise RecordingError(f"the recording lacks {missing[0]}; it was cut short too early for the run to be repeated")
+        raise RecordingError(
+            f"the recording lacks {missing[0]:.80}; it was cut short too early for the run to be repeated"
+        )
     return found
 
 

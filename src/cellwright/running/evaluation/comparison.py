@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -199,7 +200,7 @@ def read_evaluation(path: Path) -> list[Result]:
     Raises:
         UsageError: there is no such file, or it holds something else.
     """
-    file = path / SUMMARY_NAME if path.is_dir() else path
+    file = path / SUMMARY_NAME if os.path.isdir(path) else path
     try:
         document = json.loads(file.read_bytes())
     except OSError as error:

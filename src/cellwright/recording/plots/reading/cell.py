@@ -124,10 +124,10 @@ class CompetitionReader:
 
         The log has each kit, and the result; the topic is sampled, and a run may end before the next sample.
         """
-        points = self._logged() if self.about else self._samples
-        if not points:
+        found = self._logged() if self.about else self._samples
+        if not found:
             return None
-        times, points = (np.array(column) for column in zip(*points, strict=True))
+        times, points = (np.array(column) for column in zip(*found, strict=True))
         return ScoreTrack(times, points, self._best)
 
     def _logged(self) -> list[tuple[float, float]]:
