@@ -25,7 +25,7 @@ NAMES = [
 READY = [0.0, 3.2, -1.2, 2.5, 3.5, -1.51, 0.0]
 ASIDE = [0.5, 3.2, -1.2, 2.5, 3.5, -1.51, 0.0]
 
-SUCCEEDED, PREEMPTED, REJECTED, ABORTED = 3, 2, 5, 4
+SUCCEEDED, PREEMPTED, REJECTED, ABORTED, RECALLED = 3, 2, 5, 4, 8
 INVALID_GOAL, INVALID_JOINTS, PATH_TOLERANCE_VIOLATED = -1, -2, -4
 
 
@@ -155,3 +155,60 @@ def test_goal_that_leaves_path_tolerance_is_aborted(results: Results) -> None:
     """Five metres in a tenth of a second are too much for the rail, and violate the tolerance at once."""
     (result,) = results["path left"]
     assert (result["state"], result["code"]) == (ABORTED, PATH_TOLERANCE_VIOLATED)
+
+
+def cancel_at_once(count: int, positions: list[list[float]]) -> dict[str, Any]:
+    """Send goals, and cancel each at once; return the server's final states, and how far each moved the rail [m].
+
+    Goals go to the positions in turn, in 5 s each. The client's own state may be LOST, with any server: a status
+    message that was on its way does not list the goal yet.
+    """
+    import actionlib
+    import rospy
+    from control_msgs.msg import (
+        FollowJointTrajectoryAction,
+        FollowJointTrajectoryActionResult,
+        FollowJointTrajectoryGoal,
+    )
+    from sensor_msgs.msg import JointState
+    from trajectory_msgs.msg import JointTrajectoryPoint
+
+    rospy.init_node("hasty")
+    rail: list[float] = []
+    name = "linear_arm_actuator_joint"
+
+    def note(state: Any) -> None:
+        rail.append(state.position[state.name.index(name)])
+
+    results: list[Any] = []
+    rospy.Subscriber("/ariac/joint_states", JointState, note)
+    rospy.Subscriber("/ariac/arm/follow_joint_trajectory/result", FollowJointTrajectoryActionResult, results.append)
+    client = actionlib.SimpleActionClient("/ariac/arm/follow_joint_trajectory", FollowJointTrajectoryAction)
+    assert client.wait_for_server()
+    wait_until(lambda: rail, "joint states")
+    moved = []
+    for number in range(count):
+        before = rail[-1]
+        goal = FollowJointTrajectoryGoal()
+        goal.trajectory.joint_names = [
+            "linear_arm_actuator_joint", "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
+            "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
+        ]  # fmt: skip
+        point = JointTrajectoryPoint(positions=positions[number % len(positions)])
+        point.time_from_start = rospy.Duration(5.0)
+        goal.trajectory.points.append(point)
+        client.send_goal(goal)
+        client.cancel_goal()
+        wait_until(lambda: len(results) > number, "result")  # noqa: B023 - called at once
+        moved.append(abs(rail[-1] - before))
+    return {"states": [each.status.status for each in results], "moved": moved}
+
+
+def test_goals_that_are_cancelled_at_once_do_not_move_arm(tmp_path: Path, ros1_messages: Path) -> None:
+    """Goal and cancellation come on two connections, in any order."""
+    with ground(tmp_path, ros1_messages) as made:
+        made.serve("lesson", "-d")
+        found = made.client(cancel_at_once, 40, [ASIDE, [-0.5, *ASIDE[1:]]]).value()
+    assert len(found["states"]) == 40
+    assert set(found["states"]) <= {RECALLED, PREEMPTED}
+    assert max(found["moved"]) < 0.1  # of 0.5 m and more
