@@ -1,4 +1,4 @@
-"""Robot's controller node in ROS 2: commands of best-effort publishers, states, reset."""
+"""Robot's controller node in ROS 2: commands of best-effort publishers, bursts of them, states, reset."""
 
 from typing import Any
 
@@ -49,3 +49,47 @@ def test_robot_follows_best_effort_commands_and_goes_home(domain: Ground) -> Non
     assert "sim_robot_controller_node" in found["nodes"]
     assert found["reset"][0]
     assert "refused" not in robot.said
+
+
+JOINTS = [f"J_arm_{side}_0{number}" for side in "rl" for number in range(1, 8)]
+
+
+def command_in_bursts(joints: list[str], bursts: int) -> list[int]:
+    """Send bursts of messages with one joint each, from publishers of depth 1; return the numbers sent and taken."""
+    import contextlib
+
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    from rclpy_node import LATCHED, Node
+    from sensor_msgs.msg import JointState
+
+    with Node() as me:
+        status = me.listen("/io_teleop/status", "cellwright_msgs/TeleopStatus", LATCHED)
+        publishers = [
+            me.publisher("/io_teleop/joint_cmd", "sensor_msgs/JointState", QoSProfile(depth=1, reliability=each))
+            for each in (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT)
+        ]
+        me.wait(lambda: status, "status")
+        for publisher in publishers:  # the first messages of a new publisher may be lost: these are only ignored
+            before = status[-1].ignored
+
+            def is_heard(publisher: Any = publisher, before: int = before) -> bool:
+                publisher.publish(JointState(name=["nobody"], position=[0.0]))
+                return bool(status[-1].ignored > before)
+
+            me.wait(is_heard, "robot that hears")
+        for burst in range(bursts):
+            publisher = publishers[burst % len(publishers)]
+            for joint in joints:
+                publisher.publish(JointState(name=[joint], position=[0.001 * burst]))
+        sent = bursts * len(joints)
+        with contextlib.suppress(AssertionError):  # the test compares the numbers
+            me.wait(lambda: status[-1].taken >= sent, "all messages")
+        return [sent, status[-1].taken]
+
+
+def test_partial_commands_in_bursts_are_all_taken(domain: Ground) -> None:
+    robot = domain.teleop("qinglong")
+    sent, taken = domain.client(command_in_bursts, JOINTS, 20).value()
+    assert taken == sent == 280
+    assert "lost" not in robot.said
+    assert "dropped" not in robot.said

@@ -38,5 +38,5 @@ def test_rows_of_one_cell_have_rate_latch_and_qos() -> None:
     )
     assert "## Actions" not in text
     assert "/ariac/arm/command" not in text
-    assert "| `/cellwright/intention` | `std_msgs/String` | reliable, depth 10 | always |" in text
+    assert "| `/cellwright/intention` | `std_msgs/String` | reliable, depth 1000 | always |" in text
     assert "population" not in text

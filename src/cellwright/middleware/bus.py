@@ -187,7 +187,7 @@ class Qos:
 
     @property
     def text(self) -> str:
-        """Return the quality of service in words: "reliable, depth 10", "best effort, depth 1"."""
+        """Return the quality of service in words: "reliable, depth 10", "best effort, depth 1000"."""
         words = ["reliable" if self.is_reliable else "best effort"]
         words += ["transient local"] * self.is_transient_local
         return ", ".join([*words, f"depth {self.depth}"])
@@ -195,7 +195,11 @@ class Qos:
 
 RELIABLE = Qos()
 LATCHED = Qos(is_transient_local=True, depth=1)
-BEST_EFFORT = Qos(is_reliable=False, depth=1)
+COMMANDS = Qos(depth=1000)
+"""Quality of service of what the cell receives. Messages may each command a part of the joints, so none may replace an
+earlier one that waits; the depth is more than a program publishes at once. Publishers of any depth match."""
+BEST_EFFORT_COMMANDS = Qos(is_reliable=False, depth=COMMANDS.depth)
+"""The same for topics with publishers of both kinds: a best-effort subscription receives from reliable ones, too."""
 LARGE = Qos(depth=2)
 """Quality of service of pictures and point clouds: of such large messages, best effort loses most in ROS 2."""
 

@@ -3,7 +3,8 @@
 Names, types and rates are those of the io_teleop stack, from its public ROS 1 workspace and its clients. Additions are
 marked as Cellwright's own: the targets that were really applied, enabling, emergency stop. Handlers are methods of the
 objects that `RobotNode` hands to `bind`. Target topics subscribe with best effort: in ROS 2 a reliable subscription
-receives nothing from best-effort publishers, which some adopters use.
+receives nothing from best-effort publishers, which some adopters use. They keep many messages, since each may name
+other joints.
 """
 
 import re
@@ -12,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.middleware.bus import BEST_EFFORT, Direction
+from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, Direction
 from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
 
 NODE = "/sim_robot_controller_node"
@@ -51,27 +52,29 @@ IO_TELEOP = (
     publishes("/io_teleop/status", "cellwright_msgs/TeleopStatus", Timing.ON_EVENT, ALWAYS,
          "Whether commands are taken, from which nodes, and refused ones.", latch=True, handler="status", source=OWN),
     accepts(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
-          "Target positions of any joints, by name.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
+          "Target positions of any joints, by name.",
+          handler="target_joints", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/target_joint_from_vr", JOINTS, ALWAYS,
           "Target positions from the VR headset, by name, such as those of the head.",
-          handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
+          handler="target_joints", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/target_gripper_status", JOINTS, GRIPPERS,
           "Target status of each gripper, 0 (open) to 1 (closed), in the order right, left; names are ignored.",
-          handler="target_grippers", qos=BEST_EFFORT, source=NODE_OF_TIME),
+          handler="target_grippers", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/target_finger_joints", JOINTS, ALWAYS,
-          "Target positions of finger joints, by name.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
+          "Target positions of finger joints, by name.",
+          handler="target_joints", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/joint_cmd_finger_left", JOINTS, ALWAYS,
           "Target positions of finger joints of the left hand, by name.",
-          handler="target_left_hand", qos=BEST_EFFORT, source=ADOPTERS),
+          handler="target_left_hand", qos=BEST_EFFORT_COMMANDS, source=ADOPTERS),
     accepts(TOPIC, "/io_teleop/joint_cmd_finger_right", JOINTS, ALWAYS,
           "Target positions of finger joints of the right hand, by name.",
-          handler="target_right_hand", qos=BEST_EFFORT, source=ADOPTERS),
+          handler="target_right_hand", qos=BEST_EFFORT_COMMANDS, source=ADOPTERS),
     accepts(TOPIC, TARGET_EE_POSES, POSES, ARMS,
           "Target poses of the arm tips: right, left; in the frame of `controller_indices.base`.",
-          handler="target_ee_poses", qos=BEST_EFFORT, source=NODE_OF_TIME),
+          handler="target_ee_poses", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Availability.FREE_BASE,
           "Turn of the base [rad], and motion along its own y axis [m].",
-          handler="move_base", qos=BEST_EFFORT, source=NODE_OF_TIME),
+          handler="move_base", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
           "True: hold at once, and ignore commands until the stop is cleared.", handler="stop", source=OWN),
     accepts(SERVICE, "/io_teleop_reset_robot", "std_srvs/Trigger", ALWAYS,
@@ -89,6 +92,9 @@ CONTROLLER_NAMES = {"/io_teleop/joint_states": "/joint_states"}
 
 JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Direction.IN and row.type in (JOINTS, POSES))
 """Topics whose messages are joint targets. Their indices in this order are part of the saved state."""
+
+COMMAND_TOPICS = (*JOINT_SOURCES, "/io_teleop/target_base_move")
+"""Topics that move the robot."""
 
 
 def rows(

@@ -11,7 +11,7 @@ from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
-from cellwright.middleware.bus import BEST_EFFORT, LARGE, LATCHED, RELIABLE, Bus, Qos
+from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, COMMANDS, LARGE, LATCHED, RELIABLE, Bus, Qos
 from cellwright.middleware.interface.binding import Output, bind
 from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
@@ -96,10 +96,11 @@ def test_row_without_qos_has_default_of_its_type(type_name: str, latch: bool, ex
 
 
 def test_qos_text_names_reliability_durability_and_depth() -> None:
-    assert [each.text for each in (RELIABLE, LATCHED, BEST_EFFORT)] == [
+    assert [each.text for each in (RELIABLE, LATCHED, COMMANDS, BEST_EFFORT_COMMANDS)] == [
         "reliable, depth 10",
         "reliable, transient local, depth 1",
-        "best effort, depth 1",
+        "reliable, depth 1000",
+        "best effort, depth 1000",
     ]
 
 

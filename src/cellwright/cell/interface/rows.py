@@ -111,7 +111,7 @@ ARM = (
     accepts(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
           "Trajectory with its tolerances.", handler="take_goal", source=ACTIONS),
     accepts(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
-          "Cancels a goal; the arm stops.", handler="take_cancel", source=ACTIONS),
+          "Cancels a goal, also one that has not arrived yet; the arm stops.", handler="take_cancel", source=ACTIONS),
     publishes(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
          "Status of the goals; also published at each change.",
          latch=True, handler="goal_status", source=ACTIONS),

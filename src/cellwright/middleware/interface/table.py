@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias, TypedDict, Unpack
 
 from cellwright._package import former_names
-from cellwright.middleware.bus import LARGE, LATCHED, RELIABLE, Direction, Qos
+from cellwright.middleware.bus import COMMANDS, LARGE, LATCHED, RELIABLE, Direction, Qos
 
 
 class EndpointKind(Enum):
@@ -141,7 +141,11 @@ def publishes(
 def accepts(
     kind: EndpointKind, name: str, type_name: str, where: Availability, about: str, **more: Unpack[EndpointOptions]
 ) -> Endpoint:
-    """Return the row of a topic that the cell receives, of a service or of an action. A topic is reliable."""
+    """Return the row of a topic that the cell receives, of a service or of an action.
+
+    A topic is reliable, and keeps the messages of a burst.
+    """
+    more.setdefault("qos", COMMANDS)
     return Endpoint(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)
 
 

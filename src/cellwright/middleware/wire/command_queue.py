@@ -1,7 +1,7 @@
 """Commands of clients on their way to the cell, and steps that wait for them: what the bridges of ROS 1 and 2 share.
 
-The cell carries out commands at its own pace. Of each topic one message is with the cell, and the others wait here, up
-to a limit; beyond it the oldest is dropped and counted.
+The cell carries out commands at its own pace. Of each topic some messages are with the cell, and the others wait here,
+up to a limit; beyond it the oldest is dropped and counted.
 """
 
 from __future__ import annotations
@@ -16,7 +16,10 @@ from cellwright.middleware.wire.connection import LinkClient
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind, advance, read_time
 
-COMMAND_QUEUE = 100  # messages of a topic that may wait for the cell
+COMMAND_QUEUE = 1000  # messages of a topic that may wait for the cell: each may command other joints
+WINDOW = 16
+"""Messages of a topic that the cell has not answered yet: on a busy machine each answer waits for both processes. It is
+what the cell's server carries out of one client in a turn."""
 MAX_COMMAND_BYTES = 64 << 20  # bytes of them, even if their number has no limit
 
 
@@ -45,7 +48,7 @@ class CommandQueue:
         self._lock = threading.Lock()
         self._waiting: deque[tuple[str, object, bytes]] = deque()
         self._bytes = 0
-        self._is_busy = False
+        self._unanswered = 0
         self._counts: dict[str, tuple[object, int]] = {}
         self._drops = ThrottledLog(loop, "{count} messages on {subject} dropped: the cell is too slow")
         self._unfit = ThrottledLog(loop, "{count} messages on {subject} dropped: too long")
@@ -67,10 +70,8 @@ class CommandQueue:
                 dropped += 1
             self._waiting.append((sender, connection, data))
             self._bytes += len(data)
-            if not self._is_busy:
-                self._hand_over()
-        for _ in range(dropped):
-            self._drops.count(self.name)
+            self._hand_over()
+        self._drops.count(self.name, dropped)
 
     def _is_full(self, more: int) -> bool:
         """True if there is no room for a message of `more` bytes."""
@@ -78,8 +79,8 @@ class CommandQueue:
         return is_crowded or self._bytes + more > MAX_COMMAND_BYTES
 
     def _hand_over(self) -> None:
-        """Send the cell the message that has waited longest; under the lock."""
-        while self._waiting:
+        """Send the cell the messages that have waited longest; under the lock."""
+        while self._waiting and self._unanswered < WINDOW:
             sender, connection, data = self._waiting.popleft()
             self._bytes -= len(data)
             try:
@@ -90,10 +91,8 @@ class CommandQueue:
                 self._count(sender, connection)
                 self._unfit.count(self.name)
                 continue
-            self._is_busy = True
+            self._unanswered += 1
             self._count(sender, connection)
-            return
-        self._is_busy = False
 
     def _count(self, sender: str, connection: object) -> None:
         """Count a message of a node as handled; in lockstep."""
@@ -105,7 +104,7 @@ class CommandQueue:
     def _answered(self, _frame: Frame) -> None:
         """Send the next message after an answer; the cell itself reports refusals."""
         with self._lock:
-            self._is_busy = False
+            self._unanswered -= 1
             self._hand_over()
 
 

@@ -155,13 +155,14 @@ class ThrottledLog:
         self._text = text
         self._counts: dict[str, int] = {}
 
-    def count(self, subject: str) -> None:
-        """Count an event of a subject; from any thread."""
-        self._loop.call(self._count, subject)
+    def count(self, subject: str, number: int = 1) -> None:
+        """Count a number of events of a subject, if any; from any thread."""
+        if number:
+            self._loop.call(self._count, subject, number)
 
-    def _count(self, subject: str) -> None:
+    def _count(self, subject: str, number: int) -> None:
         is_known = subject in self._counts
-        self._counts[subject] = self._counts.get(subject, 0) + 1
+        self._counts[subject] = self._counts.get(subject, 0) + number
         if not is_known:
             self._report(subject)
 

@@ -10,6 +10,7 @@ import pytest
 
 from cellwright.middleware.messages import from_ros1
 from cellwright.middleware.messages.standard import String
+from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, WINDOW
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard
@@ -49,7 +50,7 @@ def test_commands_reach_cell_whole_in_order_with_sender(master: Ground, make_cel
     assert (frame.name, frame.type) == ("/words", "std_msgs/String")
 
 
-def test_commands_are_sent_one_at_a_time_and_oldest_dropped(master: Ground, make_cell: MakeCell) -> None:
+def test_some_commands_are_sent_at_a_time_and_oldest_dropped(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     held: list[Frame] = []
     is_open = threading.Event()
@@ -62,14 +63,18 @@ def test_commands_are_sent_one_at_a_time_and_oldest_dropped(master: Ground, make
 
     cell.answer = answer
     bridge = start_bridge(master, cell)
-    master.client(say, "team", "/words", 500)
+    master.client(say, "team", "/words", COMMAND_QUEUE + 500)
     dropped = re.compile(r"^(\d+) messages on /words dropped: the cell is too slow$", re.MULTILINE)
-    wait_until(lambda: sum(map(int, dropped.findall(bridge.said))) == 399, "count of all", seen=lambda: bridge.said)
-    assert len(cell.of(FrameKind.PUBLISH)) == 1
+    wait_until(
+        lambda: sum(map(int, dropped.findall(bridge.said))) == 500 - WINDOW, "count of all", seen=lambda: bridge.said
+    )
+    assert len(cell.of(FrameKind.PUBLISH)) == WINDOW
     is_open.set()
     cell.send(Frame(FrameKind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
-    wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == 101, "rest")
-    assert [word for _, word in words(cell)] == ["0", *map(str, range(400, 500))]
+    wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == COMMAND_QUEUE + WINDOW, "rest")
+    assert [word for _, word in words(cell)] == [
+        str(number) for number in (*range(WINDOW), *range(500, COMMAND_QUEUE + 500))
+    ]
 
 
 def say_too_much(node: str, topic: str, length: int) -> None:

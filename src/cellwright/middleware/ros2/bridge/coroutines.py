@@ -55,7 +55,31 @@ def run(coroutine: Coroutine[Any, Any, Any]) -> None:
 
 
 class GoalServer(ActionServer):  # type: ignore[misc]
-    """Action server of rclpy that executes its goals as coroutines of this module."""
+    """Action server of rclpy that executes its goals as coroutines of this module.
+
+    A request to cancel waits for the answers to goals that came before it: until then rclpy does not know these goals.
+    """
+
+    def __init__(self, *arguments: Any, **more: Any) -> None:
+        self._unanswered = 0  # goals that the cell has not answered yet
+        self._waiting: list[Answer] = []  # for requests to cancel
+        super().__init__(*arguments, **more)
+
+    async def _execute_goal_request(self, request_header_and_message: Any) -> None:
+        self._unanswered += 1
+        try:
+            await super()._execute_goal_request(request_header_and_message)
+        finally:
+            self._unanswered -= 1
+            while self._waiting and not self._unanswered:
+                self._waiting.pop(0).give(None)
+
+    async def _execute_cancel_request(self, request_header_and_message: Any) -> None:
+        if self._unanswered:
+            answered = Answer()
+            self._waiting.append(answered)
+            await answered
+        await super()._execute_cancel_request(request_header_and_message)
 
     def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
         """Begin to execute an accepted goal."""

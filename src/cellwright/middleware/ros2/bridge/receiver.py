@@ -17,6 +17,8 @@ from cellwright.middleware.wire.event_loop import nothing, report
 Respond = Callable[[Any], None]
 """Sends the response to a request, from any thread."""
 
+_MAX_TAKEN = 100  # messages of a topic in a row, so that a flood does not keep the others waiting
+
 _KINDS = ("subscriptions", "guard_conditions", "timers", "clients", "services", "events")
 
 
@@ -45,15 +47,15 @@ class Receiver:
         self._group = _NotExecuted()
         self._end: Any = node.create_guard_condition(nothing, callback_group=self._group)
         self._is_ended = False
-        self._subscriptions: list[tuple[Any, Callable[[Any], None]]] = []
+        self._subscriptions: list[tuple[Any, Callable[[Any, int], None]]] = []
         self._services: list[tuple[Any, Callable[[Any, Respond], None]]] = []
         self._actions: list[GoalServer] = []
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
 
     def subscribe(
-        self, message_class: Any, name: str, take: Callable[[Any], None], qos: QoSProfile, *, raw: bool
+        self, message_class: Any, name: str, take: Callable[[Any, int], None], qos: QoSProfile, *, raw: bool
     ) -> None:
-        """Subscribe to a topic; `take` is called with each message, or with its bytes if `raw`."""
+        """Subscribe to a topic; `take` gets each message, or its bytes if `raw`, and its number of its publisher's."""
         subscription = self._node.create_subscription(
             message_class, name, nothing, qos, raw=raw, callback_group=self._group
         )
@@ -113,11 +115,13 @@ class Receiver:
                 if waitable.is_ready(waiting):
                     self._do(self._handle, waitable)
 
-    def _take(self, subscription: Any, take: Callable[[Any], None]) -> None:
-        with subscription.handle:
-            found = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-        if found is not None:
-            take(found[0])
+    def _take(self, subscription: Any, take: Callable[[Any, int], None]) -> None:
+        for _ in range(_MAX_TAKEN):
+            with subscription.handle:
+                found = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+            if found is None:
+                return
+            take(found[0], found[1]["publication_sequence_number"])
 
     def _answer(self, service: Any, serve: Callable[[Any, Respond], None]) -> None:
         with service.handle:

@@ -9,15 +9,17 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from rclpy.serialization import serialize_message
 
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative
+from cellwright.middleware.ros2.bridge.publisher_numbers import PublisherNumbers
 from cellwright.middleware.wire.command_queue import CommandQueue
 from cellwright.middleware.wire.connection import LinkClient
-from cellwright.middleware.wire.event_loop import EventLoop
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame
 
 LOCKSTEP_DEPTH = 1000
@@ -130,20 +132,20 @@ class CommandTopic(CommandQueue):
         self._node = ros.node
         self._names = [ros.full_name(name) for name in names]
         self._is_values = is_values(topic["type"])
-        qos = quality(
-            is_reliable=wanted["reliable"],
-            is_transient_local=False,
-            depth=LOCKSTEP_DEPTH if more.get("limit", 0) is None else wanted["depth"],
-        )
+        qos = quality(is_reliable=wanted["reliable"], is_transient_local=False, depth=wanted["depth"])
+        self._losses = ThrottledLog(loop, "{count} messages on {subject} lost before the bridge read them")
         message_class = interface_class(topic["type"], "msg")
         for name in names:
-            ros.receiver.subscribe(message_class, relative(name), self._take, qos, raw=not self._is_values)
+            numbers = PublisherNumbers(partial(ros.node.count_publishers, ros.full_name(name)))
+            take = partial(self._take, numbers)
+            ros.receiver.subscribe(message_class, relative(name), take, qos, raw=not self._is_values)
 
     def count_publishers(self) -> int:
         """Return the number of nodes that may command it."""
         return sum(self._node.count_publishers(name) for name in self._names)
 
-    def _take(self, message: Any) -> None:
+    def _take(self, numbers: PublisherNumbers, message: Any, number: int) -> None:
+        self._losses.count(self.name, numbers.note(number))
         self.take(self._sender, json.dumps(values_of(message)).encode() if self._is_values else message)
 
 
