@@ -233,6 +233,11 @@ def joint_speed(text: str) -> tuple[str, float]:
     return pattern or "*", in_range("--max-speed", _number(value), ABOVE_0, FINITE, remedy, text)
 
 
+def command_topic(name: str) -> str:
+    """Return the whole name of a robot's command topic; `/io_teleop/` may be left out."""
+    return name if name.startswith("/") else f"/io_teleop/{name}"
+
+
 def seed(value: int | None) -> int | None:
     """Return a valid seed."""
     return in_range("--seed", value, 0, MAX_SEED, "a whole number from 0 to 2**63 - 1")

@@ -303,6 +303,14 @@ ResumeSpeed = Annotated[
 OneCommander = Annotated[
     float | None, option("S", "Take a topic from one node only, until that node has been silent this long [s].", SAFETY)
 ]
+CommandTopic = Annotated[
+    list[str] | None,
+    option(
+        "TOPIC",
+        "Topic that commands the robot, such as `joint_cmd`; others are ignored. Repeatable. Default: all.",
+        SAFETY,
+    ),
+]
 MaxAge = Annotated[
     float | None,
     option("S", "Refuse commands older than this by their stamp [s], or stamped earlier than the one before.", SAFETY),
@@ -333,6 +341,7 @@ def teleop(
     start_guard: StartGuard = None,
     guard: GuardThen = Guard.REFUSE,
     resume_speed: ResumeSpeed = RESUME_SPEED,
+    command_topic: CommandTopic = None,
     one_commander: OneCommander = None,
     max_age: MaxAge = None,
     tip_speed: TipSpeed = None,
@@ -426,6 +435,7 @@ def teleop(
         tip_speed=tip_speed,
         tip_turning=tip_turning,
         clutch=clutch,
+        command_topics=tuple(map(options.command_topic, command_topic or ())),
     )
     if check_driver:
         if check:

@@ -15,6 +15,7 @@ from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
+from cellwright.robot.rivals import RivalTopics
 from cellwright.robot.safety import NO_SOURCE, CommandGate, Notices, Numbers, SafetySettings, TargetLimiter
 from cellwright.robot.servos import Array, MimicJoints, fastest
 
@@ -69,6 +70,7 @@ class Commander(Device):
         )
         self.mimics = MimicJoints(joints, self.limiter.lower, self.limiter.upper)
         self._safety = safety
+        self._rivals = RivalTopics(driver.joints, lambda: self.simulation.now, notices)
         self._seconds = 0.0
         self.watchdog = Watchdog(self, safety.silence)
         self.is_enabled = not safety.start_disabled
@@ -82,6 +84,7 @@ class Commander(Device):
         self.limiter.begin(self.driver.read().positions)
         self.gate.forget()
         self.watchdog.forget()
+        self._rivals.forget()
         self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
         self.why_held = ""
         if self._safety.start_disabled:
@@ -109,6 +112,12 @@ class Commander(Device):
         Raises:
             RejectedCommandError: it is refused, for example because of its stamp.
         """
+        chosen = self._safety.command_topics
+        if chosen and topic not in chosen:
+            self.ignored += 1
+            line = f"{topic} does not command this robot, {' and '.join(chosen)} {'does' if len(chosen) == 1 else 'do'}"
+            self.notices.log_once(f"not chosen {topic}", f"{line}; its messages are ignored (logged once)")
+            return
         if not self.takes_commands:
             self._ignore(topic, node)
             return
@@ -130,7 +139,11 @@ class Commander(Device):
         Raises:
             RejectedCommandError: the start guard refuses it; nothing was changed.
         """
-        beyond = self.limiter.follow(JOINT_SOURCES.index(topic), joints, positions, self.measured, guarded=guarded)
+        source = JOINT_SOURCES.index(topic)
+        before = self.limiter.source[joints]
+        beyond = self.limiter.follow(source, joints, positions, self.measured, guarded=guarded)
+        if np.count_nonzero(before != source):
+            self._rivals.note(source, joints, before)
         if len(beyond):
             names, lower, upper = self.driver.joints, self.limiter.lower, self.limiter.upper
             requested = dict(zip(joints.tolist(), positions, strict=True))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
+from cellwright.robot.interface import COMMAND_TOPICS
 from cellwright.robot.servos import MAX_POSITION, Array
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
 
@@ -52,6 +53,8 @@ class SafetySettings:
         tip_turning: speed of its rotation [rad/s]; None: one turn a second.
         clutch: make targets relative to the first target and the joint's position then, so that a client need not begin
             at the robot's posture.
+        command_topics: names of the topics that command the robot, as the operators of io_teleop publish poses beside
+            the joint targets that follow from them; messages on other topics are ignored. Empty: all command it.
     """
 
     start_disabled: bool = False
@@ -65,13 +68,18 @@ class SafetySettings:
     tip_speed: float | None = None
     tip_turning: float | None = None
     clutch: bool = False
+    command_topics: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Validate the settings.
 
         Raises:
             UsageError: a number is not above 0.
+            UnknownNameError: a name is not that of a command topic.
         """
+        for topic in self.command_topics:
+            if topic not in COMMAND_TOPICS:
+                raise UnknownNameError("command topic", topic, COMMAND_TOPICS)
         named = {
             "watchdog": self.silence,
             "start guard": self.start_guard,

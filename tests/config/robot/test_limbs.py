@@ -89,6 +89,14 @@ def test_gripper_with_mimic_finger_is_open_at_upper_limit(tmp_path: Path) -> Non
     assert found.is_end_known == (True,)
 
 
+def test_tip_is_link_of_io_teleop_before_other_tool_links(tmp_path: Path) -> None:
+    text = urdf(("main",), torso=0)
+    for link in ("main_tcp", "io_teleop_ee_link_main", "tool0"):
+        joint = f'<joint name="to_{link}" type="fixed"><parent link="main_arm_link7"/><child link="{link}"/></joint>'
+        text = text.replace("</robot>", f'<link name="{link}"/>{joint}</robot>')
+    assert [arm.tip for arm in limbs(tmp_path, text).arms] == ["io_teleop_ee_link_main"]
+
+
 @pytest.mark.parametrize("sides", [("left", "right"), ("one", "two")])
 def test_fingers_of_two_short_limbs_form_no_gripper(tmp_path: Path, sides: tuple[str, str]) -> None:
     """With limbs of three joints the draft has no arm behind the torso, and their fingers form no hand."""

@@ -26,6 +26,11 @@ def test_max_speed_not_above_0_is_refused() -> None:
         SafetySettings(max_speeds=(("arm_*", -1.0),))
 
 
+def test_unknown_command_topic_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="/io_teleop/joint_cmd"):
+        SafetySettings(command_topics=("/io_teleop/joint_cm",))
+
+
 def test_speeds_without_max_speeds_are_infinite() -> None:
     assert SafetySettings().speeds(JOINTS, OWN).tolist() == [math.inf] * 3
 

@@ -117,6 +117,8 @@ _HEAD = re.compile(r"head|neck|pan|tilt|camera", re.IGNORECASE)
 _FINGER = re.compile(r"grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
 _TOOL = re.compile(r"(^|_)(ee|tcp|tool0?|tip|grasp\w*|end_?effector)(_|$)", re.IGNORECASE)
 _HAND = re.compile(r"hand|palm|flange", re.IGNORECASE)
+_TELEOP_TIP = re.compile(r"^io_teleop_ee_link(_|$)")
+"""Links that io_teleop's URDFs have for the poses that it commands."""
 
 _BEND = 0.5  # [rad] from the limit: initial position of an arm's joint when its limit is next to 0
 
@@ -252,14 +254,13 @@ def _hand(robot: RobotModel, arm: list[Joint]) -> list[Joint]:
 
 
 def _tip(robot: RobotModel, arm: list[Joint]) -> str:
-    """Return a link that is fixed to the end of an arm and has the name of a tool, else the end itself."""
+    """Return the link of io_teleop that is fixed to an arm's end, else one named as a tool, else the end itself."""
     fixed = [arm[-1].child]
     fixed += [
         joint.child for joint in robot.joints if joint.type is JointType.FIXED and _is_behind(robot, joint, fixed[0])
     ]
-    exact = [link for link in fixed if _TOOL.search(link)]
-    named = [link for link in fixed if _HAND.search(link)]
-    return (exact or named or fixed)[0]
+    matches = ([link for link in fixed if name.search(link)] for name in (_TELEOP_TIP, _TOOL, _HAND))
+    return next((found[0] for found in matches if found), fixed[0])
 
 
 def _is_behind(robot: RobotModel, joint: Joint, link: str) -> bool:

@@ -235,7 +235,8 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
 
 def _safety(values: Mapping[str, Any]) -> SafetySettings:
     speeds = tuple((str(pattern), float(speed)) for pattern, speed in values["max_speeds"])
-    return SafetySettings(**{**values, "max_speeds": speeds, "guard": Guard(values["guard"])})
+    topics = tuple(map(str, values.get("command_topics", ())))  # absent in recordings of earlier versions
+    return SafetySettings(**{**values, "max_speeds": speeds, "guard": Guard(values["guard"]), "command_topics": topics})
 
 
 @contextmanager
