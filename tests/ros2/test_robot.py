@@ -1,10 +1,13 @@
 """Robot's controller node in ROS 2: commands of best-effort publishers, bursts of them, states, reset."""
 
+import os
+import signal
 from typing import Any
 
 import pytest
 
-from tests.ros2.ground import Ground
+from tests.ros2.ground import Ground, bridge_pid
+from tests.waiting import wait_until
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2
@@ -93,3 +96,45 @@ def test_partial_commands_in_bursts_are_all_taken(domain: Ground) -> None:
     assert taken == sent == 280
     assert "lost" not in robot.said
     assert "dropped" not in robot.said
+
+
+def flood(joint: str, count: int, folder: str) -> int:
+    """Send messages while the bridge is stopped, as files in the folder tell; return their number."""
+    import pathlib
+
+    from rclpy_node import BEST_EFFORT, Node
+    from sensor_msgs.msg import JointState
+
+    heard, stopped, sent = (pathlib.Path(folder, name) for name in ("heard", "stopped", "sent"))
+    with Node() as me:
+        publisher = me.publisher("/io_teleop/joint_cmd", "sensor_msgs/JointState", BEST_EFFORT)
+        applied = me.listen("/io_teleop/applied_joint_cmd", "sensor_msgs/JointState")
+
+        def is_at(target: float) -> bool:
+            publisher.publish(JointState(name=[joint], position=[target]))
+            return bool(applied) and abs(applied[-1].position[applied[-1].name.index(joint)] - target) < 1e-6
+
+        me.wait(lambda: is_at(0.1), "robot that hears")
+        heard.touch()
+        me.wait(stopped.exists, "bridge that is stopped")
+        for _ in range(count):
+            publisher.publish(JointState(name=[joint], position=[0.2]))
+        sent.touch()
+        me.wait(lambda: is_at(0.3), "bridge that goes on")
+        return count
+
+
+def test_commands_lost_before_stopped_bridge_are_counted(domain: Ground) -> None:
+    robot = domain.teleop("qinglong")
+    folder = domain.folder
+    client = domain.client(flood, JOINTS[0], 3000, str(folder))
+    wait_until((folder / "heard").exists, "client that is heard")
+    bridge = bridge_pid(robot)
+    os.kill(bridge, signal.SIGSTOP)
+    try:
+        (folder / "stopped").touch()
+        wait_until((folder / "sent").exists, "flood")
+    finally:
+        os.kill(bridge, signal.SIGCONT)
+    client.value()
+    robot.wait_for(r"\d+ messages on /io_teleop/joint_cmd lost before the bridge read them")
