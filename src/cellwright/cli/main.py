@@ -28,6 +28,8 @@ Reasons: time limit, --until came first, agent gave up or crashed, below --min-s
 """
 BAD_INPUT = 2
 """The input is not valid; nothing has been started."""
+INCONCLUSIVE = 3
+"""A comparison shows neither a loss nor that there is none: more seeds would tell."""
 TRY_AGAIN = 75
 """Runs are left without a result, because the machine failed or a signal came; the same command continues.
 

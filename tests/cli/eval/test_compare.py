@@ -40,15 +40,31 @@ def test_regression_has_status_1_and_lists_turned_runs(compare: CommandLine) -> 
     assert len(turned) == 10
     assert "unpaired    0 runs of A, 1 of B" in lines
     assert "tiny    time, s      19   20   20      +0   0 to 0" in [line.rstrip() for line in lines]
-    assert lines[-1] == "verdict     B is worse by more than 0 %"
+    assert lines[-2:] == [
+        "chance      0.5 of such a loss of runs done, if B loses nothing",
+        "verdict     worse: B loses more than 0 %",
+    ]
     assert max(map(len, lines[2:])) <= 80
 
 
 def test_margin_and_gain_have_status_0(compare: CommandLine) -> None:
-    assert compare("eval", "compare", "old", "new", "--margin", "30").status == 0
+    assert compare("eval", "compare", "old", "new", "--margin", "40").status == 0
     ran = compare("eval", "compare", "new/summary.json", "old")
     assert ran.status == 0
-    assert ran.out.splitlines()[-1] == "verdict     B is not shown to be worse by more than 0 %"
+    assert ran.out.splitlines()[-1] == "verdict     better: B gains"
+
+
+def test_inconclusive_comparison_has_its_own_status_and_names_the_seeds(cellwright: CommandLine) -> None:
+    write("old", [result(6.0, seed=seed, vary=True) for seed in range(1, 4)])
+    write("new", [result(4.0, seed=seed, vary=True) for seed in range(1, 4)])
+    ran = cellwright("eval", "compare", "old", "new")
+    assert ran.status == 3
+    words = "inconclusive: a loss of more than 0 % may be chance or not; about 1 more seed would tell"
+    assert ran.out.splitlines()[-1] == f"verdict     {words}"
+    assert cellwright("eval", "compare", "old", "new", "--strict").status == 1
+    document = json.loads(cellwright("eval", "compare", "old", "new", "--json").out)
+    assert (document["verdict"], document["regression"], document["more_seeds"]) == ("inconclusive", False, 1)
+    assert document["chances"] == {"points": 0.05, "runs done": None}
 
 
 def test_comparison_as_json_has_figures_and_pairs(compare: CommandLine) -> None:

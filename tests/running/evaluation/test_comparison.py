@@ -9,19 +9,24 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.comparison import Comparison, read_evaluation
+from cellwright.running.evaluation.comparison import Comparison, overall, read_evaluation
 from cellwright.running.evaluation.intervals import mean_interval, student_quantile
 from cellwright.running.evaluation.result import Result
 from cellwright.running.evaluation.summary import summary_document
+from cellwright.running.evaluation.verdict import Verdict
 from cellwright.util.errors import UsageError
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
 
 def runs(points: list[float], **changes: object) -> list[Result]:
     return [result(each, seed=seed, **changes) for seed, each in enumerate(points, start=1)]
+
+
+def verdict(before: list[Result], after: list[Result], margin: float = 0.0) -> Verdict:
+    return overall(Comparison.of(before, after).judgements(margin))
 
 
 def test_runs_are_paired_by_trial_and_seed() -> None:
@@ -48,26 +53,54 @@ def test_loss_beyond_margin_is_regression() -> None:
     low, high = found.interval or (0.0, 0.0)
     assert found.difference == pytest.approx(-1 / 12.0)
     assert low < found.difference < high < 0.0
-    assert found.is_regression(0.0)
-    assert found.is_regression(-high - 0.001)
-    assert not found.is_regression(-high + 0.001)
-    assert not Comparison.of(after, before).is_regression(0.0)
-    assert not Comparison.of(before, before).is_regression(0.0)
+    assert verdict(before, after) is Verdict.WORSE
+    assert verdict(before, after, -high - 0.01) is Verdict.WORSE
+    assert verdict(before, after, -low + 0.01) is Verdict.NOT_WORSE
+    assert verdict(after, before) is Verdict.BETTER
+    assert verdict(before, before) is Verdict.NOT_WORSE
 
 
-def test_loss_within_noise_is_no_regression() -> None:
-    found = Comparison.of(runs([9.0, 10.0, 8.0, 9.0]), runs([8.0, 11.0, 4.0, 9.0]))
-    assert found.difference < 0.0
-    assert not found.is_regression(0.0)
+def test_loss_within_noise_is_inconclusive() -> None:
+    before, after = runs([9.0, 10.0, 8.0, 9.0]), runs([8.0, 11.0, 4.0, 9.0])
+    assert verdict(before, after) is Verdict.INCONCLUSIVE
+
+
+def test_clear_loss_of_four_varied_runs_is_worse_and_of_fewer_inconclusive() -> None:
+    before = runs([6.0, 6.0, 6.0, 6.0], reachable=6.0, vary=True)
+    after = runs([4.0, 0.0, 4.0, 4.0], reachable=6.0, vary=True)
+    after[1] = replace(after[1], outcome="crashed", reason="ValueError: no part")
+    found = [verdict(before[:count], after[:count]) for count in range(1, 5)]
+    assert found == [Verdict.INCONCLUSIVE] * 3 + [Verdict.WORSE]
+
+
+def test_runs_that_crash_with_the_same_points_are_worse() -> None:
+    before = runs([6.0] * 8, vary=True)
+    assert verdict(before, [replace(each, outcome="crashed", reason="late") for each in before]) is Verdict.WORSE
+    lost = [replace(each, outcome="crashed", reason="late") for each in before[:1]]
+    assert verdict(before, [*lost, *before[1:]]) is Verdict.INCONCLUSIVE
+
+
+def test_single_run_of_one_trial_leaves_the_others_a_sample() -> None:
+    before = [*runs([9.0, 10.0, 8.0], vary=True), result(9.0, trial="alone", vary=True)]
+    after = [*runs([8.0, 11.0, 7.0], vary=True), result(9.0, trial="alone", vary=True)]
+    assert verdict(before, after) is Verdict.INCONCLUSIVE
 
 
 def test_pairs_without_chance_count_exactly() -> None:
     before, after = [worked(3.0), worked(3.0, seed=2)], [worked(2.0), worked(2.0, seed=2)]
     found = Comparison.of(before, after)
     assert (found.interval, found.trials()[0].interval) == (None, None)
-    assert found.is_regression(0.0)
-    assert not found.is_regression(0.1)
-    assert Comparison.of(before[:1], after[:1]).is_regression(0.0)
+    assert verdict(before, after) is Verdict.WORSE
+    assert verdict(before, after, 0.1) is Verdict.NOT_WORSE
+    assert verdict(before[:1], after[:1]) is Verdict.WORSE
+
+
+def test_crash_at_the_same_time_of_every_seed_is_exact() -> None:
+    before = [worked(3.0), worked(3.0, seed=2)]
+    after = [replace(CRASHED, seed=seed) for seed in (1, 2)]
+    after = [replace(each, trial=before[0].trial, reachable=before[0].reachable) for each in after]
+    assert verdict(before, after) is Verdict.WORSE
+    assert verdict(before, [after[0], replace(after[1], simulated=1.5)]) is Verdict.INCONCLUSIVE
 
 
 def test_evaluations_that_cannot_be_paired_are_refused() -> None:
@@ -77,6 +110,7 @@ def test_evaluations_that_cannot_be_paired_are_refused() -> None:
         Comparison.of([result()], [result(reachable=8.0)])
 
 
+@settings(max_examples=25)
 @given(points=st.lists(st.tuples(st.floats(0.0, 12.0), st.floats(0.0, 12.0)), min_size=2, max_size=20))
 def test_comparison_the_other_way_has_opposite_figures(points: list[tuple[float, float]]) -> None:
     before, after = (runs([pair[side] for pair in points]) for side in (0, 1))
@@ -86,7 +120,7 @@ def test_comparison_the_other_way_has_opposite_figures(points: list[tuple[float,
     assert back.interval is not None
     assert there.interval == pytest.approx((-back.interval[1], -back.interval[0]))
     assert -1.0 <= there.interval[0] <= there.interval[1] <= 1.0
-    assert not (there.is_regression(0.0) and back.is_regression(0.0))
+    assert not all(overall(each.judgements(0.0)) is Verdict.WORSE for each in (there, back))
     json.dumps(there.as_json(0.0), allow_nan=False)
 
 

@@ -1,4 +1,4 @@
-"""Command `cellwright eval compare`: the difference between two evaluations, and whether it is a regression."""
+"""Command `cellwright eval compare`: the difference between two evaluations, and the verdict on the second."""
 
 import json
 from pathlib import Path
@@ -10,11 +10,12 @@ from rich.text import Text
 
 from cellwright.cli import options
 from cellwright.cli.arguments import AsJson
-from cellwright.cli.main import DONE, NOT_DONE, argument, option
+from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table
 from cellwright.running.evaluation.comparison import Comparison, Pair, read_evaluation
 from cellwright.running.evaluation.measures import MEASURES, Change
 from cellwright.running.evaluation.summary import range_text, with_interval
+from cellwright.running.evaluation.verdict import MAX_PAIRS, Verdict
 from cellwright.util.errors import printable
 
 _MAX_TURNED = 10
@@ -24,20 +25,22 @@ def compare(
     before: Annotated[str, argument("A", "Folder of the first evaluation, or its `summary.json`.")],
     after: Annotated[str, argument("B", "Folder of the second evaluation, such as that of your new version.")],
     margin: Annotated[
-        float, option("P", "Loss that is no regression yet [% of the attainable points].", "Comparison")
+        float, option("P", "Loss that is accepted [% of the attainable points, and of the runs done].", "Comparison")
     ] = 0.0,
+    strict: Annotated[bool, flag("--strict", "Take an inconclusive verdict for a regression.", "Comparison")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare two evaluations, paired by trial and seed: the difference, its interval, and the runs that turned.
 
-    Both are folders of `cellwright eval`, with two programs or two versions of one. B is a regression if the whole 95 %
-    interval of the difference lies beyond --margin. Pairs need fewer seeds than two separate means.
+    Both are folders of `cellwright eval`, with two programs or two versions of one. B is a regression if exact tests
+    show that it loses more than --margin, in points or in runs that are done. It is none if no run loses more than
+    that, or if they show so. Else the verdict is inconclusive, with the number of seeds that would tell.
 
         cellwright eval lesson --vary --seeds 10 --agent old.py:MyRobot --out old
         cellwright eval lesson --vary --seeds 10 --agent new.py:MyRobot --out new
         cellwright eval compare old new --margin 2
 
-    Exit status: 0 no regression; 1 a regression; 2 bad input.
+    Exit status: 0 no regression; 1 a regression; 2 bad input; 3 inconclusive (1 with --strict).
     """
     options.in_range("--margin", margin, 0.0, 100.0, "a number from 0 to 100")
     found = Comparison.of(read_evaluation(Path(before)), read_evaluation(Path(after)))
@@ -46,7 +49,13 @@ def compare(
         typer.echo(json.dumps(document, indent=2))
     else:
         _show(found, document, (before, after), margin)
-    raise typer.Exit(NOT_DONE if document["regression"] else DONE)
+    raise typer.Exit(_status(Verdict(document["verdict"]), strict=strict))
+
+
+def _status(verdict: Verdict, *, strict: bool) -> int:
+    if verdict is Verdict.INCONCLUSIVE:
+        return NOT_DONE if strict else INCONCLUSIVE
+    return NOT_DONE if verdict is Verdict.WORSE else DONE
 
 
 def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], margin: float) -> None:
@@ -83,8 +92,26 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
         print_entry(console, "unpaired", f"{found.unpaired[0]} runs of A, {found.unpaired[1]} of B")
     difference = f"{found.difference * 100.0:+.3g} % of the attainable points"
     print_entry(console, "difference", with_interval(difference, found.interval))
-    verdict = "B is worse by more than" if document["regression"] else "B is not shown to be worse by more than"
-    print_entry(console, "verdict", f"{verdict} {margin:g} %")
+    for question, chance in document["chances"].items():
+        if chance is not None:
+            print_entry(console, "chance", f"{chance:.2g} of such a loss of {question}, if B loses {_beyond(margin)}")
+    print_entry(console, "verdict", _verdict_words(document, margin))
+
+
+def _beyond(margin: float) -> str:
+    return f"{margin:g} %" if margin else "nothing"
+
+
+def _verdict_words(document: dict[str, Any], margin: float) -> str:
+    """Return the verdict in words, with what would help."""
+    verdict = Verdict(document["verdict"])
+    if verdict is Verdict.INCONCLUSIVE:
+        seeds = document["more_seeds"]
+        enough = f"more than {MAX_PAIRS} pairs" if seeds is None else f"{seeds} more seed{'s' if seeds > 1 else ''}"
+        return f"inconclusive: a loss of more than {margin:g} % may be chance or not; about {enough} would tell"
+    if verdict is Verdict.WORSE:
+        return f"worse: B loses more than {margin:g} %"
+    return "better: B gains" if verdict is Verdict.BETTER else f"not worse: B loses no more than {margin:g} %"
 
 
 def _measured(change: Change, scale: float) -> list[str]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean
@@ -14,6 +15,7 @@ from cellwright.running.evaluation.intervals import Interval, mean_interval
 from cellwright.running.evaluation.measures import Change, changes
 from cellwright.running.evaluation.result import Result, ResultError
 from cellwright.running.evaluation.summary import are_same, done_interval, share_interval
+from cellwright.running.evaluation.verdict import Judgement, Verdict, judge, more_pairs
 from cellwright.util.errors import UsageError
 
 SUMMARY_NAME = "summary.json"
@@ -77,6 +79,13 @@ class TrialComparison:
     measures: Mapping[str, Change]
 
 
+QUESTIONS: Mapping[str, Callable[[Result], float]] = {
+    "points": lambda result: result.share,
+    "runs done": lambda result: float(result.is_done),
+}
+"""Values of a run that decide, from 0 to 1: its share of the reachable points, and whether it was done."""
+
+
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Comparison of two evaluations.
@@ -121,13 +130,33 @@ class Comparison:
             return None
         return _within(mean_interval([[pair.share for pair in group] for group in groups]), 1.0)
 
-    def is_regression(self, margin: float) -> bool:
-        """Return whether the second is worse by more than a margin [share of the reachable points].
+    def judgements(self, margin: float) -> dict[str, Judgement]:
+        """Return the judgement of each of the `QUESTIONS`; `margin` is the loss that is accepted, 0 to 1."""
+        return {name: judge(*self._values(value), margin) for name, value in QUESTIONS.items()}
 
-        It is if the whole interval lies beyond the margin; without an interval, if the difference does.
-        """
-        upper = self.difference if self.interval is None else self.interval[1]
-        return upper < -margin - 1e-9
+    def _values(self, value: Callable[[Result], float]) -> tuple[list[tuple[float, float]], list[float]]:
+        """Return the values of the pairs whose seed matters, and the differences of the others."""
+        sampled: list[tuple[float, float]] = []
+        fixed: list[float] = []
+        for group in self._groups().values():
+            values = [(value(pair.before), value(pair.after)) for pair in group]
+            if _is_exact(group) or all(before == after for before, after in values):
+                fixed += [after - before for before, after in values]
+            else:
+                sampled += values
+        return sampled, fixed
+
+    def more_seeds(self, margin: float) -> int | None:
+        """Return about how many more seeds of each trial end an inconclusive comparison; None if no number is known."""
+        found = 0
+        for name, judgement in self.judgements(margin).items():
+            if judgement.verdict is Verdict.INCONCLUSIVE:
+                sampled, fixed = self._values(QUESTIONS[name])
+                pairs = more_pairs(sampled, fixed, margin)
+                if pairs is None:
+                    return None
+                found = max(found, math.ceil(pairs / len({pair.before.trial for pair in self.pairs})))
+        return found
 
     @property
     def turned(self) -> list[Pair]:
@@ -141,6 +170,8 @@ class Comparison:
     def as_json(self, margin: float) -> dict[str, Any]:
         """Return the comparison as JSON values; differences over trials are shares of the reachable points."""
         sides = [[pair.before for pair in self.pairs], [pair.after for pair in self.pairs]]
+        judgements = self.judgements(margin)
+        verdict = overall(judgements)
         return {
             "agents": [side[0].agent for side in sides],
             "pairs": len(self.pairs),
@@ -152,7 +183,10 @@ class Comparison:
             "difference": self.difference,
             "interval": self.interval,
             "margin": margin,
-            "regression": self.is_regression(margin),
+            "verdict": verdict.value,
+            "chances": {name: each.chance for name, each in judgements.items()},
+            "more_seeds": self.more_seeds(margin) if verdict is Verdict.INCONCLUSIVE else 0,
+            "regression": verdict is Verdict.WORSE,
             "trials": [asdict(each) for each in self.trials()],
             "turned": [pair.as_json() for pair in self.turned],
         }
@@ -164,6 +198,15 @@ class Comparison:
         return groups
 
 
+def overall(judgements: Mapping[str, Judgement]) -> Verdict:
+    """Return the verdict on all questions: the most serious, or better if one is better and none worse."""
+    verdicts = [each.verdict for each in judgements.values()]
+    for verdict in (Verdict.WORSE, Verdict.INCONCLUSIVE, Verdict.BETTER):
+        if verdict in verdicts:
+            return verdict
+    return Verdict.NOT_WORSE
+
+
 def _identity(result: Result) -> tuple[str, int, bool]:
     return result.trial, result.seed, result.vary
 
@@ -171,6 +214,26 @@ def _identity(result: Result) -> tuple[str, int, bool]:
 def _is_one(group: Sequence[Pair]) -> bool:
     """Return whether pairs are one alone, or one and the same: then they are no sample."""
     return len(group) == 1 or (are_same([pair.before for pair in group]) and are_same([pair.after for pair in group]))
+
+
+def _is_exact(group: Sequence[Pair]) -> bool:
+    """Return whether every seed would repeat the pairs of a trial.
+
+    A single pair without variation is the trial as it was requested. With variation it is one of many.
+    """
+    if len(group) == 1:
+        return not group[0].before.vary
+    return _is_one(group) or (any(map(are_same, _sides(group))) and all(map(_end_alike, _sides(group))))
+
+
+def _sides(group: Sequence[Pair]) -> Iterator[list[Result]]:
+    yield [pair.before for pair in group]
+    yield [pair.after for pair in group]
+
+
+def _end_alike(runs: Sequence[Result]) -> bool:
+    """Return whether runs end alike, such as by an error at the same time: `are_same` needs parts on a tray."""
+    return len({(each.outcome, each.reason, each.points, each.simulated) for each in runs}) == 1
 
 
 def _compare(trial: str, group: Sequence[Pair]) -> TrialComparison:
