@@ -159,3 +159,27 @@ def test_model_refused_by_engine_is_reported_as_error(cellwright: CommandLine, t
     assert ran.out.startswith("error: knob.xml: ")
     assert ran.out.endswith("1 error\n")
     assert refused(cellwright("run", "a.yaml", *UNTIL)).startswith("knob.xml: ")
+
+
+SIGNS = "\x1b[2J\x9b31m\u202e"
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_signs_that_a_terminal_obeys_are_escaped_in_messages(cellwright: CommandLine, command: str) -> None:
+    Path("model.xml").write_text(
+        f"<mujoco><worldbody><geom type='box' size='1 1 1' material='{SIGNS[4:]}'/></worldbody></mujoco>"
+    )
+    Path("part.yaml").write_text("cellwright: {parts: {a_part: {file: model.xml, mass: 0.1}}}\n")
+    ran = cellwright(command, "part.yaml")
+    assert ran.status == 2
+    assert r"\x9b31m\u202e" in ran.out + ran.err
+    assert all(sign.isprintable() or sign == "\n" for sign in ran.out + ran.err)
+
+
+@pytest.mark.parametrize(
+    "arguments", [("check", SIGNS), ("run", SIGNS), ("eval", "lesson", "--agent", SIGNS), (SIGNS,)]
+)
+def test_signs_in_names_are_escaped(cellwright: CommandLine, arguments: tuple[str, ...]) -> None:
+    ran = cellwright(*arguments)
+    assert ran.status == 2
+    assert all(sign.isprintable() or sign == "\n" for sign in ran.out + ran.err)

@@ -1,6 +1,8 @@
 """Report on files, for people and for programs."""
 
 import json
+import os
+import re
 from pathlib import Path
 
 import pytest
@@ -71,3 +73,12 @@ def test_overrides_are_resolved_and_refused_for_a_robot() -> None:
     assert report.resolved["time_limit"] == 60
     with pytest.raises(UsageError, match=r"^--set: .* is a robot's; give the files of a trial$"):
         check([find_robot("tandem")], [override])
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+@pytest.mark.parametrize("name", ["robot", "robot.yaml", "robot.urdf", "robot.xacro"])
+def test_named_pipe_is_an_error_without_waiting(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    report = check([tmp_path / name])
+    assert not report.ok
+    assert re.search("it is a named pipe, not a file|not a regular file", report.lines()[0])

@@ -11,9 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.replay.opened import open_recording
-from cellwright.util.errors import DescriptionError, RecordingError
-from cellwright.util.files import atomic_file, open_to_read, replacement_path, write_atomic
+from cellwright.util.errors import DescriptionError, RecordingError, UsageError
+from cellwright.util.files import (
+    JsonLines,
+    LineFile,
+    atomic_file,
+    open_below,
+    open_to_read,
+    replacement_path,
+    write_atomic,
+)
 
 
 class DiskFullError(Exception):
@@ -179,3 +188,49 @@ def test_unnamed_pipe_of_shell_is_read() -> None:
 def test_open_to_read_of_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         open_to_read(tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_named_pipe_without_reader_is_refused_without_waiting_by_all_writers(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="it is a named pipe that no program reads"):
+        write_atomic(pipe, "text")
+    for writer in (LineFile, JsonLines, McapFile):
+        with pytest.raises((OSError, UsageError), match="it is a named pipe that no program reads"):
+            writer(pipe)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_named_pipe_with_reader_is_written(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_atomic(pipe, "text")
+    assert os.read(reader, 100) == b"text"
+    os.close(reader)
+
+
+def test_plain_file_below_a_folder_is_read_and_its_links_are_refused(tmp_path: Path) -> None:
+    folder, foreign = tmp_path / "results", tmp_path / "foreign"
+    (folder / "logs").mkdir(parents=True)
+    foreign.mkdir()
+    (foreign / "a.log").write_text("secret")
+    (folder / "logs" / "own.log").write_text("own")
+    (folder / "logs" / "a.log").symlink_to(foreign / "a.log")
+    (folder / "states").symlink_to(foreign)
+    with open_below(folder, "logs/own.log") as file:
+        assert file.read() == b"own"
+    for name in ("logs/a.log", "states/a.log"):
+        with pytest.raises(OSError, match="it is a link, not a regular file"):
+            open_below(folder, name)
+    with pytest.raises(OSError, match="not a regular file"):
+        open_below(tmp_path, "results/logs")
+
+
+def test_folder_that_is_a_link_of_the_user_is_read(tmp_path: Path) -> None:
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "plan.json").write_text("plan")
+    (tmp_path / "link").symlink_to(tmp_path / "results")
+    with open_below(tmp_path / "link", "plan.json") as file:
+        assert file.read() == b"plan"

@@ -12,6 +12,7 @@ from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files, Overrides
 from cellwright.cli.main import BAD_INPUT, DONE, flag
+from cellwright.cli.output import echo
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
 from cellwright.config.robot.robots import find_robot
@@ -43,7 +44,7 @@ def check(
         typer.echo(json.dumps(report.as_dict(), indent=2, sort_keys=True))
     else:
         for line in report.lines():
-            typer.echo(line)
+            echo(line)
     raise typer.Exit(DONE if report.ok else BAD_INPUT)
 
 

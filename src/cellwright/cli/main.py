@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from cellwright._package import VERSION
-from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.errors import CellwrightError, UsageError, printable
 from cellwright.util.process import silent_ctrl_c
 
 if TYPE_CHECKING:
@@ -198,12 +198,12 @@ def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:
         for line in str(error).splitlines():
-            sys.stderr.write(f"error: {line}\n")
+            sys.stderr.write(f"error: {printable(line)}\n")
         return BAD_INPUT
     except typer.TyperException as error:
         message = error.format_message()
         if message:
-            sys.stderr.write(f"error: {message} (see {name} --help)\n")
+            sys.stderr.write(f"error: {printable(message)} (see {name} --help)\n")
         return BAD_INPUT
     except typer.Abort:
         status = _INTERRUPTED

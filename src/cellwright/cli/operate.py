@@ -21,7 +21,7 @@ from rich.table import Table
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OUTPUT, AsJson
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option, ros_arguments
-from cellwright.cli.output import RIGHT, WHOLE, print_line, table, warn, write_result
+from cellwright.cli.output import RIGHT, WHOLE, echo, print_line, table, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.ros2_transport import Ros2Transport
@@ -372,7 +372,7 @@ def signal(
     else:
         _show(console, exercises)
     for line in failures:
-        typer.echo(line, err=True)
+        echo(line, err=True)
     raise typer.Exit(status)
 
 
@@ -485,7 +485,7 @@ def call(
                 done, text = bool(response.success), str(response.message)
         except (CellwrightError, RunEndedError) as error:
             done, text = False, str(error)
-    typer.echo(f"{command}: {text}" if text else command.value, err=not done)
+    echo(f"{command}: {text}" if text else command.value, err=not done)
     raise typer.Exit(DONE if done else NOT_DONE)
 
 
@@ -535,7 +535,7 @@ def keyboard(
         except (RunEndedError, TerminatedError) as error:
             ended = str(error)
     if ended:
-        typer.echo(f"error: {ended}", err=True)
+        echo(f"error: {ended}", err=True)
     print_line(console, f"{operated.sent} messages sent; the robot holds its last targets")
     raise typer.Exit(NOT_DONE if ended else DONE)
 
@@ -588,7 +588,7 @@ def record(
     if not recorder.lines and not failures:
         failures.append(f"no messages on {APPLIED if targets else JOINT_STATES}")
     for failure in failures:
-        typer.echo(f"error: {failure}", err=True)
+        echo(f"error: {failure}", err=True)
     print_line(console, f"{recorder.lines} samples, {recorder.time:.1f} s, in {file}")
     raise typer.Exit(NOT_DONE if failures else DONE)
 
@@ -659,7 +659,7 @@ def play(
     status = NOT_DONE if failure else DONE
     outcome = "failed" if failure else "stopped" if stop.is_requested else "done"
     if failure:
-        typer.echo(f"error: {failure}", err=True)
+        echo(f"error: {failure}", err=True)
     if as_json:
         document = {
             "file": str(file),

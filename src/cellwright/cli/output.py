@@ -13,6 +13,7 @@ from rich import box
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 from rich.table import Table
+from rich.text import Text
 
 from cellwright.util.errors import printable
 from cellwright.util.files import write_atomic
@@ -27,17 +28,22 @@ _MAX_LENGTH = 10_000  # characters of a line
 
 def warn(message: object) -> None:
     """Print a warning or an error on stderr."""
-    typer.echo(f"warning: {message}", err=True)
+    echo(f"warning: {message}", err=True)
+
+
+def echo(text: str, *, err: bool = False) -> None:
+    """Print a text that may come from a file or another program, without what a terminal would obey."""
+    typer.echo(printable(text, _MAX_LENGTH), err=err)
 
 
 def print_line(console: Console, text: str, style: str | None = None) -> None:
-    """Print a line as it is: no markup, and folded by the terminal alone."""
-    console.print(text, markup=False, soft_wrap=True, style=style)
+    """Print a line: no markup, folded by the terminal alone, and without what a terminal would obey."""
+    console.print(printable(text, _MAX_LENGTH), markup=False, soft_wrap=True, style=style)
 
 
 def print_entry(console: Console, name: str, text: str) -> None:
     """Print a line of a summary; its text may come from a user's file."""
-    print_line(console, f"{name:<10}  {printable(text, _MAX_LENGTH)}")
+    print_line(console, f"{name:<10}  {text}")
 
 
 def print_files(console: Console, name: str, files: Iterable[object]) -> None:
@@ -53,12 +59,15 @@ WHOLE: Mapping[str, Any] = {"no_wrap": True}
 
 
 def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[RenderableType]], **settings: Any) -> Table:
-    """Return a table with a line below its headings; `settings` are those of the table, each column has its own."""
+    """Return a table with a line below its headings; texts have no markup.
+
+    `settings` are those of the table, each column has its own.
+    """
     result = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
     for heading, column in columns.items():
         result.add_column(heading, **column)
     for row in rows:
-        result.add_row(*row)
+        result.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
     return result
 
 

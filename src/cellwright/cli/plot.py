@@ -57,7 +57,7 @@ def plot(
     try:
         write_figure(figure, path)
     except OSError as error:
-        typer.echo(f"{path}: cannot be written: {error.strerror or error}", err=True)
+        output.echo(f"{path}: cannot be written: {error.strerror or error}", err=True)
         raise typer.Exit(NOT_DONE) from None
-    typer.echo(f"figure      {path}")
+    output.echo(f"figure      {path}")
     raise typer.Exit(DONE)

@@ -18,7 +18,7 @@ from rich.text import Text
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import LOCKSTEP_HELP, NETWORK, OUTPUT, ROBOT_HELP, SIMULATION, SPEED_HELP
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, progress_bar, table
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, echo, progress_bar, table
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.config.robot.config import RobotConfig
@@ -48,7 +48,7 @@ def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]],
     make = find_driver(driver)
     problems = check_driver(make, load(partial(typer.echo, err=True)))
     for problem in problems:
-        typer.echo(f"{driver}: {problem}")
+        echo(f"{driver}: {problem}")
     if not problems:
         typer.echo("ok")
     return NOT_DONE if problems else DONE
@@ -213,7 +213,7 @@ def run_robot(
         output.print_files(console, "recording", result.recordings)
     status = NOT_DONE if result.error or not result.is_complete else DONE
     if result.error:
-        typer.echo(f"error: {result.error}", err=True)
+        echo(f"error: {result.error}", err=True)
     if as_json:
         typer.echo(json.dumps(node_document(node, result, status), indent=2))
     return status

@@ -128,6 +128,11 @@ def printable(text: str, max_length: int = 20_000) -> str:
     return "".join(sign if sign.isprintable() or sign in "\n\t" else repr(sign)[1:-1] for sign in text)
 
 
+def one_printable_line(text: str) -> str:
+    """Make a text printable in any terminal and file, in one line: all unprintable characters are escaped."""
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+
+
 def one_line(error: BaseException, max_length: int = 1000) -> str:
     """Return type and reason of an error of foreign code: one printable line of about `max_length` characters."""
     try:

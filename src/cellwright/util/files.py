@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, Self
 
 from cellwright.util.errors import UsageError
 
+_BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
 _numbers = count()
 
 
@@ -27,7 +28,7 @@ def open_to_read(path: Path) -> BinaryIO:
         OSError: it cannot be read, or is a named pipe.
         ValueError: no file can have this name.
     """
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BYTES_AS_THEY_ARE)
     try:
         if stat.S_ISFIFO(os.fstat(descriptor).st_mode):
             if os.path.lexists(os.path.realpath(path)):
@@ -38,6 +39,48 @@ def open_to_read(path: Path) -> BinaryIO:
         with suppress(OSError):
             os.close(descriptor)
         raise
+
+
+def open_below(folder: Path, name: str | Path) -> BinaryIO:
+    """Open a plain file below a folder in which programs of others write, such as that of an evaluation.
+
+    Links below the folder are refused: they could lead to any file of the user. So are pipes and devices.
+
+    Raises:
+        OSError: it cannot be read, or is no plain file.
+        ValueError: no file can have this name.
+    """
+    path = folder / name
+    inside = [place for place in (path, *path.parents) if place != folder and place.is_relative_to(folder)]
+    if any(os.path.islink(place) for place in inside):
+        raise OSError(errno.ELOOP, "it is a link, not a regular file", str(path))
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | _BYTES_AS_THEY_ARE
+    descriptor = os.open(path, flags)
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "not a regular file", str(path))
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        with suppress(OSError):
+            os.close(descriptor)
+        raise
+
+
+def open_descriptor(path: Path, flags: int) -> int:
+    """Open a file to write it, and return its descriptor; a named pipe that no program reads is refused.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    try:
+        descriptor = os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | _BYTES_AS_THEY_ARE, 0o666)
+    except OSError as error:
+        if error.errno != errno.ENXIO:
+            raise
+        raise OSError(errno.ENXIO, "it is a named pipe that no program reads", str(path)) from None
+    if hasattr(os, "O_NONBLOCK"):
+        os.set_blocking(descriptor, True)
+    return descriptor
 
 
 @contextmanager
@@ -54,7 +97,7 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
     temporary = target.with_name(f".{os.getpid()}-{next(_numbers)}.part")
     is_there = os.path.lexists(target)
     if is_there and not target.is_file():
-        with path.open("wb") as file:
+        with os.fdopen(open_descriptor(path, os.O_WRONLY), "wb") as file:
             yield file
         return
     if is_there:
@@ -138,9 +181,6 @@ def update_file(path: Path, content: bytes) -> None:
     path.chmod(mode)
 
 
-_BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
-
-
 class LineFile:
     """File of lines.
 
@@ -162,7 +202,7 @@ class LineFile:
         """True if all lines so far have gone to the file."""
         self._report = report
         flags = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
-        self._file: int | None = os.open(path, flags | _BYTES_AS_THEY_ARE, 0o666)
+        self._file: int | None = open_descriptor(path, flags)
         if append and _is_cut_short(path):
             self._write_all(b"\n")
 
@@ -244,7 +284,8 @@ def read_json_lines(path: Path) -> list[dict[str, Any]]:
         UsageError: the file cannot be read.
     """
     try:
-        lines = path.read_bytes().split(b"\n")
+        with open_to_read(path) as file:
+            lines = file.read().split(b"\n")
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from None
     values = (_value(line) for line in lines)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import re
 import shutil
@@ -248,7 +249,7 @@ def test_file_that_is_not_regular_is_refused(tiny: CommandLine, name: str) -> No
     Path("a", name).unlink()
     Path("a", name).symlink_to("/dev/zero")
     ran = tiny("eval", "merge", "a")
-    assert (ran.status, ran.err) == (2, f"error: a/{name}: not a regular file; use another folder\n")
+    assert (ran.status, ran.err) == (2, f"error: a/{name}: it is a link, not a regular file; use another folder\n")
 
 
 def test_folders_without_an_evaluation_are_refused(tiny: CommandLine) -> None:
@@ -299,3 +300,99 @@ def test_full_disk_is_no_bad_input(tiny: CommandLine, monkeypatch: pytest.Monkey
     assert (ran.status, ran.err) == (75, "error: --out b: cannot be written: No space left on device\n")
     ran = tiny("eval", "merge", "a", "--out", "b")
     assert (ran.status, ran.err) == (75, "error: b: No space left on device\n")
+
+
+def edit(folder: str, **changes: object) -> Result:
+    """Change the first result of a folder as an editor would, and return the one before."""
+    file = Path(folder, "results.jsonl")
+    line, *rest = file.read_text().splitlines()
+    first = json.loads(line)
+    file.write_text("\n".join([json.dumps({**first, **changes}), *rest, ""]))
+    return Result.from_json(first)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"points": 999.0}, "points must be from 0 to {0.reachable:g} (got 999)"),
+        ({"points": -1.0}, "points must be from 0 to {0.reachable:g} (got -1)"),
+        ({"outcome": "won"}, "there is no such outcome (got won)"),
+        ({"wall": -1.0}, "times and points must not be negative"),
+        ({"trial": "easy"}, "the plan's run of this key is {0.trial} seed {0.seed} of programs.py:Deliver"),
+        ({"seed": 77}, "the plan's run of this key is {0.trial} seed {0.seed} of programs.py:Deliver"),
+        ({"agent": "other.py:Other"}, "the plan's run of this key is {0.trial} seed {0.seed} of programs.py:Deliver"),
+    ],
+)
+def test_shard_with_a_result_that_no_run_can_have_is_refused(
+    tiny: CommandLine, changes: dict[str, object], message: str
+) -> None:
+    shard(tiny, "a")
+    before = edit("a", **changes)
+    ran = tiny("eval", "merge", "a")
+    assert ran.status == 2
+    assert f"{message.format(before)}; repeat that shard" in ran.err
+    assert not Path("evaluation", "summary.json").exists()
+
+
+@pytest.mark.parametrize("place", ["results.jsonl", "plan.json", "log", "logs", "state"])
+def test_links_in_a_shard_are_refused_and_no_foreign_content_is_merged(tiny: CommandLine, place: str) -> None:
+    shard(tiny, "a")
+    Path("foreign").mkdir()
+    secret = Path("foreign", "secret")
+    log = jobs_of(2)[0].log_name
+    shutil.rmtree("a/logs", ignore_errors=True)
+    match place:
+        case "results.jsonl" | "plan.json":
+            Path("a", place).rename(secret)
+            Path("a", place).symlink_to(secret.resolve())
+        case "log":
+            secret.write_text("secret")
+            Path("a", "logs").mkdir()
+            Path("a", "logs", log).symlink_to(secret.resolve())
+        case "logs":
+            Path("foreign", log).write_text("secret")
+            Path("a", "logs").symlink_to(Path("foreign").resolve())
+        case _:
+            secret.write_text("secret")
+            Path("a", "states").mkdir(exist_ok=True)
+            Path("a", "states", log).with_suffix(".state").symlink_to(secret.resolve())
+    ran = tiny("eval", "merge", "a")
+    assert ran.status == 2
+    assert "it is a link, not a regular file" in ran.err
+    assert not any("secret" in each.read_text() for each in Path("evaluation").rglob("*.log"))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes there")
+@pytest.mark.parametrize("name", ["results.jsonl", "plan.json", "log"])
+def test_named_pipe_in_a_shard_is_refused_without_waiting(tiny: CommandLine, name: str) -> None:
+    shard(tiny, "a")
+    pipe = Path("a", "logs", jobs_of(2)[0].log_name) if name == "log" else Path("a", name)
+    pipe.parent.mkdir(exist_ok=True)
+    pipe.unlink(missing_ok=True)
+    os.mkfifo(pipe)
+    ran = tiny("eval", "merge", "a")
+    assert ran.status == 2
+    assert "not a regular file" in ran.err
+
+
+def test_link_in_place_of_a_file_of_the_report_is_not_written_through(tiny: CommandLine) -> None:
+    Path("own.txt").write_text("mine")
+    shard(tiny, "a")
+    Path("a", "junit.xml").unlink()
+    Path("a", "junit.xml").symlink_to(Path("own.txt").resolve())
+    ran = shard(tiny, "a")
+    assert (ran.status, Path("own.txt").read_text()) == (75, "mine")
+    assert "junit.xml: cannot be written: it is a link; remove it" in ran.err
+
+
+def test_escapes_of_a_shard_reach_no_terminal(tiny: CommandLine) -> None:
+    shard(tiny, "a")
+    edit("a", outcome="crashed", reason="\x1b[2J\x9b31m\u202ered")
+    ran = tiny("eval", "merge", "a")
+    assert ran.status == 1
+    assert "\\x1b[2J\\x9b31m\\u202ered" in ran.out
+    edit("a", outcome="\x1b[2J\u202e")
+    ran = tiny("eval", "merge", "a")
+    assert "\\x1b[2J\\u202e" in ran.err
+    for text in (ran.out, ran.err):
+        assert all(sign.isprintable() or sign == "\n" for sign in text)

@@ -76,3 +76,12 @@ def test_any_model_path_is_refused_with_place(path: str) -> None:
         trial.write_text(f"cellwright: {{parts: {{my_part: {{file: {quoted}, mass: 1}}}}}}")
         (problem,) = check([trial]).errors
         assert problem.startswith(f"{trial}:1: cellwright.parts.my_part")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("bits", [b"\x01\x00\xa0\x7f", b"\x00\x00\xc0\x7f", b"\x00\x00\x80\x7f"])
+def test_number_of_a_mesh_that_is_not_finite_is_refused_without_a_warning(tmp_path: Path, bits: bytes) -> None:
+    file = tmp_path / "a.stl"
+    file.write_bytes(bytes(80) + (1).to_bytes(4, "little") + bits * 12 + bytes(2))
+    with pytest.raises(ModelFileError, match="a coordinate is not a finite number"):
+        read_mesh(file)

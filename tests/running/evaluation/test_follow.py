@@ -164,7 +164,7 @@ def test_folder_in_place_of_the_file_is_a_notice(tmp_path: Path) -> None:
     folder.file.mkdir()
     evaluation = FollowedEvaluation([tmp_path])
     assert keys(evaluation) == []
-    assert evaluation.notices == [f"{folder.file}: cannot be read: Is a directory"]
+    assert evaluation.notices == [f"{folder.file}: cannot be read: not a regular file"]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes there")

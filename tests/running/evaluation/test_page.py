@@ -74,7 +74,7 @@ def test_figures_are_those_of_the_report(tmp_path: Path) -> None:
     assert (watched.panel().done, watched.panel().share, watched.panel().pace) == (0, None, "5 to go")
     watched.folder.add(*RUNS)
     panel = watched.panel()
-    assert (panel.agent, panel.done, panel.runs, panel.lost) == ("my.py:Mine", 5, 5, 1)
+    assert (panel.agent, panel.done, panel.runs, panel.failed) == ("my.py:Mine", 5, 5, 2)
     assert (panel.passed, panel.requirement) == (2, "done, with at least 75 % of the points")
     assert panel.pace == "all runs have a result"
     for row, summary in zip(panel.trials, summarize(RUNS), strict=True):

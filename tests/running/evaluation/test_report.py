@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -89,7 +90,7 @@ def test_report_contains_scores_reasons_and_evidence() -> None:
         "33.3%",
         "2 of 12 points, below the required 75 % of the points",
         "still running after 5 s",
-        "ValueError: <no> & \x07 \x1b[31m",
+        "ValueError: <no> & \\x07 \\x1b[31m",
         "bin1|gear_part_1",
         "extra: bin2|disk_part_1 (wrong type)",
         "kit order_0_kit_0: 2 of 6 points",
@@ -121,3 +122,10 @@ def test_report_has_time_and_placement() -> None:
 def test_lost_run_has_no_timeline() -> None:
     assert '<svg class="timeline"' not in report([LOST], None)
     assert report([worked()], None).count('<svg class="timeline"') == 1
+
+
+def test_tile_of_failed_runs_counts_crashed_and_unstable_ones() -> None:
+    crashed = [replace(CRASHED, seed=seed, key=f"tiny-{seed}") for seed in range(1, 16)]
+    assert "15failed: crashed, unstable, killed or over a limit" in Page(report(crashed, None)).text
+    mixed = [result(), LOST, replace(CRASHED, outcome="unstable"), replace(CRASHED, outcome="gave_up")]
+    assert "2failed: crashed" in Page(report(mixed, None)).text

@@ -29,7 +29,8 @@ PAIRS = st.lists(st.tuples(SIXTHS, SIXTHS), min_size=1, max_size=12)
 
 def test_clear_loss_of_four_runs_is_worse() -> None:
     found = judge(FULL_AND_LOSSES, [], 0.0)
-    assert (found.verdict, found.chance) == (Verdict.WORSE, pytest.approx(1 / 70))
+    assert found.verdict is Verdict.WORSE
+    assert found.chance == pytest.approx(1 / 70)
 
 
 def test_losses_never_become_milder_with_more_seeds() -> None:

@@ -44,7 +44,7 @@ PANEL = EvaluationPanel(
     agent="my.py:Mine",
     done=3,
     runs=12,
-    lost=1,
+    failed=1,
     passed=2,
     passed_interval=(0.2, 0.9),
     share=0.625,
@@ -87,7 +87,7 @@ def test_head_has_progress_and_intervals() -> None:
         "in progress",
         "3",
         "of 12 runs",
-        "1 lost",
+        "1 failed",
         "62.5%",
         "25 to 75 %",
         "2 of 3",
@@ -104,7 +104,7 @@ def test_head_has_progress_and_intervals() -> None:
 
 def test_each_trial_has_a_row() -> None:
     text = Parsed(trials_html(PANEL)).text
-    for words in ("tiny3/6 1 lost", "3 of 12", "95 %: 1 to 5.5", "other0/6", "no result"):
+    for words in ("tiny3/6 1 failed", "3 of 12", "95 %: 1 to 5.5", "other0/6", "no result"):
         assert words in text
 
 

@@ -22,12 +22,12 @@ from cellwright.cli.arguments import (
     ViewPort,
     page_options,
 )
-from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of
+from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of, write_beside
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.eval.watch import page_beside
 from cellwright.cli.main import argument, flag, option
 from cellwright.cli.options import N
-from cellwright.cli.output import print_line, write_result
+from cellwright.cli.output import print_line
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
@@ -184,7 +184,7 @@ def evaluate(
             if fresh:
                 store.forget(job.key for job in own)
                 tracking.forget()
-            unwritten = write_result(out / PLAN_NAME, plan_text(plan))
+            unwritten = write_beside(out / PLAN_NAME, plan_text(plan))
             stack.enter_context(page_beside(out, min_score or "", page, console, stays=not as_json))
             results, failures = _work(own, store, limits, workers, console, tracking, ray=ray, records=record)
         left, failures = len(own) - len(results), [*unwritten, *failures]

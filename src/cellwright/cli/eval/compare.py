@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console, RenderableType
-from rich.text import Text
 
 from cellwright.cli import options
 from cellwright.cli.arguments import AsJson
@@ -16,7 +15,6 @@ from cellwright.running.evaluation.comparison import Comparison, Pair, read_eval
 from cellwright.running.evaluation.measures import MEASURES, Change
 from cellwright.running.evaluation.summary import range_text, with_interval
 from cellwright.running.evaluation.verdict import MAX_PAIRS, Verdict
-from cellwright.util.errors import printable
 
 _MAX_TURNED = 10
 
@@ -71,10 +69,10 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
     rows: list[list[RenderableType]] = []
     for each in found.trials():
         means = [f"{each.before:.4g}", f"{each.after:.4g}", f"{each.difference:+.3g}", range_text(each.interval)]
-        rows.append([Text(printable(each.trial)), str(each.pairs), *means, str(each.better), str(each.worse)])
+        rows.append([each.trial, str(each.pairs), *means, str(each.better), str(each.worse)])
     console.print(table({"trial": FOLD, **figures}, rows))
     measured: list[list[RenderableType]] = [
-        [Text(printable(each.trial)), measure.label, *_measured(each.measures[measure.name], measure.scale)]
+        [each.trial, measure.label, *_measured(each.measures[measure.name], measure.scale)]
         for each in found.trials()
         for measure in MEASURES
         if measure.name in each.measures
@@ -85,7 +83,7 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
         console.print(table({"trial": FOLD, "figure": WHOLE, **figures}, measured))
     turned = found.turned
     for pair in turned[:_MAX_TURNED]:
-        print_line(console, f"  {printable(_turn(pair))}")
+        print_line(console, f"  {_turn(pair)}")
     if len(turned) > _MAX_TURNED:
         console.print(f"  and {len(turned) - _MAX_TURNED} more")
     if any(found.unpaired):

@@ -14,7 +14,7 @@ from rich.table import Table
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, flag
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table, write_result
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, echo, print_entry, print_line, table, write_result
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
 from cellwright.running.evaluation.process import DISK_FULL
@@ -43,9 +43,16 @@ def require_table(as_table: bool) -> None:  # noqa: FBT001 (the value of an opti
 def refuse_file(message: str, error: OSError) -> NoReturn:
     """Refuse a file as bad input, unless the disk is full."""
     if error.errno in DISK_FULL:
-        typer.echo(f"error: {message}", err=True)
+        echo(f"error: {message}", err=True)
         raise typer.Exit(TRY_AGAIN)
     options.refuse(message)
+
+
+def write_beside(file: Path, content: str | bytes) -> list[str]:
+    """Write a file in an evaluation's folder; return the errors. A link is refused: a program may have put it there."""
+    if file.is_symlink():
+        return [f"{file}: cannot be written: it is a link; remove it"]
+    return write_result(file, content)
 
 
 def conclude(
@@ -66,15 +73,15 @@ def conclude(
     number of runs that were interrupted. A failure of `tracking` does not change the exit status.
     """
     results, repeats = summary.with_repeats(ended)
-    failures += write_result(out / "junit.xml", summary.junit(results, threshold, repeats))
+    failures += write_beside(out / "junit.xml", summary.junit(results, threshold, repeats))
     pictures = {} if left else draw_worst(out, results, partial(print_line, console))
-    failures += write_result(out / "report.html", report(results, threshold, repeats, pictures))
+    failures += write_beside(out / "report.html", report(results, threshold, repeats, pictures))
     if as_table:
-        failures += write_result(out / TABLE_NAME, parquet_table(ended))
+        failures += write_beside(out / TABLE_NAME, parquet_table(ended))
     reasons = [*(summary.shortcoming(result, threshold) for result in results), *(each.difference for each in repeats)]
     status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else DONE
     document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)
-    failures += write_result(out / "summary.json", document + "\n")
+    failures += write_beside(out / "summary.json", document + "\n")
     show_summary(console, results, threshold, repeats)
     if left:
         console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
@@ -89,7 +96,7 @@ def conclude(
         for name, run in tracking.runs.items():
             print_entry(console, name, f"run {run}")
     for failure in failures:
-        typer.echo(f"error: {failure}", err=True)
+        echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
     raise typer.Exit(status)

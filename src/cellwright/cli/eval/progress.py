@@ -15,6 +15,7 @@ from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.engine import Running
 from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.result import Result
+from cellwright.util.errors import printable
 
 _REFRESH = 4.0  # [1/s]
 
@@ -71,11 +72,11 @@ class EvalProgress:
 
     def _trials(self) -> Table:
         rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
-        lost = Counter(result.trial for result in self._results if result.is_lost)
+        failed = Counter(result.trial for result in self._results if result.has_failed)
         for each in summary.summarize(self._results):
-            figures = [f"{each.mean:.4g}", f"{each.min:.4g}", f"{each.share:.0%}", str(lost[each.trial] or "")]
+            figures = [f"{each.mean:.4g}", f"{each.min:.4g}", f"{each.share:.0%}", str(failed[each.trial] or "")]
             rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
-        return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
+        return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "failed"), RIGHT)}, rows.values())
 
     def _runs(self) -> Table:
         grid = Table(box=None, show_header=False, pad_edge=False)
@@ -83,5 +84,5 @@ class EvalProgress:
             limit = each.job.trial.time_limit
             end = f" of {limit:g}" if limit > 0 else ""
             cells = (f"{each.simulated:.0f}{end} s", f"{each.points:g} points", f"{each.wall:.0f} s")
-            grid.add_row(each.job.name, *cells, style="cyan")
+            grid.add_row(Text(printable(each.job.name)), *cells, style="cyan")
         return grid

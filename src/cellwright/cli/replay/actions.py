@@ -243,7 +243,7 @@ def play_recording(
         ros2=ros2,
         observers=[RunProgress(console, status=status)],
         on_ready=output.report_ready,
-        **output.session_outputs(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
+        **output.session_outputs(console, partial(print_line, console, style="yellow")),
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()

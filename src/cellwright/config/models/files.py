@@ -10,6 +10,7 @@ from pathlib import Path
 
 from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.util.errors import CellwrightError
+from cellwright.util.files import open_to_read
 
 MAX_MODEL_BYTES = 1 << 20
 """Maximum size of a model file [bytes]."""
@@ -180,7 +181,7 @@ def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> s
 
 def _check_picture(path: Path) -> None:
     """Refuse a PNG file that would unpack to an unbounded picture."""
-    with path.open("rb") as stream:
+    with open_to_read(path) as stream:
         head = stream.read(24)
     if head.startswith(b"\x89PNG"):
         width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")

@@ -56,7 +56,8 @@ def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Trian
     if content is None:
         raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
     try:
-        vertices, triangles = reader(content)
+        with np.errstate(all="ignore"):  # NaN and infinity are refused below, in one line
+            vertices, triangles = reader(content)
     except (ValueError, IndexError, OverflowError):
         raise ModelFileError(f"{path}: invalid {path.suffix[1:].upper()} file") from None
     _check(path, vertices, triangles)

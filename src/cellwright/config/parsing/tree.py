@@ -8,7 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
-from cellwright.util.errors import DescriptionError
+from cellwright.util.errors import DescriptionError, one_printable_line
 
 Severity: TypeAlias = Literal["error", "warning"]
 
@@ -56,7 +56,7 @@ class Problem:
     def __str__(self) -> str:
         text = ": ".join(part for part in (str(self.place), self.key, self.message) if part)
         # A problem stays one printable line, whatever characters a file contains.
-        return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+        return one_printable_line(text)
 
 
 def refusal(path: Path, line: int, message: str) -> DescriptionError:

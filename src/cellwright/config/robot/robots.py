@@ -23,6 +23,7 @@ from cellwright.config.robot.groups import check_arms, check_shared, check_sides
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.util.errors import DescriptionError, UnknownNameError, did_you_mean
+from cellwright.util.files import open_to_read
 from cellwright.util.pose import Pose, normalized
 
 INDEX_ORDERS = ("pybullet", "urdf")
@@ -271,7 +272,7 @@ def find_robot(name_or_path: str | Path) -> Path:
     except (OSError, ValueError):
         raise refusal(path, 0, "not a valid path") from None
     if path.suffix or path.name != name:  # a path, not a robot's name
-        raise refusal(path, 0, "there is no such file")
+        raise refusal(path, 0, "not a regular file" if path.exists() else "there is no such file")
     raise UnknownNameError("robot", name, bundled())
 
 
@@ -304,7 +305,7 @@ def is_urdf(path: Path) -> bool:
     if path.suffix.lower() in (*_YAML, *_URDF):
         return path.suffix.lower() in _URDF
     try:
-        with path.open("rb") as stream:
+        with open_to_read(path) as stream:
             return stream.read(200).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
     except OSError:
         return False

@@ -26,6 +26,7 @@ from xml.sax.saxutils import escape
 from cellwright._package import FOLDER
 from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
+from cellwright.util.files import open_to_read
 from cellwright.util.pose import Pose, Vector3
 
 _MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
@@ -54,7 +55,7 @@ def package_folders(name: str, path: Path) -> Iterator[Path]:
 
 def _declared_name(folder: Path) -> str | None:
     try:
-        with (folder / "package.xml").open("rb") as stream:
+        with open_to_read(folder / "package.xml") as stream:
             text = stream.read(_MAX_MANIFEST_BYTES).decode("utf-8", "replace")
     except (OSError, ValueError):
         return None

@@ -23,6 +23,7 @@ import xacro.substitution_args
 
 from cellwright.config.parsing.tree import shortened
 from cellwright.config.robot.urdf_file import package_folders
+from cellwright.util.files import open_to_read
 
 _INTERNAL_ATTRIBUTES = frozenset(
     {
@@ -176,7 +177,7 @@ def _failure(path: Path, error: Exception) -> _ExpansionError:
 def _line_of(path: Path, message: str) -> int:
     """Return the line of a message, found by the text that it quotes; 0 if unknown."""
     try:
-        with path.open("rb") as stream:
+        with open_to_read(path) as stream:
             text = stream.read(MAX_TEXT).decode("utf-8", "replace")
     except (OSError, ValueError):
         return 0

@@ -45,6 +45,7 @@ from cellwright.recording.format.chunks import (
 )
 from cellwright.recording.format.format import MAGIC, PROFILE, RecordedTopic
 from cellwright.util.errors import UsageError
+from cellwright.util.files import open_descriptor
 
 
 def _encoded_end(summary: Summary, counts: dict[int, int], offset: int, checksum: int) -> bytes:
@@ -102,7 +103,6 @@ CHUNK = 1 << 20
 MAX_WAITING = 64 << 20
 """Bytes that may wait for a slow disk; a caller that adds more waits for it."""
 
-_BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)
 
 _Record: TypeAlias = Attachment | Channel | Metadata | Schema
 
@@ -134,7 +134,7 @@ class McapFile:
         self._compressor = ZstdCompressor(level=1)  # a level that costs next to nothing
         self._offset = self._checksum = 0
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
+            self._file = open_descriptor(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         except OSError as error:
             raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
         self._begin = MAGIC + encoded_records(Header(PROFILE, f"cellwright {VERSION}"))

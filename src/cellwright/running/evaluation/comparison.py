@@ -17,6 +17,7 @@ from cellwright.running.evaluation.result import Result, ResultError
 from cellwright.running.evaluation.summary import are_same, done_interval, share_interval
 from cellwright.running.evaluation.verdict import Judgement, Verdict, judge, more_pairs
 from cellwright.util.errors import UsageError
+from cellwright.util.files import open_below, open_to_read
 
 SUMMARY_NAME = "summary.json"
 
@@ -265,7 +266,8 @@ def read_evaluation(path: Path) -> list[Result]:
     """
     file = path / SUMMARY_NAME if os.path.isdir(path) else path
     try:
-        document = json.loads(file.read_bytes())
+        with open_below(file.parent, file.name) if path.is_dir() else open_to_read(file) as stream:
+            document = json.loads(stream.read())
     except OSError as error:
         raise UsageError(f"{file}: cannot be read: {error.strerror}; give the folder of an evaluation") from error
     except (ValueError, RecursionError) as error:

@@ -20,7 +20,7 @@ from cellwright.running.evaluation.measures import parts
 from cellwright.running.evaluation.merge import LOGS, PLAN_NAME, read_plan
 from cellwright.running.evaluation.result import RESULTS_NAME, Result, ResultError
 from cellwright.util.errors import UsageError
-from cellwright.util.files import open_to_read
+from cellwright.util.files import open_below
 
 _CHUNK = 4 << 20  # [bytes] at once, so that a page of a large evaluation answers meanwhile
 _TAIL = 16384  # [bytes] of a log that are read
@@ -72,14 +72,14 @@ class ResultsReader:
         """Read what is new, up to `_CHUNK` bytes; return whether anything has changed. A half line waits."""
         had_rows = bool(self.rows)
         try:
-            state = os.stat(self.path)
+            state = os.lstat(self.path)
             if (state.st_dev, state.st_ino) != self._file or state.st_size < self._begin:
                 self.rows, self.notice, self._begin, self._line = {}, "", 0, 0  # another file, or a shorter one
                 self._file = state.st_dev, state.st_ino
             if state.st_size == self._begin:
                 self.is_read = True
                 return had_rows and not self.rows
-            with open_to_read(self.path) as file:
+            with open_below(self.folder, RESULTS_NAME) as file:
                 file.seek(self._begin)
                 content = file.read(_CHUNK)
         except FileNotFoundError:
@@ -248,7 +248,7 @@ def whole_result(row: Row) -> Result:
         UsageError: the result is no longer there.
     """
     path = row.folder / RESULTS_NAME
-    with open_to_read(path) as file:
+    with open_below(row.folder, RESULTS_NAME) as file:
         file.seek(row.begin)
         line = file.read(row.size)
     try:
@@ -265,7 +265,7 @@ def log_of(row: Row, suffix: str) -> list[str]:
     result = row.result
     name = Path(log_name(result.trial, result.seed, result.key)).with_suffix(suffix)
     try:
-        with open_to_read(row.folder / LOGS / name) as file:
+        with open_below(row.folder, LOGS / name) as file:
             size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - _TAIL))
             text = file.read(_TAIL).decode("utf-8", errors="replace")

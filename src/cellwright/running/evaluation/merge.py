@@ -1,6 +1,8 @@
 """Plan of an evaluation, and the merge of the results that several machines have for one plan."""
 
+import errno
 import json
+import os
 import shutil
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -10,11 +12,20 @@ from typing import Any
 
 from cellwright.running.evaluation.job import Job, log_name
 from cellwright.running.evaluation.process import RunLimits
-from cellwright.running.evaluation.result import Each, Result, ResultsFile, find_misfit, read_regular, read_results
+from cellwright.running.evaluation.result import (
+    OUTCOMES,
+    RESULTS_NAME,
+    Each,
+    Result,
+    ResultsFile,
+    find_misfit,
+    read_regular,
+    read_results,
+)
 from cellwright.running.evaluation.state import scene_file_of, state_file
 from cellwright.running.run import versions
 from cellwright.util.errors import UsageError
-from cellwright.util.files import replacement_path, write_atomic
+from cellwright.util.files import atomic_file, open_below, write_atomic
 
 PLAN_NAME = "plan.json"
 LOGS, RECORDINGS = "logs", "recordings"
@@ -97,8 +108,11 @@ def merge(folders: Sequence[Path], out: Path) -> Merged:
             _refuse_other(folder, other[name], plan[name], str(folders[0]), name)
     found: dict[str, list[tuple[Path, Result]]] = {}
     with ResultsFile(out) as store:
+        if (out / PLAN_NAME).is_symlink():
+            raise UsageError(f"{out / PLAN_NAME}: it is a link, not a regular file; use another folder")
         write_atomic(out / PLAN_NAME, plan_text(plan))
         for folder, results in [(out, {**store.results}), *((each, read_results(each)) for each in folders)]:
+            refuse_forged(folder, results, plan)
             for key, result in results.items():
                 if result.counts_under(plan["limits"]):
                     found.setdefault(key, []).append((folder, result))
@@ -132,20 +146,53 @@ def _words(value: Any) -> str:
     return ", ".join(f"{name} {each}" for name, each in value.items()) if isinstance(value, Mapping) else str(value)
 
 
+def refuse_forged(folder: Path, results: Mapping[str, Result], plan: Mapping[str, Any]) -> None:
+    """Refuse results of a folder that no run of the plan can have.
+
+    Raises:
+        UsageError: a result is of another run than its key says, or has an outcome or points that do not exist.
+    """
+    runs = {run["key"]: run for run in plan["runs"]}
+    for key, result in results.items():
+        if fault := _fault(result, runs.get(key), plan):
+            raise UsageError(f"{folder / RESULTS_NAME}: {result.name}: {fault}; repeat that shard")
+
+
+def _fault(result: Result, run: Mapping[str, Any] | None, plan: Mapping[str, Any]) -> str:
+    """Return what is wrong with a result, in one line; empty if nothing is, or if it is of no run of the plan."""
+    if run is None:
+        return ""
+    own = (result.trial, result.seed, result.agent, result.vary)
+    planned = (run["trial"], run["seed"], plan["agent"], plan["vary"])
+    if own != planned:
+        return f"the plan's run of this key is {run['trial']} seed {run['seed']} of {plan['agent']}"
+    if result.outcome not in OUTCOMES and not result.is_lost:
+        return f"there is no such outcome (got {result.outcome})"
+    if not 0.0 <= result.points <= result.reachable + 1e-6:
+        return f"points must be from 0 to {result.reachable:g} (got {result.points:g})"
+    if min(result.wall, result.simulated, result.best) < 0.0:
+        return "times and points must not be negative"
+    return ""
+
+
 def run_files(folder: Path, name: str) -> list[Path]:
     """Return the files of a run in the folder of the results, by the name of its log: those that there are."""
     files = [(folder / kind / name).with_suffix(suffix) for kind, suffix in _SUFFIXES]
     state = state_file(folder, name)
-    if state.is_file():
-        with suppress(OSError, ValueError):  # the run counts without its last state
+    if state.is_symlink():
+        files.append(state)  # readers refuse it
+    elif state.is_file():
+        with suppress(OSError, ValueError, UsageError):  # the run counts without its last state
             files += [scene_file_of(state), state]
-    return [file for file in files if file.is_file()]
+    return [file for file in files if os.path.lexists(file)]
 
 
 def _copy_files(source: Path, target: Path, name: str) -> None:
     for file in run_files(source, name):
         copy = target / file.parent.name / file.name
+        if copy.is_symlink() or copy.parent.is_symlink():
+            raise OSError(errno.ELOOP, "it is a link, not a regular file; use another folder", str(copy))
         if not copy.exists():
             copy.parent.mkdir(exist_ok=True)
-            with replacement_path(copy) as path:
-                shutil.copyfile(file, path)
+            with open_below(source, file.relative_to(source)) as content, atomic_file(copy) as written:
+                shutil.copyfileobj(content, written)

@@ -189,7 +189,7 @@ class EvaluationSource:
             self._selected = ""
         listed = failures[:MAX_FAILURES]
         self._figures = {
-            "lost": sum(each.is_lost for each in results),
+            "failed": sum(each.has_failed for each in results),
             "passed": sum(not shortcoming(each, self._threshold) for each in results),
             "requirement": "" if self._threshold is None else f"done, with at least {self._threshold}",
             "passed_interval": passed_interval(results, self._threshold),
@@ -214,7 +214,7 @@ class EvaluationSource:
                     name=_word(trial),
                     done=len(group),
                     runs=runs,
-                    lost=sum(each.is_lost for each in group),
+                    failed=sum(each.has_failed for each in group),
                     mean=fmean(each.points for each in group),
                     interval=None if interval is None else (interval[0] * reachable, interval[1] * reachable),
                     reachable=reachable,

@@ -3,7 +3,7 @@
 import base64
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from html import escape
+from html import escape as escape_markup
 from statistics import fmean
 from typing import Any
 
@@ -27,6 +27,7 @@ from cellwright.running.evaluation.summary import (
 from cellwright.running.evaluation.sweep_picture import STYLE as SWEEP_STYLE
 from cellwright.running.evaluation.sweep_picture import sweep_picture
 from cellwright.running.run import versions
+from cellwright.util.errors import printable
 
 STYLE = """
 :root { color-scheme: light dark; --paper: #f6f7f9; --card: #ffffff; --ink: #1b2430; --soft: #5d6b7c; --line: #dde2e9;
@@ -193,6 +194,11 @@ def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
     return f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">{content}</svg>'
 
 
+def escape(text: str) -> str:
+    """Return a text as HTML, without characters that are not seen, such as those that turn the direction of text."""
+    return escape_markup(printable(text, len(text)))
+
+
 _OPEN = 3  # runs that the page shows opened, if they lost points
 _SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
 
@@ -250,13 +256,13 @@ def _count(number: int, thing: str) -> str:
 def _tiles(results: Sequence[Result], threshold: Threshold | None) -> Iterator[str]:
     share = fmean(each.share for each in results) if results else 0.0
     passed = sum(not shortcoming(each, threshold) for each in results)
-    lost = sum(each.is_lost for each in results)
+    failed = sum(each.has_failed for each in results)
     yield _tile(f"{share:.1%}", with_interval("of the attainable points", share_interval(results)), _grade(share))
     words = with_interval("runs passed", passed_interval(results, threshold))
     yield _tile(f"{passed} of {len(results)}", words, "good" if passed == len(results) else "bad")
     words = with_interval("runs completed", done_interval(results))
     yield _tile(str(sum(each.is_done for each in results)), words)
-    yield _tile(str(lost), "lost: crashed, killed or over a limit", "bad" if lost else "")
+    yield _tile(str(failed), "failed: crashed, unstable, killed or over a limit", "bad" if failed else "")
     yield _tile(f"{real_time_factor(results):.0f} x", "real time")
 
 

@@ -23,6 +23,7 @@ from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.run import Outcome
 from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.files import open_below
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,6 +204,11 @@ class Result:
         """True if the run was ended, or ended, before it was over."""
         return self.outcome in tuple(Lost)
 
+    @property
+    def has_failed(self) -> bool:
+        """True if the run broke off: it crashed, became unstable, or was lost."""
+        return self.is_lost or self.outcome in (Outcome.CRASHED.name.lower(), Outcome.UNSTABLE.name.lower())
+
     def counts_under(self, limits: Mapping[str, float]) -> bool:
         """Return whether the result is valid under these limits; only that of a lost run depends on them."""
         return not self.is_lost or self.limits == limits
@@ -332,14 +338,20 @@ def read_regular(path: Path) -> bytes:
     """Return the content of a file beside the results.
 
     Raises:
-        UsageError: it is no regular file.
+        UsageError: it is a link, or no regular file.
         OSError: it cannot be read.
     """
     _refuse_device(path)
-    return path.read_bytes()
+    try:
+        with open_below(path.parent, path.name) as file:
+            return file.read()
+    except ValueError as error:
+        raise UsageError(f"{path}: {error}; use another folder") from None
 
 
 def _refuse_device(path: Path) -> None:
+    if path.is_symlink():  # the program of a run may have put it there
+        raise UsageError(f"{path}: it is a link, not a regular file; use another folder")
     if path.exists() and not path.is_file():  # a device may be read without end
         raise UsageError(f"{path}: not a regular file; use another folder")
 

@@ -16,7 +16,7 @@ from cellwright.running.evaluation.job import repeated_key
 from cellwright.running.evaluation.measures import MEASURES, Statistic, parts, statistics
 from cellwright.running.evaluation.result import Result
 from cellwright.running.run import versions
-from cellwright.util.errors import UsageError
+from cellwright.util.errors import UsageError, printable
 
 
 def evidence_lines(result: Result) -> Iterator[str]:
@@ -371,7 +371,7 @@ def _add_case(suite: ElementTree.Element, result: Result, reason: str, suffix: s
     )
     evidence = "\n".join(evidence_lines(result))
     if reason:
-        failure = ElementTree.SubElement(case, "failure", {"message": _clean(reason), "type": result.outcome})
+        failure = ElementTree.SubElement(case, "failure", {"message": _clean(reason), "type": _clean(result.outcome)})
         failure.text = _clean(evidence)
     ElementTree.SubElement(case, "system-out").text = _clean(evidence)
     if result.log:
@@ -379,4 +379,5 @@ def _add_case(suite: ElementTree.Element, result: Result, reason: str, suffix: s
 
 
 def _clean(text: str) -> str:
-    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
+    """Return a text that XML can hold, and that no log of a CI service obeys."""
+    return printable(_FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text), len(text))

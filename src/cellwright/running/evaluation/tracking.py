@@ -25,7 +25,7 @@ from cellwright.running.evaluation.result import Each, Result, find_misfit
 from cellwright.running.evaluation.shard import Shard
 from cellwright.running.evaluation.trackers import TRACKERS, RunOrder, Status
 from cellwright.util.errors import UnknownNameError, UsageError
-from cellwright.util.files import write_atomic
+from cellwright.util.files import open_below, write_atomic
 from cellwright.util.plugins import is_installed
 from cellwright.util.process import ChildProcess, own_program
 
@@ -264,7 +264,8 @@ class Tracking:
     def _stored(self, group: str) -> dict[str, str]:
         """Return the runs of earlier times by tracker, if their parameters were the same."""
         try:
-            known = json.loads((self._folder / TRACKING_NAME).read_text(encoding="utf-8"))
+            with open_below(self._folder, TRACKING_NAME) as file:
+                known = json.loads(file.read())
         except (OSError, ValueError, RecursionError):
             return {}
         is_same = not find_misfit(known, _FORM) and known["parameters"] == group

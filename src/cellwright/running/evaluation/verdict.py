@@ -5,8 +5,8 @@ Two equal programs may be swapped in each pair. So the signs of all differences 
 the chance is the share of combinations that lose at least as much as was seen. No form of distribution is assumed.
 
 Up to five pairs have too few combinations for any proof (2 to the power of 5 is 32). If all of them lose, their runs
-are also dealt to the two programs in every way. That is exact if the runs of equal programs with one seed are independent,
-and cautious if they are alike, as runs with one seed mostly are.
+are also dealt to the two programs in every way. That is exact if the runs of equal programs with one seed are
+independent, and cautious if they are alike, as runs with one seed mostly are.
 
 Both tests are monotone: a further loss never makes the chance larger.
 """

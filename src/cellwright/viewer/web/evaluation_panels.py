@@ -27,7 +27,7 @@ class TrialRow:
         name: name of the trial.
         done: number of runs with a result.
         runs: number of runs in the plan.
-        lost: number of runs that did not end by themselves.
+        failed: number of runs that crashed, became unstable, were killed or exceeded a limit.
         mean: mean of the points; None without a result.
         interval: its 95 % interval [points]; None if there is none.
         reachable: the most points that an agent can earn.
@@ -36,7 +36,7 @@ class TrialRow:
     name: str
     done: int
     runs: int
-    lost: int = 0
+    failed: int = 0
     mean: float | None = None
     interval: Range | None = None
     reachable: float = 0.0
@@ -99,7 +99,7 @@ class EvaluationPanel:
         agent: name of the agent.
         done: number of runs with a result.
         runs: number of runs in the plan.
-        lost: number of runs that did not end by themselves.
+        failed: number of runs that crashed, became unstable, were killed or exceeded a limit.
         passed: number of runs that passed.
         requirement: what a run needs to pass, in a few words; empty if it must be done.
         passed_interval: 95 % interval of their share, 0 to 1.
@@ -118,7 +118,7 @@ class EvaluationPanel:
     agent: str
     done: int
     runs: int
-    lost: int = 0
+    failed: int = 0
     passed: int = 0
     requirement: str = ""
     passed_interval: Range | None = None
@@ -138,11 +138,11 @@ def head_html(panel: EvaluationPanel) -> str:
     """Progress, overall share and rate of passed runs."""
     left = panel.runs - panel.done
     state = widgets.chip("complete", BLUE) if not left else widgets.chip("in progress", GREEN)
-    lost = f'<span style="color:{RED}">{panel.lost} lost</span>' if panel.lost else ""
+    failed = f'<span style="color:{RED}">{panel.failed} failed</span>' if panel.failed else ""
     parts = [
         *(f'<div style="color:{RED}">{widgets.text(notice)}</div>' for notice in panel.notices),
         widgets.row(f"<b>{_breakable(panel.agent)}</b>", state, "align-items:center"),
-        widgets.row(widgets.big(f"{panel.done}", f"of {panel.runs} runs"), lost, "align-items:baseline"),
+        widgets.row(widgets.big(f"{panel.done}", f"of {panel.runs} runs"), failed, "align-items:baseline"),
         widgets.bar(panel.done / panel.runs if panel.runs else 1.0, BLUE),
         widgets.dim(panel.pace),
     ]
@@ -193,8 +193,8 @@ def _section(title: str, lines: Sequence[str]) -> list[str]:
 
 
 def _trial(row: TrialRow) -> str:
-    lost = f' <span style="color:{RED}">{row.lost} lost</span>' if row.lost else ""
-    done = widgets.figures(f"{row.done}/{row.runs}") + lost
+    failed = f' <span style="color:{RED}">{row.failed} failed</span>' if row.failed else ""
+    done = widgets.figures(f"{row.done}/{row.runs}") + failed
     if row.mean is None:
         figures = widgets.dim("no result")
         share = 0.0

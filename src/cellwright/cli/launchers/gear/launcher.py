@@ -28,6 +28,7 @@ from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.kit_score import KitScore
 from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.cli.options import default_speed
+from cellwright.cli.output import print_line
 from cellwright.cli.serve import EXIT_ON_COMPLETION, run_served, served_session
 from cellwright.config.parsing.sources import read_texts
 from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
@@ -35,7 +36,7 @@ from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine.clock import seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import CellTarget, RunOptions, ServerOptions
-from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.errors import CellwrightError, UsageError, printable
 from cellwright.util.files import LineFile, write_atomic
 
 
@@ -256,7 +257,7 @@ def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) ->
         return _launch(options, variables)
     except CellwrightError as error:
         for line in str(error).splitlines():
-            sys.stderr.write(f"Error: {line}\n")
+            sys.stderr.write(f"Error: {printable(line)}\n")
         return _FAILED
 
 
@@ -294,7 +295,7 @@ def _serve(loaded: Loaded, given: argparse.Namespace, variables: Mapping[str, st
     cell: list[Cell] = []
 
     def make() -> Cell:
-        report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+        report = partial(print_line, console, style="yellow")
         cell.append(Cell(loaded.trial, competition=given.competition, report=report))
         competition, simulation = cell[0].competition, cell[0].simulation
         competition.on_effect.append(lambda effect: log.effect(effect, simulation.now))
@@ -318,4 +319,4 @@ def _serve(loaded: Loaded, given: argparse.Namespace, variables: Mapping[str, st
 
 
 def _warn(text: str) -> None:
-    sys.stderr.write(f"Warning: {text}\n")
+    sys.stderr.write(f"Warning: {printable(text)}\n")

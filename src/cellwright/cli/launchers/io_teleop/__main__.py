@@ -16,12 +16,12 @@ def main() -> int:
         streams = StandardStreams()
         from cellwright.cli.launchers.io_teleop.arguments import command
         from cellwright.cli.main import main as cellwright
-        from cellwright.util.errors import CellwrightError
+        from cellwright.util.errors import CellwrightError, printable
 
     try:
         return streams.status(cellwright(command(sys.argv[1], sys.argv[2:], _warn)))
     except CellwrightError as error:
-        sys.stderr.write(f"error: {error}\n")
+        sys.stderr.write(f"error: {printable(str(error))}\n")
         return _BAD_INPUT
     except KeyboardInterrupt:
         return _INTERRUPTED

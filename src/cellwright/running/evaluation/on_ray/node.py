@@ -28,6 +28,7 @@ from cellwright.running.evaluation.merge import run_files
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Lost, ResultsFile
 from cellwright.util.errors import CellwrightError, one_line
+from cellwright.util.files import open_below
 
 _WATCH_PERIOD = 1.0  # [s]
 
@@ -90,10 +91,17 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         evaluation.run([job])
         _raise_fault(evaluation)
         result, folder = store.results[job.key], store.path.parent
-        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in run_files(folder, job.log_name)}
+        files = {
+            path.relative_to(folder).as_posix(): _content(folder, path) for path in run_files(folder, job.log_name)
+        }
         if result.outcome == Lost.DIED and (problem := evaluation.check_agent(agent)):
             return {"failure": problem}  # this node lacks a package that another one has
     return {"result": result.as_json(), "files": files}
+
+
+def _content(folder: Path, path: Path) -> bytes:
+    with open_below(folder, path.relative_to(folder)) as file:
+        return file.read()
 
 
 @cache
