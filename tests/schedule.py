@@ -22,7 +22,7 @@ WAITING = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1.py", "tests/docs/
 TOGETHER = "tests/browser/"
 """Tests that share a browser and its server: they all go to one worker."""
 
-WORKSPACE = ("tests/docs/test_lesson.py::test_lesson_followed_as_page_and_notebook", "tests/ros1/test_catkin.py")
+WORKSPACE = ("tests/docs/test_lesson.py::test_lesson_followed_as_pages_and_notebook", "tests/ros1/test_catkin.py")
 """Tests that share a catkin workspace: they all go to one worker, which builds it."""
 
 SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/agents/kitter/test_runs.py")

@@ -88,7 +88,7 @@ def test_workspace_tests_go_to_one_worker() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     unit = scheduling._split_scope(f"{WORKSPACE[0]}_as_a_page")
     assert unit == scheduling._split_scope("tests/ros1/test_catkin.py::y")
-    assert unit != scheduling._split_scope("tests/docs/test_lesson.py::test_notebook_equals_page")
+    assert unit != scheduling._split_scope("tests/docs/test_lesson.py::test_notebook_equals_pages")
     folder, _, name = WORKSPACE[0].partition("::")
     assert f"def {name}" in (ROOT / folder).read_text(encoding="utf-8")
 

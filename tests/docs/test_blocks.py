@@ -13,7 +13,7 @@ import pytest
 import typer
 
 from cellwright.cli.main import app
-from tests.docs import test_how_to, test_ros1_page, test_tutorials
+from tests.docs import test_how_to, test_lesson, test_ros1_page, test_tutorials
 from tests.docs.pages import Command, blocks, steps
 
 ROOT = Path(__file__).parents[2]
@@ -23,7 +23,8 @@ FOLLOWED = {
     *(ROOT / name for name in test_tutorials.PAGES),
     *test_how_to.PAGES,
     *(DOCS / name for name in test_ros1_page.PAGES),
-    *(DOCS / name for name in ("adapt-a-robot.md", "assert.md", "cameras.md", "lesson.md", "operate.md")),
+    *(DOCS / name for name in ("adapt-a-robot.md", "assert.md", "cameras.md", "operate.md")),
+    *test_lesson.PAGES,
 }
 """Pages whose `console` and `python` blocks a test runs."""
 RUN = ("console", "python")

@@ -1,4 +1,4 @@
-"""The lesson can be followed from its first line to its last, on a real ROS 1: as a page, and as a notebook."""
+"""The lesson can be followed from its first line to its last, on a real ROS 1: as two pages, and as a notebook."""
 
 import ast
 import json
@@ -24,7 +24,7 @@ from tests.waiting import TIMEOUT
 pytest_plugins = ["tests.ros1.fixtures"]
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "lesson.md"
+PAGES = (ROOT / "docs" / "lesson.md", ROOT / "docs" / "lesson-program.md")
 NOTEBOOK = ROOT / "docs" / "lesson.ipynb"
 PACKAGE = ROOT / "examples" / "lesson" / "industrial_control"
 FASTER = "2"
@@ -55,7 +55,7 @@ PATIENCE = 'rospy.get_param("~patience", 20.0)'
 
 
 @pytest.mark.ros1
-def test_lesson_followed_as_page_and_notebook_prints_what_it_shows(
+def test_lesson_followed_as_pages_and_notebook_prints_what_it_shows(
     newcomer: dict[str, str], first_step: FirstStep
 ) -> None:
     """One after the other in one home, so that the workspace is built once; the notebook writes its own package."""
@@ -64,7 +64,7 @@ def test_lesson_followed_as_page_and_notebook_prints_what_it_shows(
         first_step.workspace / path for path in ("src/industrial_control", "devel/include/osrf_gear/Order.h")
     )
     built = header.stat().st_mtime_ns
-    page = hurried(PAGE.read_text(encoding="utf-8"), timeout=7.0)
+    page = hurried(text_of_pages(), timeout=7.0)
     first, *others = [step for piece in pieces(page) if not isinstance(piece, str) for step in piece]
     assert isinstance(first, Command)
     assert first.line == "cellwright ros1-workspace ~/simulation_ws"
@@ -80,8 +80,13 @@ def test_lesson_followed_as_page_and_notebook_prints_what_it_shows(
     assert not list((first_step.workspace / "src").rglob("*~"))
 
 
+def text_of_pages() -> str:
+    """Both pages as one: terminals and files of the first go on in the second."""
+    return "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+
+
 def hurried(page: str, *, timeout: float) -> str:
-    """The text of the page, with few gears on the belt.
+    """Return the text of the pages with few gears on the belt.
 
     Args:
         page: its text.
@@ -100,7 +105,7 @@ def run_notebook(home: Path, environment: dict[str, str]) -> str:
     Returns:
         All that was printed.
     """
-    page = PAGE.read_text(encoding="utf-8")
+    page = text_of_pages()
     if WRITE not in os.environ:
         page = hurried(page, timeout=1.0)
     made = notebook.cells(page)
@@ -130,17 +135,17 @@ def check(made: list[notebook.Cell], outputs: dict[int, str], more: str = "") ->
         assert missing(cell.shown, text) is None, f"{cell.source}\n{text}\n{outputs}\n{more}"
 
 
-def test_notebook_equals_page() -> None:
-    made = notebook.cells(PAGE.read_text(encoding="utf-8"))
+def test_notebook_equals_pages() -> None:
+    made = notebook.cells(text_of_pages())
     stored = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
     outputs: dict[int, Any] = {n: cell["outputs"] for n, cell in enumerate(stored["cells"]) if cell.get("outputs")}
     assert stored == notebook.document(made, outputs), f"write it again: {WRITE}=1 pytest {Path(__file__).name}"
     check(made, {number: notebook.printed(each) for number, each in outputs.items()})
 
 
-def test_files_of_page_equal_example_package() -> None:
+def test_files_of_pages_equal_example_package() -> None:
     written: dict[str, list[str]] = {}
-    for step in steps(PAGE):
+    for step in (step for page in PAGES for step in steps(page)):
         if isinstance(step, File):
             written.setdefault(step.name.removeprefix("simulation_ws/src/industrial_control/"), []).append(step.text)
     files = {str(path.relative_to(PACKAGE)): path.read_text() for path in PACKAGE.rglob("*") if path.is_file()}
