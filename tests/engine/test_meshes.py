@@ -6,13 +6,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from cellwright.engine.shapes import Circle, Mesh, gasket_outline, gear_outline, lofted, ring
+from cellwright.engine.shapes import Circle, Mesh, gasket_outline, gear_outline, joined, lofted, ring
 
 MESHES = {
     "gear": ring(gear_outline, 0.006, 0.0, 0.0119, 144),
     "gasket": ring(gasket_outline, 0.03, 0.0, 0.02, 72),
     "plain ring": ring(lambda _: 0.1, 0.05, -0.01, 0.01, 90),
     "drum": lofted([Circle(0.1, 0.0), Circle(0.1, 0.2)], 60),
+    "wedge": joined([((-1, 0, 0), (-1, 0, 2), (1, 0, 2), (1, 0, 0)), ((-1, 3, 0), (-1, 3, 1), (1, 3, 1), (1, 3, 0))]),
     "leaning cone": lofted([Circle(0.038, -0.005), Circle(0.05, 0.003, 0.01), Circle(0.05, 0.015, 0.02, -0.1)], 24),
 }
 
@@ -36,8 +37,9 @@ def test_mesh_triangles_face_outward(name: str) -> None:
     assert volume(MESHES[name]) > 0
 
 
-def test_ring_and_drum_have_analytic_volume() -> None:
+def test_meshes_have_analytic_volume() -> None:
     assert volume(MESHES["plain ring"]) == pytest.approx(math.pi * (0.1**2 - 0.05**2) * 0.02, rel=2e-3)
+    assert volume(MESHES["wedge"]) == pytest.approx(2 * 3 * 1.5)
     assert volume(MESHES["drum"]) == pytest.approx(math.pi * 0.1**2 * 0.2, rel=3e-3)
 
 

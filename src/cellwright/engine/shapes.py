@@ -259,19 +259,32 @@ class Circle:
 def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
     """Make a closed body over circles, from the lowest upward, with flat ends; each circle has `corners` corners."""
     angles = [2 * math.pi * k / corners for k in range(corners)]
-    vertices = [
-        (each.radius * math.cos(a), each.shift + across, each.height + each.lean * across)
-        for each in sections
-        for a, across in ((a, each.radius * math.sin(a)) for a in angles)
-    ]
+    return joined(
+        [
+            [
+                (each.radius * math.cos(a), each.shift + across, each.height + each.lean * across)
+                for a, across in ((a, each.radius * math.sin(a)) for a in angles)
+            ]
+            for each in sections
+        ]
+    )
+
+
+def joined(outlines: Sequence[Sequence[Vector3]]) -> Mesh:
+    """Make a closed body over flat outlines with equal numbers of corners, which are its first and last faces too.
+
+    Args:
+        outlines: corners of each outline [m], counter-clockwise seen from the last one.
+    """
+    corners = len(outlines[0])
     triangles: list[tuple[int, int, int]] = []
-    last = (len(sections) - 1) * corners
+    last = (len(outlines) - 1) * corners
     for low in range(0, last, corners):
         triangles += _strip(range(low, low + corners), range(low + corners, low + 2 * corners))
     for k in range(1, corners - 1):
         triangles.append((0, k + 1, k))
         triangles.append((last, last + k, last + k + 1))
-    return np.array(vertices), np.array(triangles)
+    return np.array([corner for outline in outlines for corner in outline]), np.array(triangles)
 
 
 def gear_outline(angle: float, teeth: int = 18, tip: float = 0.0392, root: float = 0.0345) -> float:

@@ -15,8 +15,9 @@ from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
 from cellwright.cell.interface.publications import GRIPPER_JOINT
 from cellwright.cell.interface.rows import rows
-from cellwright.cell.model import arm_looks
 from cellwright.cell.model.arm import BODIES, GRIPPER, JOINTS, WRIST_3_T_GRIPPER, Cylinder, gains_of
+from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
+from cellwright.cell.model.arm_solids import SOLID
 from cellwright.cell.model.frames import RAIL
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
@@ -158,20 +159,20 @@ def _add_frame(robot: Element, frame: TfFrame) -> None:
 
 
 def _add_arm(robot: Element) -> None:
-    add_link(robot, _RAIL_LINK, solid=[arm_looks.BEAM])
+    add_link(robot, _RAIL_LINK, solid=[BEAM])
     add_joint(robot, "fixed", f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, RAIL)
     before = _RAIL_LINK
     for joint in JOINTS:
         name = joint.link
-        solid = [each.cylinder if isinstance(each, arm_looks.Housing) else each for each in arm_looks.SOLID[name]]
-        add_link(robot, name, solid=solid, seen=arm_looks.SEEN[name], form=BODIES[name])
+        solid = [each if isinstance(each, Shape) else each.plain for each in SOLID[name]]
+        add_link(robot, name, solid=solid, seen=SEEN[name], form=BODIES[name])
         kind = "prismatic" if before == _RAIL_LINK else "revolute"
         element = add_joint(robot, kind, joint.name, before, name, joint.pose)
         _add_axis(element, joint.axis, joint.limit, joint.effort, joint.velocity, joint.damping, joint.friction)
         before = name
     # The cup is on a joint that does not turn: the joint states include it, and robot_state_publisher warns about names
     # of no joint or of a fixed one.
-    add_link(robot, GRIPPER, solid=[arm_looks.CUP], form=BODIES[GRIPPER])
+    add_link(robot, GRIPPER, solid=[CUP], form=BODIES[GRIPPER])
     element = add_joint(robot, "revolute", GRIPPER_JOINT, before, GRIPPER, WRIST_3_T_GRIPPER)
     _add_axis(element, (0.0, 0.0, 1.0), _TINY_LIMIT)
     for frame in LINK_FRAMES:

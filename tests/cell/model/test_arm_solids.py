@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from cellwright.cell.model.arm import INITIAL_POSITIONS
-from cellwright.cell.model.arm_looks import SOLID, Housing
+from cellwright.cell.model.arm_solids import FOOT, SOLID, Solid
 from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.clients.agents.kitter.motion import near_posture, station_posture
 from cellwright.clients.agents.kitter.pick_and_place import bin_rail
@@ -23,6 +23,7 @@ from tests.conftest import DATA
 
 OUTLINES = json.loads((DATA / "ur10_link_outlines.json").read_text())["links"]
 LINKS = {
+    "base": "base_link",
     "shoulder": "shoulder_link",
     "upperarm": "upper_arm_link",
     "forearm": "forearm_link",
@@ -36,9 +37,9 @@ NEAR = 0.0021
 Points = NDArray[np.float64]
 
 
-def corners_of(solid: Shape | Housing) -> Points:
+def corners_of(solid: Solid) -> Points:
     """Return the corners of a convex shape in the link's frame, shape (n, 3) [m]."""
-    if isinstance(solid, Housing):
+    if not isinstance(solid, Shape):
         corners = solid.mesh[0]
     else:
         assert solid.kind == "cylinder"
@@ -97,6 +98,15 @@ def test_housings_are_as_round_as_meshes(link: str, height: str, side: int) -> N
             beyond = points[points[:, 2] * side >= 0.0]
             extents.append(np.hypot(beyond[:, 0], beyond[:, 2]).max(initial=-np.inf))
         assert is_near(extents, radius), (middle, extents, radius)
+
+
+def test_foot_is_as_wide_as_mesh_in_all_directions() -> None:
+    angles = np.radians(np.arange(0, 181, 5))
+    directions = np.stack([np.cos(angles), np.sin(angles)])
+    for height, *radii in OUTLINES["base"]["rings"]:
+        ring = slab([corners_of(FOOT)], 2, height, height)[:, :2]
+        expected = (np.array(radii) * directions).T
+        assert (ring @ directions).max(axis=0) == pytest.approx((expected @ directions).max(axis=0), abs=NEAR)
 
 
 def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
