@@ -32,7 +32,7 @@ class Source(NamedTuple):
 
     Attributes:
         body: name of the body, with wildcards.
-        count: number of our shapes for them on each such body.
+        number: number of our shapes for them on each such body.
         boxes: bounding boxes of the original's shapes in the body's frame [m]: lowest and highest x, y and z.
         source: origin of the figures.
         outside: how far [m] one of our shapes sticks out of its box.
@@ -40,7 +40,7 @@ class Source(NamedTuple):
     """
 
     body: str
-    count: int
+    number: int
     boxes: tuple[Box, ...]
     source: str
     outside: float = EXACT
@@ -173,15 +173,18 @@ def body_of(model: Any, geom: int) -> str:
 
 def reach(model: Any, geom: int) -> NDArray[np.float64]:
     """Return lowest and highest x, y and z of a shape in the frame of its body [m], shape (3, 2)."""
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-    turn = turn.reshape(3, 3)
+    flat = np.zeros(9)
+    mujoco.mju_quat2Mat(flat, model.geom_quat[geom])
+    turn = flat.reshape(3, 3)
+    centre: NDArray[np.float64] = np.array(model.geom_pos[geom])[:, None]
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
         first = int(model.mesh_vertadr[mesh])
-        corners = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])] @ turn.T
-        return model.geom_pos[geom][:, None] + np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1)
+        corners: NDArray[np.float64] = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])] @ turn.T
+        ends: NDArray[np.float64] = np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1)
+        return centre + ends
+    half: NDArray[np.float64]
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         half = np.abs(turn) @ size
     else:
@@ -189,7 +192,7 @@ def reach(model: Any, geom: int) -> NDArray[np.float64]:
         along = np.abs(turn[:, 2])
         round_off = 1.0 if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else np.sqrt(np.maximum(0.0, 1 - along**2))
         half = along * size[1] + size[0] * round_off
-    return model.geom_pos[geom][:, None] + np.stack([-half, half], axis=1)
+    return centre + np.stack([-half, half], axis=1)
 
 
 def outside(shape: NDArray[np.float64], box: Box) -> float:
@@ -217,7 +220,7 @@ def test_every_solid_has_a_source(world: World) -> None:
         assert found, f"{body!r} is solid without a source"
         counts[body, found[0][1]] += 1
     for (body, source), count in counts.items():
-        assert count == source.count, (body, source.source)
+        assert count == source.number, (body, source.source)
     assert {source for _, source in counts} == set(SOURCES)
 
 
