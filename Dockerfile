@@ -17,7 +17,7 @@ RUN apt-get update && apt-get install --yes --no-install-recommends binutils mak
 WORKDIR /opt/cellwright
 COPY LICENSE Makefile README.md pyproject.toml ./
 COPY src src
-RUN make .venv/.installed SOURCE=.
+RUN make .venv/.installed SOURCE="'.[video]'"
 # What no run needs, 115 MB: debug symbols, tests, headers, sources of compiled files, libraries of Windows, pip.
 # Libraries in *.libs are left as they are: strip would break them.
 RUN .venv/bin/pip uninstall --quiet --yes setuptools pip \

@@ -4,8 +4,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # A module is compiled when it is first loaded: most of what is installed never is.
 INSTALL := $(BIN)/python -m pip install --quiet --no-compile
-# The Dockerfile installs a copy: SOURCE=.
-SOURCE ?= --editable .
+# The Dockerfile installs a copy: SOURCE='.[video]'
+SOURCE ?= --editable '.[video]'
 # Of three workers one mostly waits, for ROS 1 (tests/schedule.py): enough for two cores.
 JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

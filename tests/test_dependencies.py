@@ -8,6 +8,9 @@ from pathlib import Path
 import mujoco
 import pytest
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+
+from cellwright.engine.installed import RUNS_ON
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -16,7 +19,10 @@ REQUIREMENTS = [
 ]
 ON_REQUEST = [
     Requirement(line)
-    for line in [*PROJECT["project"]["optional-dependencies"]["gui"], *PROJECT["dependency-groups"]["hooks"]]
+    for line in [
+        *(each for extra in PROJECT["project"]["optional-dependencies"].values() for each in extra),
+        *PROJECT["dependency-groups"]["hooks"],
+    ]
 ]
 
 
@@ -40,6 +46,17 @@ def test_engine_is_mujoco_core_only() -> None:
     assert "mujoco" not in names, "the package mujoco writes over mujoco-core"
     assert "mujoco-core" in names
     assert mujoco.__version__ == version("mujoco-core")
+
+
+def test_extras_are_installed_for_the_tests() -> None:
+    """A test of an extra is skipped nowhere: the tests' tools contain each, in the same versions."""
+    extras = {each for extra in PROJECT["project"]["optional-dependencies"].values() for each in extra}
+    assert extras <= {*PROJECT["dependency-groups"]["dev"]}
+
+
+def test_engine_checks_the_version_that_is_required() -> None:
+    (required,) = [each for each in REQUIREMENTS if each.name == "mujoco-core"]
+    assert required.specifier == SpecifierSet(RUNS_ON)
 
 
 def test_version_is_defined_once() -> None:

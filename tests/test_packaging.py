@@ -197,6 +197,12 @@ def test_readme_commands_work_in_fresh_environment(
     assert expected in printed
 
 
+def test_fresh_environment_without_extra_refuses_video(installed: WarmStart, tmp_path: Path) -> None:
+    ran = installed.run(CELLWRIGHT, "run", "lesson", "--video", "run.mp4", folder=tmp_path, environment=bare())
+    message = "error: video: PyAV is not installed; run: pip install 'cellwright[video]'\n"
+    assert (ran.returncode, ran.stderr) == (2, message)
+
+
 def test_types_of_wheel_are_used_by_mypy(scripts: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
         "from cellwright.util.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"

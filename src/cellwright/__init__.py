@@ -168,6 +168,16 @@ class _Moved:
         sys.modules[old] = import_module(new)
 
 
+class _EngineCheck:
+    """Finder that finds nothing: it has the engine's files checked before Python loads them."""
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:  # noqa: ARG002
+        """Check the engine's files if a module is about to load the engine."""
+        if name == "mujoco":
+            import_module("cellwright.engine.installed").check_files()
+
+
+sys.meta_path.insert(0, _EngineCheck())
 sys.meta_path.insert(0, _Moved())  # before the finder of files, which would load a present module a second time
 
 __all__ = ["__version__", "errors", *_HOMES]

@@ -1,6 +1,7 @@
 """Tests of `--video` and its options, on the commands in which time passes."""
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,20 @@ def test_invalid_video_options_print_one_line(
     assert (ran.status, ran.out) == (2, "")
     assert reason in ran.err
     assert ran.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["run lesson", "serve lesson", "teleop tandem", "replay run.mcap"])
+def test_video_without_its_package_is_refused_before_anything_starts(
+    command: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "replay" in command:
+        assert cellwright("run", "lesson", "--agent", "none", "--until", "0.1", "--record", "run.mcap").status == 0
+    monkeypatch.setitem(sys.modules, "av", None)
+    before = {*Path().iterdir()}
+    ran = cellwright(*command.split(), "--video", "a.mp4")
+    message = "error: video: PyAV is not installed; run: pip install 'cellwright[video]'\n"
+    assert (ran.status, ran.out, ran.err) == (2, "", message)
+    assert {*Path().iterdir()} == before
 
 
 @pytest.mark.parametrize(

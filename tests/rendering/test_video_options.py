@@ -1,11 +1,13 @@
 """Video options: invalid ones are refused before drawing."""
 
 import math
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
-from cellwright.rendering.video_options import check_video_size, period_of
+from cellwright.rendering.video_options import VideoOptions, check_video_size, period_of
 from cellwright.util.errors import UsageError
 
 
@@ -13,6 +15,14 @@ from cellwright.util.errors import UsageError
 def test_invalid_video_size_is_refused(size: tuple[int, int]) -> None:
     with pytest.raises(UsageError, match="must be an even number from 16 to 4096"):
         check_video_size(*size)
+
+
+def test_video_without_its_package_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert VideoOptions(Path("run.mp4")).speed == 1.0
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(UsageError) as refused:
+        VideoOptions(Path("run.mp4"))
+    assert str(refused.value) == "video: PyAV is not installed; run: pip install 'cellwright[video]'"
 
 
 def test_frame_period_follows_speed() -> None:

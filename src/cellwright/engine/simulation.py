@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 
 from cellwright.engine import random_streams
 from cellwright.engine.clock import Clock, EventQueue, Inbox, PeriodicCallback, PeriodicCallbacks, nanoseconds
+from cellwright.engine.installed import check_loaded
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
+
+check_loaded(mujoco)  # nothing runs without this module, whichever loaded the engine
 
 State: TypeAlias = Mapping[str, Any]
 """JSON values: numbers, strings, booleans, None, and lists and dicts of them."""

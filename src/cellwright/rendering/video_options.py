@@ -1,5 +1,6 @@
 """Video options: file, camera, speed and size, checked before anything is drawn."""
 
+import importlib.util
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -27,6 +28,9 @@ class VideoOptions:
         speed: simulated seconds per second of the video.
         width, height: [pixels], even.
         fine: smoother edges, which take half as long again without a GPU.
+
+    Raises:
+        UsageError: the extra `video`, whose package writes the file, is not installed.
     """
 
     file: Path
@@ -35,6 +39,10 @@ class VideoOptions:
     width: int = WIDTH
     height: int = HEIGHT
     fine: bool = False
+
+    def __post_init__(self) -> None:
+        if importlib.util.find_spec("av") is None:
+            raise UsageError("video: PyAV is not installed; run: pip install 'cellwright[video]'")
 
 
 def check_video_size(width: int, height: int) -> None:

@@ -15,6 +15,10 @@ class CellwrightError(Exception):
     """Base of all errors that Cellwright raises on purpose."""
 
 
+class InstallationError(CellwrightError, ImportError):
+    """An installed package that Cellwright cannot run on; the text has the cure."""
+
+
 class UsageError(CellwrightError):
     """A call that is not possible as made (wrong state, wrong argument)."""
 
