@@ -17,6 +17,7 @@ from typing import IO
 
 import pytest
 
+from cellwright.running.remote.guarded import MARK
 from tests.warm import WarmProcess, WarmStart, warm_start
 
 _PAGE = (
@@ -59,7 +60,7 @@ class Subprocess:
         if Path(command[1]).name == "parent_watch.py":  # its parent would be another process
             command = command[4:]
         elif len(command) > 3 and Path(command[3]).name == "guard.py":  # it cannot be forked
-            command = command[5:]
+            command = command[6:]
         with ExitStack() as stack:
             return self._start(environment).popen(
                 command,
@@ -105,7 +106,8 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def start(environment: Mapping[str, str]) -> WarmStart:
         modules = ("cellwright.running.evaluation.worker",)
-        return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=environment))
+        shared = {name: value for name, value in environment.items() if name != MARK}  # it outlives the first run
+        return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=shared))
 
     _replace_child(monkeypatch, "running.evaluation.process.WorkerProcess", start)
 

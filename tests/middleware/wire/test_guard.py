@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware import wire as link
+from cellwright.middleware.wire import guard
 from tests.processes import name_of
 from tests.waiting import TIMEOUT, wait_until
 
-GUARD = Path(link.__file__).with_name("guard.py")
+GUARD = Path(guard.__file__)
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only there a process can take on orphans")
 
@@ -23,7 +23,7 @@ HIDES = f'setsid sh -c "{STUBBORN}" & echo $!; kill -STOP $$'
 
 
 def guarded(folder: Path, *program: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-I", "-S", str(GUARD), str(folder), *program]
+    command = [sys.executable, "-I", "-S", str(GUARD), "empty", str(folder), *program]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -63,9 +63,9 @@ def test_guard_forwards_sigterm(tmp_path: Path) -> None:
 def test_guard_ends_and_names_processes_left_running(tmp_path: Path) -> None:
     script = f'setsid sh -c "{STUBBORN}" & sleep 0.01; exit 3'
     with guarded(tmp_path, "sh", "-c", script) as process:
-        out, _ = finish(process)
+        _, err = finish(process)
     assert process.returncode == 3
-    assert re.search(r"the agent left (a process|2 processes) running, now ended: .*sh -c", out)
+    assert re.search(r"the agent left (a process|2 processes) running, now ended: .*sh -c", err)
 
 
 def test_guard_ends_all_descendants_with_parent(tmp_path: Path) -> None:
@@ -81,3 +81,31 @@ def test_guard_ends_all_descendants_with_parent(tmp_path: Path) -> None:
         process.wait(TIMEOUT)
     wait_until(lambda: not name_of(child), "end of the child")
     assert not folder.exists()
+
+
+def test_guard_relays_stdin_and_names_no_leftovers(tmp_path: Path) -> None:
+    command = [sys.executable, "-I", "-S", str(GUARD), "relayed", str(tmp_path)]
+    script = "read line; echo got $line; sleep 600 & exit 4"
+    with subprocess.Popen(
+        [*command, "sh", "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        process.stdin.write("an order\n")
+        process.stdin.flush()
+        assert finish(process) == ("got an order\n", "")
+    assert process.returncode == 4
+
+
+@pytest.mark.slow
+def test_guard_ends_program_that_stays_stopped_and_not_one_that_goes_on(tmp_path: Path) -> None:
+    """The second is stopped twice for a moment; the first for good, with a child that ignores signals."""
+    with guarded(tmp_path, "sh", "-c", f'setsid sh -c "{STUBBORN}" & kill -STOP $$') as stopped:
+        goes_on = (
+            "(sleep 0.3; kill -CONT $$) & kill -STOP $$; echo on; (sleep 0.3; kill -CONT $$) & kill -STOP $$; exit 6"
+        )
+        with guarded(tmp_path, "sh", "-c", goes_on) as other:
+            finish(other)
+        assert other.returncode == 6
+        _, err = finish(stopped)
+    assert stopped.returncode == guard.STOPPED
+    assert err == f"{guard.STOPPED_WORDS}\n"

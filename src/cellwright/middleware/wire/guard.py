@@ -1,11 +1,12 @@
 """Guard of a program: ends it and all its descendants once the process that started the guard is gone.
 
-    python3 guard.py FOLDER PROGRAM ARGUMENT…
+    python3 guard.py STDIN FOLDER PROGRAM ARGUMENT…
 
 Linux only. The guard ends like the program: same exit status, or same signal. It then kills what the program left
-running, and names it on stdout. When stdin ends, because the process at its other end has died or closed it, the guard
-kills everything at once, stopped or not, and removes FOLDER. It forwards SIGTERM. This file runs alone, under any
-Python 3.
+running, and names it on stderr. When stdin ends, because the process at its other end has died or closed it, the guard
+kills everything at once, stopped or not, and removes FOLDER. It forwards SIGTERM. STDIN is `empty`, or `relayed`: the
+program then reads what the guard does, and what it leaves running is not named. A program that is stopped for ten
+seconds is killed: it would never end. This file runs alone, under any Python 3.
 """
 
 from __future__ import annotations
@@ -17,15 +18,22 @@ import select
 import signal
 import sys
 import time
+from collections.abc import Iterator
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
 _KILLING = 5.0  # time for killed processes to disappear [s]
 
+RELAYED, EMPTY = "relayed", "empty"
+STOPPED = 125
+"""Exit status after a program that was stopped."""
+STOPPED_WORDS = "the program was stopped for 10 s, and has been ended"
+_POLL, _MAX_POLLS = 0.1, 100  # [s] and their number; the guard counts, so that its own stops do not matter
+
 
 def main() -> None:
     """Run the program until it ends, or stdin does."""
-    folder, program = sys.argv[1], sys.argv[2:]
+    stdin, folder, program = sys.argv[1], sys.argv[2], sys.argv[3:]
     libc = ctypes.CDLL(None)
     libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)  # its orphaned descendants come here, even hidden ones
     wake_reader, wake_writer = os.pipe()
@@ -33,30 +41,46 @@ def main() -> None:
         os.set_blocking(end, False)
     signal.signal(signal.SIGCHLD, lambda _number, _frame: None)
     signal.set_wakeup_fd(wake_writer, warn_on_full_buffer=False)
+    reader, writer = os.pipe() if stdin == RELAYED else (os.open(os.devnull, os.O_RDONLY), -1)
     child = os.fork()
     if child == 0:
         libc.prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
-        _become(program)
+        _become(program, reader)
+    os.close(reader)
     signal.signal(signal.SIGTERM, lambda number, _frame: os.kill(child, number))
+    is_stopped, polls = False, 0
     status: int | None = None
     while status is None:
-        ready = select.select([0, wake_reader], [], [])[0]
+        ready = select.select([0, wake_reader], [], [], _POLL if is_stopped else None)[0]
         if wake_reader in ready:
             os.read(wake_reader, 4096)
-        if 0 in ready and not os.read(0, 4096):
-            import shutil  # rarely needed, and slow to import
+        if 0 in ready:
+            text = os.read(0, 4096)
+            if not text:
+                import shutil  # rarely needed, and slow to import
 
-            _kill_all()
-            shutil.rmtree(folder, ignore_errors=True)
-            sys.exit(0)
-        ended, found = os.waitpid(child, os.WNOHANG)
-        status = found if ended else None
-    left = _kill_all()
-    if left:
+                kill_descendants()
+                shutil.rmtree(folder, ignore_errors=True)
+                sys.exit(0)
+            if writer >= 0:
+                with contextlib.suppress(BrokenPipeError):  # the program reads no more
+                    os.write(writer, text)
+        for found in _changes(child):
+            if os.WIFSTOPPED(found) or os.WIFCONTINUED(found):
+                is_stopped, polls = os.WIFSTOPPED(found), 0
+            else:
+                status = found
+        if is_stopped and status is None and not ready:
+            polls += 1
+            if polls == _MAX_POLLS:
+                kill_descendants()
+                _say(STOPPED_WORDS)
+                sys.exit(STOPPED)
+    left = kill_descendants()
+    if left and stdin == EMPTY:
         names = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
         processes = "a process" if len(left) == 1 else f"{len(left)} processes"
-        sys.stdout.write(f"the agent left {processes} running, now ended: {names}\n")
-        sys.stdout.flush()
+        _say(f"the agent left {processes} running, now ended: {names}")
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
         if number != signal.SIGKILL:
@@ -65,9 +89,26 @@ def main() -> None:
     sys.exit(os.WEXITSTATUS(status))
 
 
-def _become(program: list[str]) -> None:
-    nowhere = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nowhere, 0)
+def _changes(child: int) -> Iterator[int]:
+    """Yield the statuses of the program that have changed; orphans that have ended are cleared away."""
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            ended, found = os.waitpid(-1, os.WNOHANG | os.WUNTRACED | os.WCONTINUED)
+            if not ended:
+                return
+            if ended == child:
+                yield found
+
+
+def _say(line: str) -> None:
+    with contextlib.suppress(OSError):
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()
+
+
+def _become(program: list[str], stdin: int) -> None:
+    os.dup2(stdin, 0)
+    os.setpgid(0, 0)  # a program that signals its own group leaves the guard alone
     signal.set_wakeup_fd(-1)
     for number in (signal.SIGINT, signal.SIGCHLD):
         signal.signal(number, signal.SIG_DFL)
@@ -79,27 +120,29 @@ def _become(program: list[str]) -> None:
         os._exit(1)
 
 
-def _kill_all() -> list[str]:
-    """Kill all descendants until there is none; return their command lines."""
+def kill_descendants(root: int | None = None) -> list[str]:
+    """Kill all descendants of a process, by default of this one, until there is none; return their command lines."""
     names: dict[int, str] = {}
     end = time.monotonic() + _KILLING
     while time.monotonic() < end:
-        found = _descendants()
+        found = _descendants(os.getpid() if root is None else root)
         if not found:
             break
-        for pid, name in found.items():
-            names[pid] = name
+        new = {pid: _name(pid) for pid in found if pid not in names}
+        names.update(new)
+        for pid in found:
             with contextlib.suppress(OSError):  # it is gone, or another user's
                 os.kill(pid, signal.SIGKILL)
         time.sleep(0.002)
-        with contextlib.suppress(ChildProcessError):
-            while os.waitpid(-1, os.WNOHANG)[0]:
-                pass
+        if root is None:
+            with contextlib.suppress(ChildProcessError):
+                while os.waitpid(-1, os.WNOHANG)[0]:
+                    pass
     return list(names.values())
 
 
-def _descendants() -> dict[int, str]:
-    """Return the running descendants of this process, with their command lines."""
+def _descendants(root: int) -> list[int]:
+    """Return the running descendants of a process."""
     parents: dict[int, int] = {}
     ended: set[int] = set()
     for entry in os.listdir("/proc"):
@@ -112,11 +155,11 @@ def _descendants() -> dict[int, str]:
             parents[int(entry)] = int(parent)
             if state in (b"Z", b"X"):
                 ended.add(int(entry))
-    found: dict[int, str] = {}
-    below = {os.getpid()}
+    found: list[int] = []
+    below = {root}
     while below:
         below = {pid for pid, parent in parents.items() if parent in below}
-        found.update((pid, _name(pid)) for pid in below - ended)
+        found += below - ended
     return found
 
 

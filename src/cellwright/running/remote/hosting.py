@@ -16,24 +16,27 @@ from typing import IO
 from cellwright.cell.kitting.effects import CompetitionState
 from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.client import Client
-from cellwright.middleware import wire as link
+from cellwright.running.remote.guarded import GuardedProcess
 from cellwright.running.remote.program import REFUSED, AgentExit, ExitReason
 from cellwright.running.run import Outcome, Program, Session, final_outcome, wait_for_kits
 from cellwright.util.errors import RunEndedError, UsageError, printable
 from cellwright.util.files import open_to_read
-from cellwright.util.process import ChildProcess
 from cellwright.viewer.services import names
-
-_GUARD = Path(link.__file__).with_name("guard.py")
 
 _LEAVE_TIMEOUT = 2.0
 """Time [s] that a process may take to end without a signal, and again after it got one."""
+
+_KILL_TIMEOUT = 10.0
+"""Time [s] that the guard may take to kill all that is left."""
+
+_MAX_LINE = 1 << 16
+"""Size limit of a line of output [characters]; a longer one is passed on in pieces."""
 
 _MAX_REPORT = 1 << 20
 """Size limit of a report [bytes]; the agent may have written it."""
 
 
-class AgentProcess(ChildProcess):
+class AgentProcess(GuardedProcess):
     """Runs an agent in a process of its own, which ends with this process or with its connection to the cell.
 
     Args:
@@ -59,16 +62,15 @@ class AgentProcess(ChildProcess):
         self._exit_report: AgentExit | str = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.running.remote.program"]
-        if sys.platform == "linux":  # elsewhere the process ends with its connection
-            command = [sys.executable, "-I", "-S", str(_GUARD), self._folder.name, *command]
 
         def pass_on(output: IO[bytes]) -> None:
             with TextIOWrapper(output, encoding="utf-8", errors="replace") as lines:
-                for line in lines:
+                for line in iter(lambda: lines.readline(_MAX_LINE), ""):
                     on_message(line.rstrip("\n"))
 
         super().__init__(
             [*command, over, address[0], str(address[1]), node, agent, str(self._report), str(level)],
+            folder=self._folder.name,
             environment={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
             stderr=subprocess.STDOUT,
             read=pass_on,
@@ -80,7 +82,7 @@ class AgentProcess(ChildProcess):
             self._was_ended = True
             self._process.terminate()
             self._ends_within(_LEAVE_TIMEOUT)
-        super().end(_LEAVE_TIMEOUT)  # where there is a guard, it also kills what the agent has started
+        super().end(_KILL_TIMEOUT)
         self._exit_report = read_report(self._report)
         self._folder.cleanup()
 
