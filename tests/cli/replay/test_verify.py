@@ -20,6 +20,7 @@ from cellwright.recording.replay.rebuild import rebuild
 from cellwright.recording.replay.verify import TickTime, VerificationResult, versions_that_differ
 from cellwright.util.errors import CellwrightError
 from tests.cli.conftest import CommandLine
+from tests.warm import warm_start
 
 AGENT = """
 class Works:
@@ -225,3 +226,48 @@ def test_robot_run_is_equal(cellwright: CommandLine) -> None:
     document = json.loads(ran.out)
     assert (ran.status, document["answer"], document["state_hashes"]) == (0, "equal", 1)
     assert document["reached"] == {"tick": 240, "time": 1.0}
+
+
+def test_other_points_are_reported() -> None:
+    from io import StringIO
+
+    from rich.console import Console
+
+    text = StringIO()
+    begun, reached = TickTime(0, 0), TickTime(500, 10**9)
+    verdict = VerificationResult(
+        begun, reached, hashes=2, points=2.0, recorded_points=8.0, equal_until=reached, wall=1.0
+    )
+
+    show_verdict(Console(file=text, width=200), verdict, [])
+
+    assert text.getvalue().splitlines()[1:] == [
+        "points      2 by the commands, but 8 in the recording",
+        "ran         1.0 s in 1.0 s: 1.0 x real time",
+    ]
+
+
+PATCHED = """
+from agent import Works
+from cellwright.cell.kitting.scorer import GameScore
+
+
+class Patched(Works):
+    def run(self, client):
+        GameScore.total = property(lambda score: 8.0)
+        super().run(client)
+"""
+
+
+@pytest.mark.slow
+def test_recording_of_a_program_that_patches_its_scorer_is_different(cellwright: CommandLine) -> None:
+    Path("agent.py").write_text(AGENT)
+    Path("patched.py").write_text(PATCHED)
+    run = "from cellwright.cli.main import main; main()"
+    work = ["run", "lesson", "--agent", "patched.py:Patched", "--no-picture", "--record", "run.mcap", "--json"]
+    ran = warm_start().run(f"import sys; sys.argv[1:] = {work!r}; {run}", folder=Path.cwd())
+    assert json.loads(ran.stdout)["score"]["total"] == 0.0  # from its orders
+    verified = cellwright("replay", "run.mcap", "--verify", "--json")
+    document = json.loads(verified.out)
+    assert (verified.status, document["answer"]) == (1, "different")
+    assert (document["points"], document["recorded_points"]) == (0.0, 8.0)

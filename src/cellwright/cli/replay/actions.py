@@ -152,7 +152,7 @@ def verify_recording(recording: RecordingFile, console: Console, *, as_json: boo
             if show is not None:
                 show(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
 
-        verdict = verify.verify(rebuilt, verify.recorded_steps(recording), progress)
+        verdict = verify.verify(rebuilt, verify.recorded_steps(recording), progress, recording.end)
     others = verify.versions_that_differ(_versions(recording.header.facts), versions())
     if as_json:
         typer.echo(json.dumps(verdict_document(verdict, others) | {"complete": recording.is_complete}, indent=2))
@@ -171,6 +171,8 @@ def verdict_document(verdict: VerificationResult, others: list[str]) -> dict[str
         "equal_until": _moment(verdict.equal_until),
         "different_at": _moment(verdict.first_difference),
         "bodies": list(verdict.bodies),
+        "points": verdict.points,
+        "recorded_points": None if verdict.points is None else verdict.recorded_points,
         "error": verdict.fault,
         "begun": _moment(verdict.begun),
         "reached": _moment(verdict.reached),
@@ -198,10 +200,13 @@ def _lines(verdict: VerificationResult) -> list[tuple[str, str]]:
             lines.append(("unknown", "cut short before the first state hash; nothing to compare"))
         case Answer.DIFFERENT:
             until = "" if verdict.equal_until is None else f"; equal up to {verdict.equal_until}"
-            first = verdict.first_difference or verdict.reached
-            lines.append(("different", f"at {first}{until}"))
+            if verdict.first_difference or verdict.fault:
+                lines.append(("different", f"at {verdict.first_difference or verdict.reached}{until}"))
             if verdict.bodies:
                 lines.append(("bodies", ", ".join(verdict.bodies)))
+            if verdict.has_other_points:
+                recorded = f"{verdict.recorded_points:g} in the recording"
+                lines.append(("points", f"{verdict.points:g} by the commands, but {recorded}"))
             if verdict.fault:
                 lines.append(("error", verdict.fault))
     length = seconds(verdict.reached.time - verdict.begun.time)

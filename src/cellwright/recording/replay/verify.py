@@ -2,13 +2,14 @@
 
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from cellwright.cell.cell import Cell
 from cellwright.engine.clock import seconds
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
@@ -21,6 +22,7 @@ from cellwright.rendering.scene.scene import SceneFrame, decode_frame
 from cellwright.util.errors import MessageError, RecordingError, SimulationError
 
 _NEVER = 1 << 62
+_POINT_TOLERANCE = 1e-6  # of sums that are rounded
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,8 @@ class VerificationResult:
         different: first moment with a different state hash; None if there is none.
         moved: first moment at which bodies have other poses; None if there is none.
         bodies: names of some of these bodies.
+        points: points that the commands earn; None if the recording has none to compare with.
+        recorded_points: points in the recording.
         wall: wall time [s].
         fault: error that ended the run early; empty if there was none.
     """
@@ -109,15 +113,22 @@ class VerificationResult:
     different: TickTime | None = None
     moved: TickTime | None = None
     bodies: tuple[str, ...] = ()
+    points: float | None = None
+    recorded_points: float = 0.0
     wall: float = 0.0
     fault: str = ""
 
     @property
     def answer(self) -> Answer:
         """Overall result."""
-        if self.different is not None or self.moved is not None or self.fault:
+        if self.different is not None or self.moved is not None or self.fault or self.has_other_points:
             return Answer.DIFFERENT
         return Answer.EQUAL if self.hashes else Answer.UNKNOWN
+
+    @property
+    def has_other_points(self) -> bool:
+        """True if the commands earn other points than the recording says."""
+        return self.points is not None and not abs(self.points - self.recorded_points) <= _POINT_TOLERANCE  # of NaN too
 
     @property
     def first_difference(self) -> TickTime | None:
@@ -144,13 +155,17 @@ _MAX_NAMED = 5  # bodies
 
 
 def verify(
-    rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int], None] = lambda _time: None
+    rebuilt: Rebuilt,
+    steps: Iterable[Step],
+    on_progress: Callable[[int], None] = lambda _time: None,
+    result: Mapping[str, Any] | None = None,
 ) -> VerificationResult:
     """Run the commands again until the end of the recording or the first different state hash.
 
     Args:
         rebuilt: the cell or robot, at the begin of the recording.
         steps: the recorded steps.
+        result: the recorded result; of a cell its points are compared too.
         on_progress: called with the simulation time [ns], often.
     """
     simulation = rebuilt.served.simulation
@@ -185,6 +200,10 @@ def verify(
                         verdict.moved, verdict.bodies = now(), _moved_bodies(taker.scene.bodies, here, step)
     except SimulationError as error:
         verdict.fault = str(error)
+    recorded = (result or {}).get("score")
+    is_whole = verdict.different is None and not verdict.fault
+    if is_whole and isinstance(rebuilt.served, Cell) and isinstance(recorded, int | float):
+        verdict.points, verdict.recorded_points = rebuilt.served.competition.score().total, recorded
     verdict.reached, verdict.wall = now(), time.perf_counter() - begun
     return verdict
 
