@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from cellwright._package import VERSION
 from cellwright.util.errors import CellwrightError, UsageError, printable
@@ -89,6 +89,17 @@ A name of two words comes before that of one: `eval merge` is a command, and `ev
 """
 
 
+class OnceCommand(TyperCommand):
+    """Command that takes one agent: of two, the last would run, and the first in silence not."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; an agent that is given twice is refused."""
+        _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        if sum(parameter.name == "agent" for parameter in order) > 1:
+            raise UsageError("--agent: given twice; run one program at a time, and see `cellwright eval compare`")
+        return super().parse_args(ctx, args)
+
+
 class CommandsOnDemand(TyperGroup):
     """Command group that loads each command on demand."""
 
@@ -120,7 +131,7 @@ def _loaded(name: str) -> Any:
     if isinstance(loaded, typer.Typer):
         return typer.main.get_command(loaded)
     alone = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
-    alone.command(name)(loaded)
+    alone.command(name, cls=OnceCommand)(loaded)
     return typer.main.get_command(alone)
 
 

@@ -189,3 +189,37 @@ def test_progress_on_terminal_is_a_live_table(tmp_path: Path) -> None:
 
 def test_help_lists_every_exit_status() -> None:
     assert main(["eval", "--help"]) == 0
+
+
+@pytest.mark.parametrize("command", ["eval", "run"])
+@pytest.mark.parametrize("second", [("--agent", "lesson"), ("--agent=lesson",)])
+def test_agent_that_is_given_twice_is_refused(tiny: CommandLine, command: str, second: tuple[str, ...]) -> None:
+    ran = tiny(command, "tiny.yaml", "--agent", "kitter", *second)
+    message = "error: --agent: given twice; run one program at a time, and see `cellwright eval compare`\n"
+    assert (ran.status, ran.out, ran.err) == (2, "", message)
+    assert not Path("evaluation").exists()
+
+
+def test_other_transport_of_an_evaluation_is_refused(tiny: CommandLine) -> None:
+    ran = tiny("eval", "tiny.yaml", "--over", "ros1")
+    assert (ran.status, ran.err) == (2, "error: --over ros1: give socket\n")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_protected_results_are_runs_of_their_own_and_the_report_says_what_it_relies_on(tiny: CommandLine) -> None:
+    work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver")
+    report = Path("evaluation", "report.html")
+    assert tiny(*work).status == 0
+    assert "The program ran in the referee's process" in report.read_text(encoding="utf-8")
+    ran = tiny(*work, "--over", "socket", "--verify")
+    assert (ran.status, "have a result" in ran.out) == (0, False)
+    words = "The program ran in a process of its own and its commands alone gave the same result."
+    assert words in report.read_text(encoding="utf-8")
+    assert "1 of them has a result already" in tiny(*work, "--over", "socket", "--verify").out
+    edited = Path("evaluation", "results.jsonl")
+    edited.write_bytes(edited.read_bytes().replace(b'"points":6.0', b'"points":5.0'))
+    ran = tiny(*work)
+    assert ran.status == 0
+    assert ran.out.count("it was changed after it was written; this line is not believed") == 2
+    assert "[1/1] tiny seed 1: 6 of 6 points" in ran.out

@@ -213,7 +213,8 @@ def change(file: str, before: str, after: str) -> None:
 )
 def test_shards_of_other_evaluations_are_refused(tiny: CommandLine, other: tuple[str, ...], message: str) -> None:
     shard(tiny, "a")
-    tiny(*WORK, "--seeds", "2", "--out", "b", *other, "--agent", "programs.py:Missing")
+    work = ["programs.py:Missing" if word == AGENT else word for word in WORK]
+    tiny(*work, "--seeds", "2", "--out", "b", *other)
     shutil.copy("b/plan.json", "plan.json")
     change("b/plan.json", "programs.py:Missing", AGENT)
     for folders in (("a", "b"), ("a", "--out", "b")):
