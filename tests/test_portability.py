@@ -119,9 +119,9 @@ import importlib, pkgutil, sys, cellwright
 for module in pkgutil.walk_packages(cellwright.__path__, "cellwright."):
     if not any(part in module.name for part in ("bridge", "packages.data", "__main__")):
         importlib.import_module(module.name)
-from cellwright.running.evaluation import process
+from cellwright.running.evaluation import memory, process
 from cellwright.clients.operators import terminal
-assert not process.MEMORY_IS_LIMITED and not process.memory_of_sessions()
+assert not memory.MEMORY_IS_LIMITED and not memory.memory_below([1])
 assert not hasattr(process.signal, "SIGKILL") and not hasattr(process.os, "killpg")
 assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
 """

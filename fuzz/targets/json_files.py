@@ -12,6 +12,7 @@ from pathlib import Path
 from cellwright.robot.checks.reference import read_reference
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import RESULTS_NAME, Result, ResultsFile
+from cellwright.running.evaluation.seal import sealed
 from cellwright.running.evaluation.summary import junit, summary_document
 from cellwright.util.errors import UsageError
 from cellwright.util.files import read_json_lines
@@ -75,7 +76,11 @@ def attempt(data: bytes) -> None:
     folder = _FOLDER / "evaluation"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    (folder / RESULTS_NAME).write_bytes(data)
+    line = data.strip()
+    whole = (
+        sealed(line.decode(errors="replace")) + b"\n" if line.endswith(b"}") else b""
+    )  # else its seal is refused alone
+    (folder / RESULTS_NAME).write_bytes(data + whole)
     try:
         with ResultsFile(folder) as results:
             found = list(results.results.values())

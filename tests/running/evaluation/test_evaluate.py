@@ -13,7 +13,8 @@ import pytest
 from cellwright.running.evaluation.engine import Running
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, RunLimits
+from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED
+from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.util.errors import UsageError
 from cellwright.util.files import read_json_lines

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Sequence
@@ -25,7 +24,7 @@ LIMITS = {"wall": 600.0, "memory": 1.0, "log": 1.0}
 
 
 def line_of(each: Result) -> bytes:
-    return json.dumps(each.as_json()).encode() + b"\n"
+    return each.line + b"\n"
 
 
 def plan(runs: Sequence[Result], **changes: Any) -> str:
@@ -141,7 +140,7 @@ def test_foreign_lines_are_a_notice_and_others_count(tmp_path: Path) -> None:
     folder.add(b'{"a": 1}\n', b"\xff\xfe\n", b"[" * 100_000 + b"\n", RUNS[0])
     evaluation = FollowedEvaluation([tmp_path])
     assert keys(evaluation) == ["tiny-1"]
-    assert evaluation.notices == [f"{folder.file}:1: not a result of this version of Cellwright"]
+    assert evaluation.notices == [f"{folder.file}:1: it has no seal: Cellwright has not written it so"]
 
 
 def test_removed_file_keeps_its_results_and_another_replaces_them(tmp_path: Path) -> None:

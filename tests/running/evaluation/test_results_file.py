@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.result import RESULTS_NAME, ResultsFile
+from cellwright.running.evaluation.result import RESULTS_NAME, Result, ResultError, ResultsFile, read_results
+from cellwright.running.evaluation.seal import KEY_VARIABLE
 from cellwright.util.errors import UsageError
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
@@ -70,14 +72,135 @@ def test_truncated_file_keeps_whole_lines_and_takes_new_ones(
         assert store.results[result(seed=9).key] == result(seed=9)
 
 
-@pytest.mark.parametrize("line", ["no json\n", "[]\n", "{}\n", '{"key": "a"}\n', "\n"])
-def test_file_with_other_content_is_refused_and_unchanged(line: str, tmp_path: Path) -> None:
+BROKEN = ["no json", "[]", "{}", '{"key": "a"}', "", '{"refused": 5}', "[" * 100_000, '"\\ud800"', "1" * 5000, "\x00"]
+"""Lines that are no result."""
+
+
+@pytest.mark.parametrize("line", BROKEN)
+def test_damaged_line_costs_no_other_and_is_said_once(line: str, tmp_path: Path) -> None:
     first = write(tmp_path)
     file = tmp_path / "results.jsonl"
-    file.write_bytes(first + line.encode() + first)
-    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to start over"):
+    damaged = first + line.encode() + b"\n" + first
+    file.write_bytes(damaged)
+    with ResultsFile(tmp_path) as store:
+        assert list(store.results.values()) == [worked(), CRASHED, LOST]
+        (notice,) = store.notices
+        store.append(result(seed=9))
+    assert notice.startswith(f"{file}:4: ")
+    assert notice.endswith("; this line is not believed")
+    assert notice.isprintable()
+    assert file.read_bytes().startswith(damaged)
+    notices: list[str] = []
+    assert len(read_results(tmp_path, notices)) == 4
+    assert notices == [notice]
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_edited_result_is_not_believed_until_its_run_is_done_again(number: int, tmp_path: Path) -> None:
+    lines = write(tmp_path).splitlines(keepends=True)
+    before = [worked(), CRASHED, LOST]
+    points = f'"points":{before[number].points}'.encode()
+    assert points in lines[number]
+    lines[number] = lines[number].replace(points, b'"points":12.0')
+    (tmp_path / "results.jsonl").write_bytes(b"".join(lines))
+    with ResultsFile(tmp_path) as store:
+        assert list(store.results.values()) == before[:number] + before[number + 1 :]
+        assert store.notices == [
+            f"{store.path}:{number + 1}: it was changed after it was written; this line is not believed"
+        ]
+        store.append(before[number])
+    with ResultsFile(tmp_path) as store:
+        assert store.results[before[number].key] == before[number]
+        assert store.notices == []
+
+
+def test_older_result_does_not_take_the_place_of_an_edited_one(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.append(result(12.0), result(3.0))
+    store.path.write_bytes(store.path.read_bytes().replace(b'"points":3.0', b'"points":4.0'))
+    with ResultsFile(tmp_path) as store:
+        assert store.results == {}
+
+
+def test_result_sealed_without_the_key_is_not_believed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path)
+    monkeypatch.setenv(KEY_VARIABLE, "a secret")
+    with ResultsFile(tmp_path) as store:
+        assert store.results == {}
+        assert len(store.notices) == 3
+        assert KEY_VARIABLE in store.notices[0]
+        store.append(worked())
+    assert list(read_results(tmp_path).values()) == [worked()]
+    monkeypatch.setenv(KEY_VARIABLE, "another")
+    assert read_results(tmp_path) == {}
+
+
+@given(position=st.integers(min_value=0), value=st.integers(min_value=0, max_value=255))
+def test_line_with_any_other_byte_is_refused(position: int, value: int) -> None:
+    line = bytearray(CRASHED.line)
+    position %= len(line)
+    if line[position] != value:
+        line[position] = value
+        with pytest.raises(ResultError):
+            Result.from_line(bytes(line))
+
+
+def edited(store: ResultsFile) -> None:
+    store.path.write_bytes(result(12.0, seed=2).line + b"\n")
+
+
+def appended(store: ResultsFile) -> None:
+    with store.path.open("ab") as file:
+        file.write(result(12.0, seed=2).line + b"\n")
+
+
+def emptied(store: ResultsFile) -> None:
+    store.path.write_bytes(b"")
+
+
+def spoiled(store: ResultsFile) -> None:
+    store.path.write_bytes(b"no result\n")
+
+
+@pytest.mark.parametrize("change", [edited, appended, emptied, spoiled])
+def test_file_changed_during_evaluation_is_written_again(change: Callable[[ResultsFile], None], tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.append(worked(), CRASHED)
+        change(store)
+        os.utime(store.path, (0, 0))
+        store.append(LOST)
+        change(store)
+        store.restore()
+        assert store.notices == [f"{store.path}: changed by another program meanwhile; written again"] * 2
+    assert list(read_results(tmp_path).values()) == [worked(), CRASHED, LOST]
+
+
+def test_touched_file_is_no_changed_one(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.append(worked())
+        store.path.chmod(0o600)
+        store.append(LOST)
+        assert store.notices == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="what is open cannot be replaced there")
+def test_replaced_file_ends_the_evaluation(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.append(worked())
+        os.link(store.path, tmp_path / "hidden")
+        (tmp_path / "new").write_bytes(result(12.0).line + b"\n")
+        (tmp_path / "new").replace(store.path)
+        with pytest.raises(FileNotFoundError, match="removed or replaced"):
+            store.append(LOST)
+
+
+@pytest.mark.parametrize("content", ["no json\n", "[]\n", "{}\n", "\n", "a,b\n1,2\n"])
+def test_file_of_something_else_is_refused_and_unchanged(content: str, tmp_path: Path) -> None:
+    file = tmp_path / "results.jsonl"
+    file.write_text(content)
+    with pytest.raises(UsageError, match=r"results\.jsonl:1: .*remove the file to start over"):
         ResultsFile(tmp_path)
-    assert file.read_bytes() == first + line.encode() + first
+    assert file.read_text() == content
 
 
 def test_folder_in_use_is_refused(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -36,9 +36,10 @@ from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.engine import Engine, Running
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest, repeated
+from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED
 from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
 from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
-from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
+from cellwright.running.evaluation.process import MEBIBYTE, RunLimits, usable_processors
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.running.evaluation.shard import Shard
 from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
@@ -50,7 +51,7 @@ _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 ARM_AND_SENSORS = bundled_sensors()[0]
 """Files with the arm and sensors that a trial of the competition lacks, where each team brought its own."""
 
-_LIMITS = "Limits of each run"
+_LIMITS, _TRUST = "Limits of each run", "Programs that you do not trust"
 
 
 def evaluate(
@@ -100,6 +101,22 @@ def evaluate(
     ] = None,
     time_limit: Annotated[float, option("T", "Wall time [s].", _LIMITS)] = 600.0,
     memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0,
+    over: Annotated[
+        str | None,
+        option(
+            "socket",
+            "Run each program in a process of its own, which does not hold cell and referee; the results are the same.",
+            _TRUST,
+        ),
+    ] = None,
+    verify: Annotated[
+        bool,
+        flag(
+            "--verify",
+            "Play each run's commands again in a process without the program; a run with another result fails.",
+            _TRUST,
+        ),
+    ] = False,
     min_score: Annotated[
         str | None,
         option("SCORE", "Exit with status 1 if a run scores less: points, or `75%` of the reachable points.", OUTPUT),
@@ -125,7 +142,7 @@ def evaluate(
 
     Each result is in FOLDER/results.jsonl at once; repeat the command to continue an interrupted evaluation. At the end
     FOLDER has report.html for people, and junit.xml and summary.json for CI. `cellwright eval compare` compares two
-    such folders.
+    such folders. Without --over and --verify the program runs in the referee's process, and could change its score.
 
         # the bundled agent in two trials, five variations of each
         cellwright eval lesson final01 --vary --seeds 5
@@ -136,6 +153,9 @@ def evaluate(
         # up to which number of rounds of the belt does it win?
         cellwright eval lesson --sweep options.belt_population_cycles=1,5,20
 
+        # programs of others: each in a process of its own, its points from its commands alone
+        cellwright eval final01 --agent theirs.py:Robot --over socket --verify
+
         # one of 16 machines; then, of all folders: cellwright eval merge shards/*
         cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
 
@@ -143,6 +163,8 @@ def evaluate(
     nothing was started. With 75 runs are left: a signal came, or the machine failed, such as by a full disk. The same
     command continues.
     """
+    if over not in (None, "socket"):
+        options.refuse(f"--over {over}: give socket")
     threshold = threshold_of(min_score)
     require_table(as_table)
     page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
@@ -158,7 +180,7 @@ def evaluate(
     workers = None if jobs is None else _within("--jobs", jobs, 1, _MAX_JOBS)
     try:
         evaluated = _trials(trials, joined or [], list(map(Sweep.read, sweep or [])))
-        planned = make_jobs(evaluated, agent, numbers, vary=vary)
+        planned = make_jobs(evaluated, agent, numbers, vary=vary, over=over or "", verify=verify)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
@@ -225,6 +247,9 @@ def _work(
             evaluation = RayEvaluation(store, ray, jobs, most=workers, **common)
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
+        for notice in store.notices:
+            progress.show_fault(notice)
+        count = len(store.notices)
         if len(known) < len(jobs) and (problem := evaluation.check_agent(jobs[0].agent)):
             options.refuse(problem)
         with options.errors_of("--log"):
@@ -234,6 +259,10 @@ def _work(
         if len(known) < len(jobs) and not evaluation.failure:
             with stopped_by_signals(evaluation.stop):
                 evaluation.run(jobs)
+                with suppress(OSError):  # it was removed: the evaluation has reported that
+                    store.restore()
+        for notice in store.notices[count:]:
+            progress.show_fault(notice)
     results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
     return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
 

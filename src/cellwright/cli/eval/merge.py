@@ -37,6 +37,8 @@ def merge(
         merged = merging.merge(folders, out)
     except OSError as error:
         refuse_file(f"{error.filename}: {error.strerror or error}", error)
+    for notice in merged.notices:
+        print_line(console, f"warning: {notice}")
     for name in merged.differing:
         print_line(console, f"warning: {name}: its results differ, and the first counts; is the program repeatable?")
     failures = []

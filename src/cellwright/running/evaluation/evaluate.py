@@ -6,26 +6,21 @@ What the machine does to a run is no result of it. The run is repeated at once, 
 import errno
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from cellwright.running.evaluation.channel import POINT_TOLERANCE, Report
 from cellwright.running.evaluation.engine import STARTS, Engine, Running
 from cellwright.running.evaluation.job import Job
+from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED, memory_below
 from cellwright.running.evaluation.merge import LOGS, RECORDINGS
-from cellwright.running.evaluation.process import (
-    MEBIBYTE,
-    MEMORY_IS_LIMITED,
-    NO_MEMORY,
-    JobOrder,
-    RunLimits,
-    WorkerProcess,
-    memory_of_sessions,
-)
-from cellwright.running.evaluation.result import Lost, Result, ResultsFile
+from cellwright.running.evaluation.process import MEBIBYTE, NO_MEMORY, JobOrder, RunLimits, WorkerProcess
+from cellwright.running.evaluation.replayed import first_difference
+from cellwright.running.evaluation.result import Lost, Result, ResultError, ResultsFile
 from cellwright.running.evaluation.state import LIVE_NAME, STATES, loses_points, state_file, write_state
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, printable
@@ -66,6 +61,7 @@ class Evaluation(Engine):
         self._max_starts = starts
         self._waiting: deque[Job] = deque()
         self._running: dict[WorkerProcess, Job] = {}
+        self._claims: dict[Job, tuple[Result, Report]] = {}  # of runs that are verified now, or next
         self._starts: Counter[str] = Counter()
         self._failed_starts = 0
         self._live = ""
@@ -94,9 +90,14 @@ class Evaluation(Engine):
             return ""
         if worker.refused:
             return worker.refused
-        if worker.result is None:
+        if not worker.made:
             last = "".join(f"\n{line}" for line in worker.last_lines())
-            return f"{agent}: the process that creates it ended early ({ending or 'timed out'}){last}"
+            reason = (
+                f"sent an invalid line: {worker.invalid}"
+                if worker.invalid
+                else f"ended early ({ending or 'timed out'})"
+            )
+            return f"{agent}: the process that creates it {reason}{last}"
         return ""
 
     def run(self, jobs: Iterable[Job]) -> bool:
@@ -153,7 +154,7 @@ class Evaluation(Engine):
 
     def _begin(self, job: Job) -> None:
         log = self._beside(LOGS, job.log_name)
-        record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else ""
+        record = str(self._record_of(job)) if self._records or job.verify else ""
         order = replace(
             self._order(job.agent),
             files=[str(file) for file in job.trial.files],
@@ -162,8 +163,15 @@ class Evaluation(Engine):
             run_log=str(log.with_suffix(".jsonl")),
             record=record,
             overrides=tuple(map(str, job.trial.overrides)),
+            over=job.over,
         )
-        self._running[WorkerProcess(order, log, self._wakes)] = job
+        if job in self._claims:
+            log = _verification_log(log)
+            order = replace(order, run_log="", record="", over="", replays=record, end=self._claims[job][1].simulated)
+        self._running[WorkerProcess(order, log, self._wakes, job.trial.reachable)] = job
+
+    def _record_of(self, job: Job) -> Path:
+        return self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")
 
     def _order(self, agent: str) -> JobOrder:
         return JobOrder(agent, self._limits.wall, self._limits.memory if MEMORY_IS_LIMITED else 0)
@@ -175,32 +183,69 @@ class Evaluation(Engine):
 
     def _progress_of(self, worker: WorkerProcess, job: Job) -> Running:
         progress = worker.progress
-        return Running(job, time.monotonic() - worker.started, progress.get("time", 0.0), progress.get("points", 0.0))
+        return Running(job, time.monotonic() - worker.started, progress.time, progress.points)
 
     def _finish(self, worker: WorkerProcess, exceeded: tuple[Lost, str] | None = None) -> None:
-        """Store the result of a job whose worker has ended or has exceeded a limit."""
+        """Store the result of a job whose worker has ended or has exceeded a limit; or let it be verified first."""
         job = self._running.pop(worker)
         progress = self._progress_of(worker, job)
         ending = worker.stop()
         if exceeded is None and (fault := worker.machine_fault(ending)):
             self._repeat(job, fault)
             return
-        if worker.result is not None and exceeded is None:
-            result = self._reported(job, worker.result)
-        else:
-            since = time.monotonic() - (worker.begun or worker.started)
-            if exceeded is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
-                exceeded = Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"
-            kind, reason = exceeded or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
-            figures = {"points": 0.0, "wall": progress.wall, "simulated": progress.simulated}
-            result = Result.of(job, self._limits, outcome=kind.value, reason=reason, **figures)
-        if not result.is_done:
-            result = replace(result, log=worker.last_lines())
+        result = self._result_of(job, worker, exceeded, ending, progress)
+        if job in self._claims:
+            result = self._verified(job, result, worker.result)
+        elif job.verify and worker.result is not None and not result.is_lost:
+            self._claims[job] = result, worker.result
+            self._waiting.appendleft(job)
+            return
+        elif job.verify and not self._records:
+            self._record_of(job).unlink(missing_ok=True)
         if loses_points(result):
             self._keep_state(worker, job)
         elif not self._live:
             self._show_live(worker, job)
         self._add(result)
+
+    def _result_of(
+        self, job: Job, worker: WorkerProcess, exceeded: tuple[Lost, str] | None, ending: str, progress: Running
+    ) -> Result:
+        """Return the result of a worker that has ended, by its report if that is valid."""
+        if worker.invalid and exceeded is None:
+            exceeded = Lost.INVALID, f"its process sent an invalid line: {worker.invalid}"
+        if worker.result is not None and exceeded is None:
+            try:
+                result = self._reported(job, worker.result)
+            except ResultError as error:
+                exceeded = Lost.INVALID, f"its process sent an invalid result: {printable(str(error), _MAX_REASON)}"
+            else:
+                return result if result.is_done else replace(result, log=worker.last_lines())
+        since = time.monotonic() - (worker.begun or worker.started)
+        if exceeded is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
+            exceeded = Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"
+        refused = " ".join(worker.refused.split())
+        kind, reason = exceeded or (Lost.DIED, refused or f"the process ended without a result: {ending}")
+        figures = {"points": 0.0, "wall": progress.wall, "simulated": progress.simulated}
+        log = worker.last_lines()
+        return Result.of(job, self._limits, outcome=kind.value, reason=reason, log=log, **figures)
+
+    def _verified(self, job: Job, played: Result, report: Report | None) -> Result:
+        """Return the result of a run after its commands were played, and remove what only that needed."""
+        claim, claimed = self._claims.pop(job)
+        if report is None or played.is_lost:
+            difference = f"its commands could not be played: {played.reason}"
+        else:
+            difference = first_difference(claimed, report)
+        if difference:
+            figures = {"points": 0.0, "wall": claim.wall, "simulated": claim.simulated}
+            log = (*claim.log, *played.log)
+            kind = Lost.NOT_REPRODUCED.value
+            return Result.of(job, self._limits, outcome=kind, reason=difference, log=log, **figures)
+        _verification_log(self._beside(LOGS, job.log_name)).unlink(missing_ok=True)
+        if not self._records:
+            self._record_of(job).unlink(missing_ok=True)
+        return replace(claim, score=played.score, timeline=played.timeline, verified=True)
 
     def _keep_state(self, worker: WorkerProcess, job: Job) -> None:
         """Write the last state of a run; without one its result counts all the same."""
@@ -227,11 +272,21 @@ class Evaluation(Engine):
         else:
             self.faults[job] = fault
 
-    def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
-        content = dict(report)
-        error = content.pop("error").strip()
+    def _reported(self, job: Job, report: Report) -> Result:
+        """Return the result of a report.
+
+        Raises:
+            ResultError: no run has such a result.
+        """
+        error = report.error.strip()
         last = printable(error.splitlines()[-1], _MAX_REASON) if error else ""
+        names = ("outcome", "points", "wall", "simulated", "state_hash", "score", "timeline")
+        content = {name: getattr(report, name) for name in names}
         result = Result.of(job, self._limits, reason=last, **content)
+        result.check()
+        earned = sum(kit["total"] for order in result.score.get("orders", ()) for kit in order["kits"])
+        if abs(earned - result.points) > POINT_TOLERANCE:
+            raise ResultError(f"points must be the {earned:g} of its kits (got {result.points:g})")
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
             return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")
         if not last and not result.is_done:
@@ -239,11 +294,11 @@ class Evaluation(Engine):
         return result
 
     def _enforce_limits(self) -> None:
-        memory = memory_of_sessions()
+        memory = memory_below([worker.number for worker in self._running])
         now = time.monotonic()
         for worker in list(self._running):
             begun = worker.started + _START_TIMEOUT if worker.begun is None else worker.begun + _END_TIMEOUT
-            if memory[worker.number] > self._limits.memory:
+            if memory.get(worker.number, 0) > self._limits.memory:
                 self._finish(worker, (Lost.MEMORY_LIMIT, self._memory_words()))
             elif worker.log_size() > self._limits.log:
                 words = f"wrote more than {self._limits.log / MEBIBYTE:g} MiB to its log"
@@ -253,3 +308,8 @@ class Evaluation(Engine):
 
     def _memory_words(self) -> str:
         return f"needed more than {self._limits.memory / MEBIBYTE:g} MiB of memory"
+
+
+def _verification_log(log: Path) -> Path:
+    """Return the log of the process that plays the commands of a run, by the run's own."""
+    return log.with_suffix(".verification")

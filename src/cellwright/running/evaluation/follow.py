@@ -103,8 +103,8 @@ class ResultsReader:
     def _take(self, line: bytes) -> None:
         begin, self._begin, self._line = self._begin, self._begin + len(line) + 1, self._line + 1
         try:
-            result = Result.from_json(json.loads(line))
-        except (ValueError, RecursionError, ResultError) as error:
+            result = Result.from_line(line)
+        except ResultError as error:
             self.notice = self.notice or f"{self.path}:{self._line}: {str(error)[:200]}"
             return
         self.rows.pop(result.key, None)  # so that the newest comes last
@@ -252,8 +252,8 @@ def whole_result(row: Row) -> Result:
         file.seek(row.begin)
         line = file.read(row.size)
     try:
-        result = Result.from_json(json.loads(line))
-    except (ValueError, RecursionError, ResultError) as error:
+        result = Result.from_line(line)
+    except ResultError as error:
         raise UsageError(f"{path}: the result is no longer there") from error
     if result.key != row.result.key:
         raise UsageError(f"{path}: the result is no longer there")

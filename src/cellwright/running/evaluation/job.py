@@ -55,7 +55,9 @@ class Job:
     Attributes:
         agent: the agent's name, as for `find_agent`.
         vary: whether the seed varies the cell within its bounds.
-        key: digest of all that the result depends on.
+        key: digest of all that the result depends on, and of what protects it.
+        over: `socket` for a program in a process of its own; empty for one in the referee's.
+        verify: whether its commands are played once more, in a process without the program.
     """
 
     trial: EvaluatedTrial
@@ -63,6 +65,8 @@ class Job:
     seed: int
     vary: bool
     key: str
+    over: str = ""
+    verify: bool = False
 
     @property
     def name(self) -> str:
@@ -75,6 +79,7 @@ class Job:
         files = self.trial.given or tuple(map(str, self.trial.files))
         more = ["--vary"] if self.vary else []
         more += [word for each in self.trial.overrides for word in ("--set", str(each))]
+        more += ["--over", self.over, "--lockstep"] if self.over else []
         return shlex.join(["cellwright", "run", *files, "--agent", self.agent, "--seed", str(self.seed), *more])
 
     @property
@@ -91,15 +96,24 @@ def log_name(trial: str, seed: int, key: str) -> str:
     return f"{letters}-{seed}-{digits}.log"
 
 
-def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int], *, vary: bool) -> list[Job]:
-    """Return a job for every trial with every seed."""
+def make_jobs(
+    trials: Iterable[EvaluatedTrial],
+    agent: str,
+    seeds: Sequence[int],
+    *,
+    vary: bool,
+    over: str = "",
+    verify: bool = False,
+) -> list[Job]:
+    """Return a job for every trial with every seed; `over` and `verify` as for `Job`."""
     program = agent_digest(agent)
     jobs: dict[str, Job] = {}
     for trial in trials:
         facts = key_facts(trial, program)
+        facts |= ({"over": over} if over else {}) | ({"verify": True} if verify else {})
         for seed in seeds:
             key = _key(facts, seed, vary=vary)
-            jobs.setdefault(key, Job(trial, agent, seed, vary, key))
+            jobs.setdefault(key, Job(trial, agent, seed, vary, key, over, verify))
     return list(jobs.values())
 
 

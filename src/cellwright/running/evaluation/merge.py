@@ -13,7 +13,6 @@ from typing import Any
 from cellwright.running.evaluation.job import Job, log_name
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import (
-    OUTCOMES,
     RESULTS_NAME,
     Each,
     Result,
@@ -84,11 +83,13 @@ class Merged:
         results: those that are there, in the order of the plan.
         missing: names of the runs without a result.
         differing: names of the runs that have results with different contents, besides wall times.
+        notices: what is wrong with the files of results, a line each.
     """
 
     results: Sequence[Result]
     missing: Sequence[str]
     differing: Sequence[str]
+    notices: Sequence[str]
 
 
 def merge(folders: Sequence[Path], out: Path) -> Merged:
@@ -107,11 +108,13 @@ def merge(folders: Sequence[Path], out: Path) -> Merged:
         for name in _FORM:
             _refuse_other(folder, other[name], plan[name], str(folders[0]), name)
     found: dict[str, list[tuple[Path, Result]]] = {}
+    notices: list[str] = []
     with ResultsFile(out) as store:
+        notices += store.notices
         if (out / PLAN_NAME).is_symlink():
             raise UsageError(f"{out / PLAN_NAME}: it is a link, not a regular file; use another folder")
         write_atomic(out / PLAN_NAME, plan_text(plan))
-        for folder, results in [(out, {**store.results}), *((each, read_results(each)) for each in folders)]:
+        for folder, results in [(out, {**store.results}), *((each, read_results(each, notices)) for each in folders)]:
             refuse_forged(folder, results, plan)
             for key, result in results.items():
                 if result.counts_under(plan["limits"]):
@@ -124,6 +127,7 @@ def merge(folders: Sequence[Path], out: Path) -> Merged:
         [result for _, result in first.values()],
         [f"{run['trial']} seed {run['seed']}" for run in plan["runs"] if run["key"] not in first],
         [result.name for key, (_, result) in first.items() if _differ(each for _, each in found[key])],
+        list(dict.fromkeys(notices)),
     )
 
 
@@ -136,7 +140,7 @@ def _refuse_other(folder: Path, own: Any, reference: Any, place: str, name: str 
     if own == reference:
         return
     if name == "runs":
-        words = "other runs: trials, seeds, program or Cellwright's sources differ"
+        words = "other runs: trials, seeds, program or Cellwright's sources differ, or --over or --verify"
     else:
         words = f"{name} {_words(own)}, but {_words(reference)}"
     raise UsageError(f"{folder}: does not belong to {place}: {words}; merge shards of one evaluation")
@@ -147,32 +151,22 @@ def _words(value: Any) -> str:
 
 
 def refuse_forged(folder: Path, results: Mapping[str, Result], plan: Mapping[str, Any]) -> None:
-    """Refuse results of a folder that no run of the plan can have.
+    """Refuse a result of a folder that is of another run than its key says.
 
     Raises:
-        UsageError: a result is of another run than its key says, or has an outcome or points that do not exist.
+        UsageError: there is one.
     """
     runs = {run["key"]: run for run in plan["runs"]}
     for key, result in results.items():
-        if fault := _fault(result, runs.get(key), plan):
-            raise UsageError(f"{folder / RESULTS_NAME}: {result.name}: {fault}; repeat that shard")
-
-
-def _fault(result: Result, run: Mapping[str, Any] | None, plan: Mapping[str, Any]) -> str:
-    """Return what is wrong with a result, in one line; empty if nothing is, or if it is of no run of the plan."""
-    if run is None:
-        return ""
-    own = (result.trial, result.seed, result.agent, result.vary)
-    planned = (run["trial"], run["seed"], plan["agent"], plan["vary"])
-    if own != planned:
-        return f"the plan's run of this key is {run['trial']} seed {run['seed']} of {plan['agent']}"
-    if result.outcome not in OUTCOMES and not result.is_lost:
-        return f"there is no such outcome (got {result.outcome})"
-    if not 0.0 <= result.points <= result.reachable + 1e-6:
-        return f"points must be from 0 to {result.reachable:g} (got {result.points:g})"
-    if min(result.wall, result.simulated, result.best) < 0.0:
-        return "times and points must not be negative"
-    return ""
+        run = runs.get(key)
+        if run is None:
+            continue
+        planned = (run["trial"], run["seed"], plan["agent"], plan["vary"])
+        if (result.trial, result.seed, result.agent, result.vary) != planned:
+            raise UsageError(
+                f"{folder / RESULTS_NAME}: {result.name}: the plan's run of this key is {run['trial']} seed "
+                f"{run['seed']} of {plan['agent']}; repeat that shard"
+            )
 
 
 def run_files(folder: Path, name: str) -> list[Path]:

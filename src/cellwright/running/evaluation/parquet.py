@@ -71,6 +71,8 @@ COLUMNS: _Columns = {
     "agent": _TEXT,
     "seed": _WHOLE,
     "vary": _TRUTH,
+    "over": _TEXT,
+    "verified": _TRUTH,
     "is_repetition": _TRUTH,
     "outcome": _TEXT,
     **dict.fromkeys(("points", "reachable", "best"), "points"),

@@ -2,20 +2,35 @@
 
 import errno
 import json
+import math
 import os
+import secrets
 import signal
 import subprocess
 import sys
+import tempfile
 import time
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 from typing import IO, Any
 
-from cellwright.util.process import ChildProcess, own_program
+from cellwright.middleware.wire import guard
+from cellwright.running.evaluation.channel import (
+    POINT_TOLERANCE,
+    ChannelError,
+    Message,
+    Progress,
+    Report,
+    read_messages,
+)
+from cellwright.running.evaluation.memory import oom_kills
+from cellwright.running.evaluation.seal import KEY_VARIABLE
+from cellwright.running.remote.guarded import GuardedProcess
+from cellwright.util.errors import printable
+from cellwright.util.process import own_program
 
 
 def usable_processors() -> int:
@@ -42,51 +57,13 @@ class RunLimits:
     log: int = 16 * MEBIBYTE
 
 
-MEMORY_IS_LIMITED = sys.platform == "linux"
-"""True if this system can limit and report the memory of a process."""
-
-
-def limit_memory(max_bytes: int) -> None:
-    """Limit the memory of this process to `max_bytes`: an allocation beyond that raises an error."""
-    if sys.platform == "linux":
-        import resource  # not on Windows
-
-        resource.setrlimit(resource.RLIMIT_DATA, (max_bytes, max_bytes))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
-
-def memory_of_sessions() -> Counter[int]:
-    """Return the resident memory [bytes] of every session of processes, by its leader's id; empty where unknown."""
-    total: Counter[int] = Counter()
-    if sys.platform == "linux":
-        import resource
-
-        page = resource.getpagesize()
-        for entry in Path("/proc").iterdir():
-            if entry.name.isdigit():
-                try:
-                    fields = (entry / "stat").read_bytes().rpartition(b")")[2].split()
-                except OSError:
-                    continue  # the process has just ended
-                total[int(fields[3])] += int(fields[21]) * page
-    return total
-
-
-def oom_kills() -> int:
-    """Return how many processes the kernel of this machine has killed so far for want of memory; 0 where unknown."""
-    with suppress(OSError, ValueError):
-        for line in Path("/proc/vmstat").read_text(encoding="ascii").splitlines():
-            if line.startswith("oom_kill "):
-                return int(line.split()[1])
-    return 0
-
-
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that limit numerical libraries to one thread each: workers share the processor among them."""
 
 _TAIL_LINES = 30  # lines of a log that a result holds
 _TAIL_BYTES = 16384
-_KILL_TIMEOUT = 5.0  # [s] that a killed process may take to end
+_KILL_TIMEOUT = 10.0  # [s] that a process with all that it has started may take to end
+_MAX_REASON = 1000  # characters
 NO_MEMORY = "while the machine had no memory left"
 """End of the fault of a run that the kernel, most likely, has killed for want of memory."""
 
@@ -107,6 +84,10 @@ class JobOrder:
         files: files of the trial; none: the agent is only made, and nothing is run.
         overrides: values that replace those of the files, as `KEY=VALUE`.
         record: file for a recording; empty for none.
+        over: `socket` for an agent in a process of its own; empty for one in the worker's.
+        replays: recording whose commands are played instead of running the agent; empty for none.
+        end: simulation time [s] up to which they are played.
+        key: key that signs the lines of the worker.
     """
 
     agent: str
@@ -118,47 +99,67 @@ class JobOrder:
     run_log: str = ""
     record: str = ""
     overrides: Sequence[str] = ()
+    over: str = ""
+    replays: str = ""
+    end: float = 0.0
+    key: str = ""
 
 
-class WorkerProcess(ChildProcess):
+class WorkerProcess(GuardedProcess):
     """A process of `cellwright.running.evaluation.worker`.
 
     Args:
         log: file for its output.
         wakes: receives this object whenever its state has changed.
+        attainable: the most points that the run can have.
     """
 
-    def __init__(self, order: JobOrder, log: Path, wakes: SimpleQueue[Any] | None = None) -> None:
+    def __init__(
+        self, order: JobOrder, log: Path, wakes: SimpleQueue[Any] | None = None, attainable: float = math.inf
+    ) -> None:
         self.log = log
         self.started = time.monotonic()
         self.begun: float | None = None
-        self.progress: Mapping[str, Any] = {}
+        self.progress = Progress(0.0, 0.0)
         self.scene = self.frame = ""
         """Its scene and its newest state, as a `StateReporter` sends them."""
-        self.result: Mapping[str, Any] | None = None
+        self.result: Report | None = None
+        self.made = False
+        """True if the agent could be made, and no run was ordered."""
         self.refused = ""
+        self.invalid = ""
+        """What is wrong with its newest line; empty if nothing is."""
         self.kills_itself = False
-        """True if the program has sent its own process SIGKILL or SIGTERM."""
+        """True if the program has sent its own process, or its guard, a signal that ends it."""
+        self._attainable = attainable
+        self._key = secrets.token_hex(16)
         self._oom_kills = oom_kills()
         self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
-        with log.open("wb") as stderr:
-            command = own_program("cellwright.running.evaluation.worker")
-            # the same order of sets in every process, one thread each for arithmetic, a log that is read as UTF-8
-            variables = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
-            variables |= dict.fromkeys(_ONE_THREAD, "1")
-            environment = {**variables, **os.environ, "PYTHONIOENCODING": "utf-8"}
-            super().__init__(command, environment=environment, stderr=stderr, read=self._listen)
-        self.send(json.dumps(asdict(order)))
+        self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
+        try:
+            with log.open("wb") as stderr:
+                super().__init__(
+                    own_program("cellwright.running.evaluation.worker", self._folder.name),
+                    folder=self._folder.name,
+                    relays=True,
+                    environment=_environment(),
+                    stderr=stderr,
+                    read=self._listen,
+                )
+        except BaseException:
+            self._folder.cleanup()
+            raise
+        self.send(json.dumps(asdict(replace(order, key=self._key))))
 
     @property
     def number(self) -> int:
-        """Id of the process, which is the id of its session too."""
+        """Id of the process whose descendants are those of the run."""
         return self._process.pid
 
     @property
     def is_over(self) -> bool:
-        """True if the process has sent its result or has ended."""
-        return self.result is not None or bool(self.refused) or not self.is_running
+        """True if the process has sent its result or an invalid line, or has ended."""
+        return self.result is not None or self.made or bool(self.refused or self.invalid) or not self.is_running
 
     def wait(self, timeout: float) -> bool:
         """Wait until it is over, at most `timeout` [s]; return whether it is."""
@@ -170,8 +171,10 @@ class WorkerProcess(ChildProcess):
     def stop(self) -> str:
         """End the process and all that it has started; return how it had ended in words, if it had ended before."""
         status = self._process.poll()
-        self._kill()
+        if not self._is_guarded:
+            self._kill()
         self.end(_KILL_TIMEOUT)
+        self._folder.cleanup()
         return "" if status is None else _ending(status)
 
     def machine_fault(self, ending: str) -> str:
@@ -181,9 +184,9 @@ class WorkerProcess(ChildProcess):
             ending: what `stop` returned.
         """
         if self.result is not None:
-            error = self.result.get("error", "").strip().rpartition("\n")[2]
+            error = self.result.error.strip().rpartition("\n")[2]
             return f"the disk is full: {error}" if error.startswith(_DISK_FULL_TEXTS) else ""
-        if self.kills_itself or self.refused or ending not in _OUTSIDE:
+        if self.kills_itself or self.refused or self.invalid or ending not in _OUTSIDE:
             return ""
         return f"{ending} {NO_MEMORY if oom_kills() > self._oom_kills else 'from outside'}"
 
@@ -215,23 +218,44 @@ class WorkerProcess(ChildProcess):
                 os.killpg(self.number, signal.SIGKILL)
 
     def _listen(self, output: IO[bytes]) -> None:
-        for line in output:
-            try:
-                report = json.loads(line)
-            except ValueError:
-                break  # half a line: the process was killed while it wrote
-            if "begun" in report:
-                self.begun = time.monotonic()
-            self.progress = report.get("progress", self.progress)
-            self.scene, self.frame = report.get("scene", self.scene), report.get("frame", self.frame)
-            self.refused = report.get("refused", self.refused)
-            self.kills_itself = report.get("kills", self.kills_itself)
-            self.result = report.get("result", self.result)
-            self._wakes.put(self)
+        try:
+            for message in read_messages(output, self._key):
+                self._take(message)
+                self._wakes.put(self)
+        except ChannelError as error:
+            self.invalid = str(error)
         self._wakes.put(self)
+
+    def _take(self, message: Message) -> None:
+        if self.result is not None or self.made:
+            raise ChannelError("a line follows the result")
+        points = [each.points for each in (message.progress, message.result) if each is not None]
+        if any(each > self._attainable + POINT_TOLERANCE for each in points):
+            raise ChannelError(f"{max(points):g} points, of {self._attainable:g} attainable ones")
+        if message.begun is not None:
+            self.begun = time.monotonic()
+        self.progress = message.progress or self.progress
+        self.scene, self.frame = message.scene or self.scene, message.frame or self.frame
+        if message.refused is not None:
+            self.refused = printable(message.refused, _MAX_REASON)
+        self.kills_itself = self.kills_itself or message.kills is True
+        self.made = message.made is True
+        self.result = message.result
+
+
+def _environment() -> dict[str, str]:
+    """Return the variables of a worker."""
+    # the same order of sets in every process, one thread each for arithmetic, a log that is read as UTF-8
+    variables = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
+    variables |= dict.fromkeys(_ONE_THREAD, "1")
+    environment = {**variables, **os.environ, "PYTHONIOENCODING": "utf-8"}
+    environment.pop(KEY_VARIABLE, None)
+    return environment
 
 
 def _ending(status: int) -> str:
+    if status == guard.STOPPED:
+        return guard.STOPPED_WORDS
     if status >= 0:
         return f"exit status {status}"
     try:

@@ -232,6 +232,7 @@ def report(
         "<h2>Runs, worst first</h2>",
         _legend(),
         *_runs(results, threshold, pictures or {}),
+        f'<p class="soft">{_trust(results)}</p>',
         f'<p class="soft">{escape(known)}</p>',
     ]
     return (
@@ -240,6 +241,21 @@ def report(
         f"<title>{escape(agents)}: evaluation</title><style>{STYLE}{SWEEP_STYLE}</style></head>\n"
         f"<body><main>\n{chr(10).join(body)}\n</main></body></html>\n"
     )
+
+
+def _trust(results: Sequence[Result]) -> str:
+    """Return what the points of these results rely on, in a sentence."""
+    if any(not each.over and not each.verified for each in results):
+        return (
+            "The program ran in the referee's process, and could have changed its score: "
+            "--over socket and --verify are for programs that you do not trust."
+        )
+    ways = {
+        "the program ran in a process of its own": all(each.over for each in results),
+        "its commands alone gave the same result": all(each.verified or each.is_lost for each in results),
+    }
+    words = " and ".join(way for way, holds in ways.items() if holds)
+    return f"{words.capitalize()}." if results and words else ""
 
 
 def _subtitle(results: Sequence[Result], threshold: Threshold | None) -> str:

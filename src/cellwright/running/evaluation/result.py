@@ -19,10 +19,12 @@ from pathlib import Path
 from typing import Any, Self
 
 from cellwright.config.parsing.tree import Place, Problem
+from cellwright.running.evaluation.channel import POINT_TOLERANCE
 from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.process import RunLimits
+from cellwright.running.evaluation.seal import SealError, sealed, unsealed
 from cellwright.running.run import Outcome
-from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.errors import CellwrightError, UsageError, printable
 from cellwright.util.files import open_below
 
 
@@ -72,8 +74,12 @@ RESULT_FORM: Mapping[str, Any] = {
     "score": Maybe({"orders": [{"order_id": str, "kits": [_KIT]}]}),
     "timeline": Maybe(_TIMELINE),
     "log": [str],
+    "over": str,
+    "verified": bool,
 }
 """Form of a result."""
+
+_MAX_LEVELS = 16  # of a result's lists and objects; it has 8
 
 
 def find_misfit(value: object, form: Any, key: str = "") -> str:
@@ -128,6 +134,10 @@ class Lost(StrEnum):
     """It wrote more to its log than its limit."""
     DIED = "died"
     """Its process ended without a result."""
+    INVALID = "invalid"
+    """Its process sent something that no worker sends."""
+    NOT_REPRODUCED = "not_reproduced"
+    """Its commands alone did not give its result."""
 
 
 class ResultError(CellwrightError):
@@ -150,6 +160,8 @@ class Result:
         log: the last lines of its log, if it was not done.
         command: the command that repeats the run alone.
         overrides: values that replaced those of the trial's files, as YAML texts by key.
+        over: `socket` if the program ran in a process of its own; empty if it ran in the referee's.
+        verified: True if its commands gave the same result in a process without the program.
     """
 
     key: str
@@ -171,6 +183,8 @@ class Result:
     log: tuple[str, ...] = ()
     command: str = ""
     overrides: dict[str, str] = field(default_factory=dict)
+    over: str = ""
+    verified: bool = False
 
     @classmethod
     def of(cls, job: Job, limits: RunLimits, **content: Any) -> Result:
@@ -186,6 +200,7 @@ class Result:
             limits=asdict(limits),
             command=job.command,
             overrides={each.key: each.value for each in job.trial.overrides},
+            over=job.over,
             **content,
         )
 
@@ -223,6 +238,16 @@ class Result:
         """Ending of the run, in words."""
         return OUTCOMES.get(self.outcome, "lost: " + self.outcome.replace("_", " "))
 
+    def check(self) -> None:
+        """Check the values of a result that was reported.
+
+        Raises:
+            ResultError: no run has them.
+        """
+        document = {each.name: getattr(self, each.name) for each in fields(self)} | {"log": list(self.log)}
+        if fault := _find_excess(document) or find_misfit(document, RESULT_FORM) or _find_impossible(document):
+            raise ResultError(fault)
+
     def as_json(self) -> dict[str, Any]:
         """Return the result as JSON values."""
         return asdict(self)
@@ -237,9 +262,53 @@ class Result:
         names = {each.name for each in fields(cls)}
         if not isinstance(document, Mapping) or set(document) != names:
             raise ResultError("not a result of this version of Cellwright")
-        if misfit := find_misfit(document, RESULT_FORM):
+        if misfit := find_misfit({"log": document["log"]}, {"log": RESULT_FORM["log"]}):
             raise ResultError(f"not a result of this version of Cellwright: {misfit}")
-        return cls(**{**document, "log": tuple(document["log"])})
+        result = cls(**{**document, "log": tuple(document["log"])})
+        try:
+            result.check()
+        except ResultError as error:
+            raise ResultError(f"not a result of this version of Cellwright: {error}") from None
+        return result
+
+    @property
+    def line(self) -> bytes:
+        """The result as a sealed line of a results file."""
+        return sealed(json.dumps(self.as_json(), separators=(",", ":"), allow_nan=False))
+
+    @classmethod
+    def from_line(cls, line: bytes) -> Result:
+        """Read a `line`.
+
+        Raises:
+            ResultError: it is no result, or was changed after it was written.
+        """
+        try:
+            return cls.from_json(json.loads(unsealed(line)))
+        except (ValueError, RecursionError, SealError) as error:
+            raise ResultError(str(error)) from error
+
+
+def _find_excess(document: Mapping[str, Any]) -> str:
+    """Return why a JSON value has too many levels for code that follows them by calls; empty if it has not."""
+    level: list[Any] = [document]
+    for _ in range(_MAX_LEVELS):
+        inner = (each.values() if isinstance(each, Mapping) else each for each in level)
+        level = [each for group in inner for each in group if isinstance(each, Mapping | list)]
+        if not level:
+            return ""
+    return f"it has more than {_MAX_LEVELS} levels"
+
+
+def _find_impossible(document: Mapping[str, Any]) -> str:
+    """Return why no run has the values of a result that has the right form; empty if one may."""
+    if document["outcome"] not in OUTCOMES and document["outcome"] not in tuple(Lost):
+        return f"unknown outcome {document['outcome']!r:.40}"
+    if negative := [name for name in ("points", "reachable", "wall", "simulated") if document[name] < 0.0]:
+        return f"{negative[0]} must not be negative (got {document[negative[0]]:g})"
+    if document["points"] > document["reachable"] + POINT_TOLERANCE:
+        return f"points must be at most the attainable {document['reachable']:g} (got {document['points']:g})"
+    return ""
 
 
 RESULTS_NAME = "results.jsonl"
@@ -249,13 +318,16 @@ class ResultsFile:
     """The results in a folder, which one evaluation at a time may use.
 
     If a key comes twice, the later line counts. A last line that was only half written, because the process was killed,
-    is removed.
+    is removed. A line that is damaged, or was changed after it was written, is not believed; it stays in the file.
 
     Args:
         folder: created if it does not exist.
 
+    Attributes:
+        notices: what is wrong with the file, a line each.
+
     Raises:
-        UsageError: another evaluation uses the folder, or the file holds something else.
+        UsageError: another evaluation uses the folder, or no line of the file is a result.
         OSError: the folder is not writable.
     """
 
@@ -264,8 +336,10 @@ class ResultsFile:
         self.path = folder / RESULTS_NAME
         _refuse_device(self.path)
         self._results: dict[str, Result] = {}
+        self._written: dict[str, Result] = {}
         self._file: FileIO = self.path.open("a+b", buffering=0)
         self._size = 0  # bytes that are known to be sound
+        self._state: tuple[int, ...] = ()
         try:
             if not _lock(self._file.fileno()):
                 raise UsageError(f"{folder}: in use by another evaluation; use another folder")
@@ -291,20 +365,31 @@ class ResultsFile:
             OSError: nothing of them could be written; `results` holds them all the same.
         """
         self._results |= {result.key: result for result in results}
-        lines = (json.dumps(each.as_json(), separators=(",", ":"), allow_nan=False) + "\n" for each in results)
-        rest = memoryview("".join(lines).encode())
-        size = self._size + len(rest)
+        self.restore()
+        self._write(results)
+        self._written |= {result.key: result for result in results}
+
+    def restore(self) -> None:
+        """Write the results again if another program has changed the file since the last write; a notice says so.
+
+        Raises:
+            OSError: the file was removed or replaced, or cannot be written.
+        """
+        if not os.fstat(self._file.fileno()).st_nlink or not self._is_in_place():
+            raise FileNotFoundError(errno.ENOENT, "file was removed or replaced", str(self.path))
+        if self._state == _state_of(self._file.fileno()):
+            return
+        self._file.seek(0)
         try:
-            if not os.fstat(self._file.fileno()).st_nlink:
-                raise FileNotFoundError(errno.ENOENT, "file was removed", str(self.path))
-            while rest:
-                rest = rest[self._file.write(rest) or 0 :]
-            os.fsync(self._file.fileno())
-        except OSError:
-            with suppress(OSError):
-                self._file.truncate(self._size)
-            raise
-        self._size = size
+            is_changed = _parse(self._file.readall(), self.path).results != self._written
+        except UsageError:
+            is_changed = True
+        if is_changed:
+            self.notices.append(f"{self.path}: changed by another program meanwhile; written again")
+            self._file.truncate(0)
+            self._size = 0
+            self._write(self._written.values())
+        self._state = _state_of(self._file.fileno())
 
     def close(self) -> None:
         """Release the folder for other evaluations."""
@@ -318,20 +403,57 @@ class ResultsFile:
 
     def _read(self) -> None:
         self._file.seek(0)
-        self._results, self._size = _parse(self._file.readall(), self.path)
+        found = _parse(self._file.readall(), self.path)
+        self._results, self._size, self.notices = {**found.results}, found.size, found.notices
+        self._written = found.results
         self._file.truncate(self._size)
         self._file.seek(0, os.SEEK_END)
+        self._state = _state_of(self._file.fileno())
+
+    def _write(self, results: Iterable[Result]) -> None:
+        rest = memoryview(b"".join(each.line + b"\n" for each in results))
+        size = self._size + len(rest)
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) or 0 :]
+            os.fsync(self._file.fileno())
+        except OSError:
+            with suppress(OSError):
+                self._file.truncate(self._size)
+            raise
+        self._size = size
+        self._state = _state_of(self._file.fileno())
+
+    def _is_in_place(self) -> bool:
+        """Return whether the path still leads to the file."""
+        try:
+            return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
+        except OSError:
+            return False
 
 
-def read_results(folder: Path) -> dict[str, Result]:
+def _state_of(descriptor: int) -> tuple[int, ...]:
+    """Return what changes with a file; unlike the time of its content, no program can set the second."""
+    state = os.fstat(descriptor)
+    return state.st_size, state.st_ctime_ns
+
+
+def read_results(folder: Path, notices: list[str] | None = None) -> dict[str, Result]:
     """Return the results in a folder by key, as `ResultsFile` does. The folder may be in use, and is not changed.
 
+    Args:
+        folder: the folder.
+        notices: receives what is wrong with the file, a line each.
+
     Raises:
-        UsageError: the file holds something else.
+        UsageError: no line of the file is a result.
         OSError: it cannot be read.
     """
     path = folder / RESULTS_NAME
-    return _parse(read_regular(path), path)[0]
+    found = _parse(read_regular(path), path)
+    if notices is not None:
+        notices += found.notices
+    return found.results
 
 
 def read_regular(path: Path) -> bytes:
@@ -356,18 +478,59 @@ def _refuse_device(path: Path) -> None:
         raise UsageError(f"{path}: not a regular file; use another folder")
 
 
-def _parse(content: bytes, path: Path) -> tuple[dict[str, Result], int]:
-    """Return the results by key, and the number of bytes up to the end of the last whole line."""
+@dataclass(frozen=True, slots=True)
+class _Parsed:
+    """Content of a results file.
+
+    Attributes:
+        results: the results by key.
+        size: number of bytes up to the end of the last whole line.
+        notices: what is wrong with lines; nothing of those whose run has a later, valid one.
+    """
+
+    results: dict[str, Result]
+    size: int
+    notices: list[str]
+
+
+def _parse(content: bytes, path: Path) -> _Parsed:
+    """Read the lines of a results file.
+
+    Raises:
+        UsageError: there are lines, and none is a result, valid or damaged.
+    """
     results: dict[str, Result] = {}
+    faults: dict[int, str] = {}
+    keys: dict[int, str] = {}
     *lines, cut_short = content.split(b"\n")  # the process was killed while it wrote the last
     for number, line in enumerate(lines, start=1):
         try:
-            result = Result.from_json(json.loads(line))
-        except (ValueError, RecursionError, ResultError) as error:
-            message = f"{error}; use another folder, or remove the file to start over"
-            raise UsageError(str(Problem(Place(0, str(path), number), "", message))) from error
-        results[result.key] = result
-    return results, len(content) - len(cut_short)
+            result = Result.from_line(line)
+        except ResultError as error:
+            faults[number], keys[number] = str(error), _key_of(line)
+            results.pop(keys[number], None)  # the run's newest line is damaged, so an older one does not count
+        else:
+            results.pop(result.key, None)
+            results[result.key] = result
+    if lines and not results and not any(keys.values()):
+        message = f"{faults[1]}; use another folder, or remove the file to start over"
+        raise UsageError(str(Problem(Place(0, str(path), 1), "", message)))
+    notices = [
+        str(Problem(Place(0, str(path), number), "", f"{printable(fault, 200)}; this line is not believed"))
+        for number, fault in faults.items()
+        if keys[number] not in results
+    ]
+    return _Parsed(results, len(content) - len(cut_short), notices)
+
+
+def _key_of(line: bytes) -> str:
+    """Return the key in a line that is no valid result; empty if it has none."""
+    try:
+        document = json.loads(line)
+    except (ValueError, RecursionError):
+        return ""
+    key = document.get("key") if isinstance(document, dict) else None
+    return key if isinstance(key, str) else ""
 
 
 def _lock(descriptor: int) -> bool:

@@ -10,12 +10,12 @@ import logging
 import os
 import signal
 import sys
+import tempfile
 import threading
 import time
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn, TextIO
+from typing import Any, BinaryIO, NoReturn
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
@@ -23,16 +23,20 @@ from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.evidence import evidence_to_json
 from cellwright.cell.kitting.inventory import part_type
 from cellwright.cell.variation import vary
-from cellwright.clients.agents.agent import AgentError, find_agent
+from cellwright.clients.agents.agent import Agent, AgentError, find_agent
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.sources import Sources, sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
-from cellwright.running.evaluation.channel import send, take_over_standard_streams
-from cellwright.running.evaluation.process import JobOrder, limit_memory
+from cellwright.running.evaluation.channel import SignedChannel, take_over_standard_streams
+from cellwright.running.evaluation.memory import limit_memory
+from cellwright.running.evaluation.process import JobOrder
+from cellwright.running.evaluation.replayed import ReplayedCommands
 from cellwright.running.evaluation.state import StateReporter
-from cellwright.running.run import RecordOptions, RunOptions, run_cell
-from cellwright.util.errors import UsageError
+from cellwright.running.remote.hosting import RemoteAgent
+from cellwright.running.run import Program, RecordOptions, RunOptions, ServerOptions, Session
+from cellwright.running.run.targets import cell_result
+from cellwright.util.errors import RecordingError, UsageError
 
 
 class Timeline:
@@ -97,13 +101,18 @@ class Timeline:
 _PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
 
 
-def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
-    """Run a job: a trial's files, an agent, a seed. Return the fields for `Result.of`."""
-    agent = find_agent(order.agent)()
+def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
+    """Run a job: a trial's files, a program, a seed. Return the fields of a `Report`.
+
+    Raises:
+        AgentError: there is no such agent, or it could not be made.
+        RecordingError: the recording to play cannot be read.
+    """
+    program = _program(order)
     with sources_collected() as sources:
         cell = make_cell(order)
     timeline = Timeline(cell)
-    states = StateReporter(cell, partial(send, channel))
+    states = StateReporter(cell, channel.send)
     shown = time.monotonic()
 
     def progress(cell: Cell) -> None:
@@ -112,11 +121,14 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
         now = time.monotonic()
         if now - shown >= _PROGRESS_PERIOD:
             shown = now
-            send(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+            channel.send("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
             states.report()
 
     log = make_log(order)
-    result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
+    options = RunOptions(on_progress=progress, log=log, record=make_record(order, sources))
+    serve = ServerOptions(port=0) if order.over else False
+    with Session(cell, lockstep=bool(order.over), serve=serve, options=options, report=_warn) as session:
+        result = cell_result(session.run(program))
     timeline.look()
     states.report()
     sys.stderr.write(result.error)
@@ -132,6 +144,19 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
     }
 
 
+def _program(order: JobOrder) -> Agent | Program:
+    """Return what works the cell; only an agent without `over` runs in this process."""
+    if order.replays:
+        return ReplayedCommands(Path(order.replays), order.end)
+    if order.over:
+        return RemoteAgent(order.agent, level=logging.INFO, on_message=_print)
+    return find_agent(order.agent)()
+
+
+def _print(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+
+
 def make_cell(order: JobOrder) -> Cell:
     """Return a new cell for a job, from its files."""
     trial = load_trial(list(map(Path, order.files)), overrides=list(map(Override.read, order.overrides))).trial
@@ -143,7 +168,9 @@ def _warn(line: str) -> None:
 
 
 def make_log(order: JobOrder) -> RunLog | None:
-    """Return the log of a job; without one the run counts all the same."""
+    """Return the log of a job, if it has one; without one the run counts all the same."""
+    if not order.run_log:
+        return None
     try:
         return RunLog(Path(order.run_log), about={"agent": order.agent}, report=_warn)
     except UsageError as error:
@@ -167,44 +194,59 @@ def make_record(order: JobOrder, sources: Sources) -> RecordOptions | None:
 
 def main() -> NoReturn:
     """Run the job from stdin, and exit."""
-    lifeline, channel = take_over_standard_streams()
+    lifeline, stream = take_over_standard_streams()
     order = JobOrder(**json.loads(lifeline.readline()))
+    channel = SignedChannel(stream, order.key)
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     faulthandler.enable()
     if order.memory:
         limit_memory(order.memory)
+    if order.over:
+        tempfile.tempdir = sys.argv[2]  # of this process alone: the evaluation removes it, however the run ends
+        _hide_memory()
     _report_own_kills(channel)
-    send(channel, "begun", os.getpid())
+    channel.send("begun", os.getpid())
     # C's own timer: it ends a program that hangs inside a library too, and the log shows where
     faulthandler.dump_traceback_later(order.wall, exit=True)
     try:
         if order.files:
-            send(channel, "result", work(order, channel))
+            channel.send("result", work(order, channel))
         else:
             find_agent(order.agent)()
-            send(channel, "result", {})
-    except AgentError as error:
-        send(channel, "refused", str(error))
+            channel.send("made", True)
+    except (AgentError, RecordingError) as error:
+        channel.send("refused", str(error))
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)  # does not wait for threads that the agent has left behind
 
 
-def _report_own_kills(channel: TextIO) -> None:
+def _hide_memory() -> None:
+    """Keep other processes of the same user, unless it is root, from the memory and the streams of this one."""
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0)
+
+
+_PR_SET_DUMPABLE = 4
+
+
+def _report_own_kills(channel: SignedChannel) -> None:
     """Report when the program kills this process from Python: the end of a process does not show who sent the signal.
 
-    A thread or a fork of the agent may do so too. The line bypasses the buffer of the channel.
+    A thread or a fork of the agent may do so too. Its guard counts as this process.
     """
     if sys.platform == "win32":
         return
-    number = os.getpid()
-    own = {"os.kill": {number, -number, 0, -1}, "os.killpg": {number, 0}}
+    number, guard = os.getpid(), os.getppid()
+    own = {"os.kill": {number, -number, 0, -1, guard, -guard}, "os.killpg": {number, 0, guard}}
 
     def hook(event: str, arguments: tuple[Any, ...]) -> None:
         if event in own and arguments[0] in own[event] and arguments[1] in (signal.SIGKILL, signal.SIGTERM):
             with suppress(OSError):  # the evaluation has ended
-                os.write(channel.fileno(), b'{"kills": true}\n')
+                channel.send_at_once("kills", True)
 
     sys.addaudithook(hook)
 

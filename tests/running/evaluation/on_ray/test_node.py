@@ -40,7 +40,7 @@ def described(job: Job) -> dict[str, Any]:
 
 def order(job: Job, **changes: Any) -> dict[str, Any]:
     fields = {"key": job.key, "agent": job.agent, "trial": described(job), "seed": job.seed, "vary": job.vary}
-    return {**fields, "limits": LIMITS, "records": False, **changes}
+    return {**fields, "limits": LIMITS, "records": False, "over": job.over, "verify": job.verify, **changes}
 
 
 @pytest.fixture(autouse=True)

@@ -21,7 +21,8 @@ from cellwright.running.evaluation.engine import STARTS, Engine, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, key_facts
 from cellwright.running.evaluation.merge import LOGS
 from cellwright.running.evaluation.process import RunLimits
-from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.result import Result, ResultError, ResultsFile
+from cellwright.running.evaluation.seal import KEY_VARIABLE
 from cellwright.util.errors import UsageError
 from cellwright.util.process import ChildProcess, own_program
 
@@ -163,7 +164,15 @@ class RayEvaluation(Engine):
         elif fault := ended.get("fault"):
             self.faults[job] = fault
         else:
-            self._add(Result.from_json(ended["result"]))
+            try:
+                result = Result.from_json(ended["result"])
+            except ResultError as error:
+                self.faults[job] = f"its result is invalid: {error}"
+            else:
+                if result.key == job.key:
+                    self._add(result)
+                else:
+                    self.faults[job] = f"its result is that of another run, {result.name}"
 
     def _order_of(self, job: Job) -> dict[str, Any]:
         return {
@@ -174,6 +183,8 @@ class RayEvaluation(Engine):
             "vary": job.vary,
             "limits": asdict(self._limits),
             "records": self._records,
+            "over": job.over,
+            "verify": job.verify,
         }
 
     def _order(self, content: Mapping[str, Any]) -> None:
@@ -217,6 +228,7 @@ class _Driver(ChildProcess):
         with self.log.open("wb") as stderr:
             command = own_program("cellwright.running.evaluation.on_ray.driver")
             environment = {"RAY_USAGE_STATS_ENABLED": "0", **os.environ}
+            environment.pop(KEY_VARIABLE, None)
             super().__init__(command, environment=environment, stderr=stderr, read=self._listen)
 
     def end(self, timeout: float) -> None:

@@ -82,7 +82,8 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         trial = _trial(order["trial"], agent)
     except OtherNodeError as error:
         return {"failure": str(error)}
-    job = make_jobs([trial], agent, [order["seed"]], vary=order["vary"])[0]
+    protection = {"over": order["over"], "verify": order["verify"]}
+    job = make_jobs([trial], agent, [order["seed"]], vary=order["vary"], **protection)[0]
     if job.key != order["key"]:
         job = repeated(job)
     if job.key != order["key"]:
