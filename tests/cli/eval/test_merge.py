@@ -18,6 +18,7 @@ from cellwright.cli.eval.command import _trials
 from cellwright.running.evaluation.job import Job, make_jobs
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.seal import sealed
 from cellwright.running.evaluation.shard import Shard
 from tests.cli.conftest import CommandLine, Ran
 from tests.quick_children import QUICK_WORKERS
@@ -304,34 +305,39 @@ def test_full_disk_is_no_bad_input(tiny: CommandLine, monkeypatch: pytest.Monkey
 
 
 def edit(folder: str, **changes: object) -> Result:
-    """Change the first result of a folder as an editor would, and return the one before."""
+    """Change the first result of a folder as a program does that knows the seal, and return the one before."""
     file = Path(folder, "results.jsonl")
-    line, *rest = file.read_text().splitlines()
-    first = json.loads(line)
-    file.write_text("\n".join([json.dumps({**first, **changes}), *rest, ""]))
-    return Result.from_json(first)
+    line, *rest = file.read_bytes().splitlines(keepends=True)
+    first = Result.from_line(line[:-1])
+    file.write_bytes(b"".join([sealed(json.dumps({**first.as_json(), **changes})), b"\n", *rest]))
+    return first
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"points": 999.0}, "points must be from 0 to {0.reachable:g} (got 999)"),
-        ({"points": -1.0}, "points must be from 0 to {0.reachable:g} (got -1)"),
-        ({"outcome": "won"}, "there is no such outcome (got won)"),
-        ({"wall": -1.0}, "times and points must not be negative"),
-        ({"trial": "easy"}, "the plan's run of this key is {0.trial} seed {0.seed} of programs.py:Deliver"),
-        ({"seed": 77}, "the plan's run of this key is {0.trial} seed {0.seed} of programs.py:Deliver"),
-        ({"agent": "other.py:Other"}, "the plan's run of this key is {0.trial} seed {0.seed} of programs.py:Deliver"),
+        ({"points": 999.0}, "points must be at most the attainable {0.reachable:g} (got 999)"),
+        ({"points": -1.0}, "points must not be negative (got -1)"),
+        ({"outcome": "won"}, "unknown outcome 'won'"),
+        ({"wall": -1.0}, "wall must not be negative (got -1)"),
     ],
 )
-def test_shard_with_a_result_that_no_run_can_have_is_refused(
-    tiny: CommandLine, changes: dict[str, object], message: str
-) -> None:
+def test_result_that_no_run_can_have_is_not_merged(tiny: CommandLine, changes: dict[str, object], message: str) -> None:
+    shard(tiny, "a")
+    before = edit("a", **changes)
+    ran = tiny("eval", "merge", "a")
+    assert ran.status == 75
+    assert f"{message.format(before)}; this line is not believed" in ran.out.replace("\n", " ")
+    assert before.key not in Path("evaluation", "results.jsonl").read_text()
+
+
+@pytest.mark.parametrize("changes", [{"trial": "easy"}, {"seed": 77}, {"agent": "other.py:Other"}])
+def test_shard_with_a_result_of_another_run_is_refused(tiny: CommandLine, changes: dict[str, object]) -> None:
     shard(tiny, "a")
     before = edit("a", **changes)
     ran = tiny("eval", "merge", "a")
     assert ran.status == 2
-    assert f"{message.format(before)}; repeat that shard" in ran.err
+    assert f"the plan's run of this key is {before.name} of programs.py:Deliver; repeat that shard" in ran.err
     assert not Path("evaluation", "summary.json").exists()
 
 
@@ -393,7 +399,7 @@ def test_escapes_of_a_shard_reach_no_terminal(tiny: CommandLine) -> None:
     assert ran.status == 1
     assert "\\x1b[2J\\x9b31m\\u202ered" in ran.out
     edit("a", outcome="\x1b[2J\u202e")
-    ran = tiny("eval", "merge", "a")
-    assert "\\x1b[2J\\u202e" in ran.err
+    ran = tiny("eval", "merge", "a", "--out", "other")
+    assert "x1b[2J" in ran.out
     for text in (ran.out, ran.err):
         assert all(sign.isprintable() or sign == "\n" for sign in text)
