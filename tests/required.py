@@ -10,7 +10,13 @@ from typing import NoReturn
 
 import pytest
 
-MARKERS = {"ros1": "real ROS 1", "ros2": "real ROS 2", "browser": "the page", "display": "a real window"}
+MARKERS = {
+    "ros1": "real ROS 1",
+    "ros2": "real ROS 2",
+    "urdfdom": "ROS's parser of URDF",
+    "browser": "the page",
+    "display": "a real window",
+}
 """Markers of tests that need more than Python, and what CI must run of each."""
 
 
@@ -20,7 +26,8 @@ def reason_to_skip(marker: str) -> str | None:
         if shutil.which("Xvfb") is None or importlib.util.find_spec("glfw") is None:
             return "no Xvfb or no glfw: scripts/install-display and the extra `gui` bring them"
         return None
-    reason: str | None = import_module(f"tests.{marker}.requirement").lacking()
+    module = "tests.urdfdom" if marker == "urdfdom" else f"tests.{marker}.requirement"
+    reason: str | None = import_module(module).lacking()
     return reason
 
 

@@ -26,7 +26,8 @@ def package(tmp_path: Path) -> Path:
     for below in ("urdf", "meshes"):
         (folder / below).mkdir(parents=True)
     (folder / "package.xml").write_text("<package>\n <name>arm_description</name></package>")
-    (folder / "meshes" / "link 1.stl").write_bytes(stl())
+    for below in ("meshes", "urdf"):
+        (folder / below / "link 1.stl").write_bytes(stl())
     return folder
 
 
@@ -40,20 +41,29 @@ def package(tmp_path: Path) -> Path:
         "../meshes/link 1.stl",
         "..\\meshes\\link 1.stl",
         "meshes/link 1.stl",
+        "../meshes/link%201.stl",
+        "package:///meshes/link 1.stl",
+        "package://meshes/link 1.stl",
+        "package://link 1.stl",
+        "package://arm_description//meshes///link 1.stl",
+        "Package://arm_description/meshes\\link 1.stl",
+        "file://meshes/link%201.stl",
     ],
 )
 def test_mesh_finder_resolves_relative_and_package_references(package: Path, reference: str) -> None:
     finder = MeshFinder(package / "urdf" / "arm.urdf")
     found = finder.find(reference)
     assert found is not None
-    assert found.samefile(package / "meshes" / "link 1.stl")
+    assert found.samefile(package / ("urdf" if reference == "package://link 1.stl" else "meshes") / "link 1.stl")
     assert finder.missing == {}
 
 
 def test_mesh_finder_resolves_absolute_path_and_file_uri(package: Path) -> None:
     finder = MeshFinder(package / "urdf" / "arm.urdf")
     path = (package / "meshes" / "link 1.stl").as_posix()
-    assert finder.find(path) == finder.find(f"file://{path.replace(' ', '%20')}") == Path(path)
+    escaped = path.replace(" ", "%20")
+    for reference in (path, f"file://{escaped}", f"file://localhost{escaped}", f"FILE:{escaped}", f"file://{path}"):
+        assert finder.find(reference) == Path(path), reference
 
 
 def test_package_folders_end_with_ros_environment_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,6 +85,11 @@ def test_package_folders_end_with_ros_environment_paths(tmp_path: Path, monkeypa
         ("a.stl", b"solid nothing", "the mesh has no triangles"),
         ("a.obj", b"v 1 2", "invalid OBJ file"),
         ("b.stl", b"", "not found"),
+        (
+            "a.obj",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n",
+            "a Git LFS pointer, not the file itself; fetch the file with: git lfs pull",
+        ),
     ],
 )
 def test_unusable_mesh_is_recorded_with_reason(tmp_path: Path, name: str, content: bytes, why: str) -> None:
@@ -104,3 +119,18 @@ def test_missing_meshes_give_one_warning(tmp_path: Path) -> None:
     expected = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes are used"
     assert warnings == [f"{path}:1: {expected}"]
     assert [shape.kind for shape in found.links["a"].shapes] == ["sphere"]
+
+
+def test_mesh_in_millimetres_without_scale_gives_one_warning(tmp_path: Path) -> None:
+    (tmp_path / "a.stl").write_bytes(stl())
+    shape = '<visual><geometry><mesh filename="a.stl" scale="{0} {0} {0}"/></geometry></visual>'
+    path = tmp_path / "arm.urdf"
+    warnings: list[str] = []
+    for scale in (19, -19):
+        path.write_text(robot(f'<link name="a">{shape.format(scale)}</link>'))
+        read_urdf(path, warn=warnings.append)
+    assert warnings == []
+    path.write_text(robot(f'<link name="a">{shape.format(-300)}{shape.format(21)}</link>'))
+    read_urdf(path, warn=warnings.append)
+    message = "a mesh is longer than 20 m, the first 'a.stl' with 300 m; for a mesh in millimetres write"
+    assert warnings == [f'{path}:1: {message} scale="0.001 0.001 0.001"']

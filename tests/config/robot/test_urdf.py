@@ -7,6 +7,7 @@ import pytest
 from cellwright.config.robot.model import JointType, RobotModel
 from cellwright.config.robot.urdf import MAX_LINKS, MAX_SHAPES, MAX_WARNINGS, read_urdf
 from cellwright.util.errors import DescriptionError
+from tests.urdfdom import complaints_about
 
 LIMIT = '<limit lower="-1" upper="2" effort="3" velocity="4"/>'
 
@@ -21,11 +22,12 @@ def robot(*elements: str, links: str = "") -> str:
 
 
 def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
-    """Return the robot, and the warnings without the path of the file."""
+    """Return the robot, and the warnings without the path of the file; ROS's own parser accepts what is published."""
     path = folder / "robot.urdf"
     path.write_text(text)
     warnings: list[str] = []
     found = read_urdf(path, warn=warnings.append)
+    assert complaints_about(found, path) == []
     return found, [warning.replace(f"{folder}/", "") for warning in warnings if "no shapes in the file" not in warning]
 
 
@@ -76,7 +78,7 @@ def test_foreign_elements_are_ignored_and_misspelt_ones_reported(tmp_path: Path)
 def test_warnings_beyond_maximum_are_counted(tmp_path: Path) -> None:
     boxes = '<visual><geometry><box size="0 0 0"/></geometry></visual>\n' * 100
     _, warnings = read(tmp_path, robot("<jont/>\n" * 100, f'<link name="a">{boxes}</link>'))
-    assert warnings[0] == "robot.urdf:2: jont: unknown element <jont>, ignored; did you mean joint"
+    assert warnings[0] == "robot.urdf:2: jont: unknown element <jont>, ignored; did you mean joint (100 times)"
     assert len(warnings) == MAX_WARNINGS + 1
     assert warnings[-1] == "robot.urdf: 81 more warnings are not listed"
 

@@ -42,6 +42,20 @@ def test_control_bytes_give_one_warning(tmp_path: Path) -> None:
     assert warnings == ["robot.urdf:3: control byte 0x1A (character 15 of the file, and 1 more); treated as a blank"]
 
 
+def test_comment_with_dashes_is_ignored_with_warning(tmp_path: Path) -> None:
+    text = b"<robot>\n<!-- -- the\n arm ---><link name='a'/>\n<!----- b --><link name='b'/><!-- c --></robot>"
+    element, warnings = read(tmp_path, text)
+    assert [(child.get("name"), child.place.line) for child in element.children] == [("a", 3), ("b", 4)]
+    assert warnings == ["robot.urdf:2: XML forbids -- inside of a comment (and 1 more); the comment is ignored"]
+
+
+def test_git_lfs_pointer_is_named(tmp_path: Path) -> None:
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n"
+    assert read_errors(tmp_path, pointer) == (
+        "robot.urdf: a Git LFS pointer, not the file itself; fetch the file with: git lfs pull"
+    )
+
+
 @pytest.mark.parametrize(
     "content",
     [

@@ -120,7 +120,8 @@ def test_invalid_joints_are_refused_with_place(tmp_path: Path, element: str, mes
 
 
 def follower(name: str, child: str, leader: str, figures: str = "", kind: str = "revolute") -> str:
-    return joint(name, "a", child, f'{LIMIT}<mimic joint="{leader}" {figures}/>', kind)
+    wide = '<limit lower="-9" upper="9" effort="3" velocity="4"/>'
+    return joint(name, "a", child, f'{wide}<mimic joint="{leader}" {figures}/>', kind)
 
 
 def test_mimic_chain_is_resolved_to_its_first_joint(tmp_path: Path) -> None:
@@ -156,6 +157,57 @@ def test_mimic_chain_is_resolved_to_its_first_joint(tmp_path: Path) -> None:
 def test_invalid_mimics_are_refused_with_reason(tmp_path: Path, first: str, second: str, message: str) -> None:
     problems = read_errors(tmp_path, robot(first, second, links="abc" if second else "ab"))
     assert any(problem.startswith("robot.urdf:") and problem.endswith(message) for problem in problems), problems
+
+
+def limited(lower: float, upper: float, figures: str = 'multiplier="-1"') -> str:
+    """Return a robot whose second joint follows the first one, from 0 to 0.8, with limits of its own."""
+    first = joint("j", "a", "b", '<limit lower="0" upper="0.8" effort="3" velocity="4"/>')
+    own = f'<limit lower="{lower}" upper="{upper}" effort="3" velocity="4"/>'
+    return robot(first, joint("k", "a", "c", f'{own}<mimic joint="j" {figures}/>'), links="abc")
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(-0.8, 0.0), (-0.799, 0.0), (-1.0, 1.0), (1.0, -1.0)])
+def test_follower_with_room_for_its_leader_is_read_silently(tmp_path: Path, lower: float, upper: float) -> None:
+    assert read(tmp_path, limited(lower, upper))[1] == []
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "effect"),
+    [(0.0, 0.8, "it stands still"), (-0.5, 0.0, "it stops at its own limits"), (0.1, 0.2, "it stands still")],
+)
+def test_follower_that_cannot_follow_is_reported(tmp_path: Path, lower: float, upper: float, effect: str) -> None:
+    found, warnings = read(tmp_path, limited(lower, upper))
+    message = f"the follower's own limits allow {lower:g} to {upper:g}, and 'j' asks for -0.8 to 0; {effect}"
+    assert warnings == [f"robot.urdf:8: joint[k].limit: {message}"]
+    assert (found.joint("k").limits.lower, found.joint("k").limits.upper) == (lower, upper)
+
+
+def test_follower_with_empty_range_follows_its_leader(tmp_path: Path) -> None:
+    found, warnings = read(tmp_path, limited(0.0, 0.0, 'multiplier="-1" offset="0.25"'))
+    limits = found.joint("k").limits
+    assert limits.lower == pytest.approx(-0.55)
+    assert (limits.upper, limits.effort) == (0.25, 3.0)
+    message = "the follower's own limits allow no motion, and 'j' asks for -0.55 to 0.25"
+    assert warnings == [f"robot.urdf:8: joint[k].limit: {message}; it follows without limits of its own"]
+
+
+def test_follower_with_limits_of_unlimited_leader_is_reported(tmp_path: Path) -> None:
+    wheel = joint("j", "a", "b", kind="continuous", inside="")
+    text = robot(wheel, joint("k", "a", "c", f'{LIMIT}<mimic joint="j"/>'), links="abc")
+    message = "the follower's own limits allow -1 to 2, and 'j' asks for any position; it stops at its own limits"
+    assert f"robot.urdf:8: joint[k].limit: {message}" in read(tmp_path, text)[1]
+
+
+@pytest.mark.parametrize(
+    ("axis", "message"),
+    [
+        ("<axis/>", 'joint[j].axis: <axis> requires xyz, such as <axis xyz="0 0 1"/>'),
+        ("<axis>0 0 1</axis>", 'joint[j].axis: <axis> requires xyz, such as <axis xyz="0 0 1"/>'),
+        ('<axis xyz=""/>', "joint[j].axis: xyz must be 3 finite numbers with blanks between them (got '')"),
+    ],
+)
+def test_axis_without_numbers_is_refused(tmp_path: Path, axis: str, message: str) -> None:
+    assert f"robot.urdf:5: {message}" in read_errors(tmp_path, robot(joint("j", "a", "b", axis + LIMIT), links="ab"))
 
 
 def test_mimic_of_fixed_joint_is_ignored_with_warning(tmp_path: Path) -> None:

@@ -3,12 +3,15 @@
 The engine allocates and computes whatever a file requests: one line can request all memory, or an hour.
 """
 
+from __future__ import annotations
+
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
-from cellwright.config.parsing.sources import note_source, read_at_most, reason
+from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
 from cellwright.util.errors import CellwrightError
 from cellwright.util.files import open_to_read
 
@@ -23,6 +26,8 @@ MAX_DEPTH = 50
 
 _CONFIG = "model.config"
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+_PACKAGE_URI = re.compile(r"(?:package|model)://(.*)", re.IGNORECASE | re.DOTALL)
+_FILE_URI = re.compile(r"file:(?://(?:localhost(?=/))?)?", re.IGNORECASE)
 _FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
 
 
@@ -53,6 +58,36 @@ def open_model(path: Path) -> ModelFile:
     return ModelFile(path, _FORMATS[root.tag], root)
 
 
+@dataclass(frozen=True, slots=True)
+class FileReference:
+    """Reference to a mesh or a picture in a model file, in any form that such files have.
+
+    Attributes:
+        package: name of the package; None for a path.
+        paths: the path, relative to that package if there is one: as written, and with its escapes (`%20`) decoded.
+    """
+
+    package: str | None
+    paths: tuple[str, ...]
+
+    @classmethod
+    def read(cls, reference: str) -> FileReference:
+        """Return a reference: `package://NAME/PATH`, `model://NAME/PATH`, `file:///PATH` or a path.
+
+        URIs without a package's name, `package:///PATH` or `package://FILE`, are paths. A host is ignored.
+
+        Example:
+            >>> FileReference.read("package://arm//meshes/link%201.stl")
+            FileReference(package='arm', paths=('meshes/link%201.stl', 'meshes/link 1.stl'))
+        """
+        text = reference.strip().replace("\\", "/")
+        package, path = None, _FILE_URI.sub("", text)
+        if scheme := _PACKAGE_URI.match(text):
+            name, _, rest = scheme[1].partition("/")
+            package, path = (name, rest.lstrip("/")) if name and rest.strip("/") else (None, scheme[1].strip("/"))
+        return cls(package, tuple(dict.fromkeys((path, unquote(path)))))
+
+
 def referenced_file(path: Path, reference: str, folder: Path) -> Path:
     """Return the file that `path` refers to, which must lie in `folder`.
 
@@ -61,12 +96,11 @@ def referenced_file(path: Path, reference: str, folder: Path) -> Path:
     Raises:
         ModelFileError: the file is missing or lies elsewhere.
     """
-    name = re.sub(r"^file://", "", reference.strip())
-    if scheme := re.match(r"(?:model|package)://([^/]+)/(.+)", name):
-        base = next((parent for parent in path.resolve().parents if parent.name == scheme[1]), folder)
-        found = base / scheme[2]
-    else:
-        found = path.parent / name
+    named = FileReference.read(reference)
+    base = path.parent
+    if named.package is not None:
+        base = next((parent for parent in path.resolve().parents if parent.name == named.package), folder)
+    found = next((base / each for each in named.paths if (base / each).is_file()), base / named.paths[0])
     if not found.resolve().is_relative_to(folder.resolve()):
         raise ModelFileError(f"{path}: {reference} is outside the model folder {folder}")
     if not found.is_file():
@@ -93,6 +127,8 @@ def _parse(path: Path) -> ET.Element:
         content = read_at_most(path, MAX_MODEL_BYTES)
         if content is None:
             raise ModelFileError(f"{path}: larger than {MAX_MODEL_BYTES >> 20} MiB")
+        if is_lfs_pointer(content):
+            raise ModelFileError(f"{path}: {LFS_POINTER}")
         text = content.decode("utf-8")
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
@@ -167,7 +203,7 @@ def check_mjcf(file: ModelFile) -> None:
                     raise ModelFileError(f"{found}: larger than {MAX_ASSET_BYTES >> 20} MiB")
                 if total > MAX_TOTAL_BYTES:
                     raise ModelFileError(f"{file.path}: refers to more than {MAX_TOTAL_BYTES >> 20} MiB of files")
-                _check_picture(found)
+                _check_asset(found)
 
 
 def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
@@ -179,10 +215,12 @@ def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> s
     return reference
 
 
-def _check_picture(path: Path) -> None:
-    """Refuse a PNG file that would unpack to an unbounded picture."""
+def _check_asset(path: Path) -> None:
+    """Refuse a pointer in place of a file, and a PNG file that would unpack to an unbounded picture."""
     with open_to_read(path) as stream:
-        head = stream.read(24)
+        head = stream.read(100)
+    if is_lfs_pointer(head):
+        raise ModelFileError(f"{path}: {LFS_POINTER}")
     if head.startswith(b"\x89PNG"):
         width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
         if max(width, height) > MAX_NUMBER:

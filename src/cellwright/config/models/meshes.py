@@ -1,5 +1,6 @@
 """Mesh reader: STL (binary or text) and the triangles of Wavefront OBJ."""
 
+import re
 import stat
 from collections.abc import Callable
 from functools import lru_cache
@@ -10,18 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
-from cellwright.config.parsing.sources import note_source, read_at_most, reason
+from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as vertex indices, shape (m, 3)."""
 
 MAX_TRIANGLES = 200_000
 """Maximum number of triangles of a mesh, as in the engine."""
+MAX_SIZE = 20.0
+"""Maximum length of a mesh [m]; of a longer one the unit is most likely the millimetre."""
 MAX_COORDINATE = 1e9
 """Maximum coordinate, in the file's units; a file with larger ones is broken."""
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84
+_CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
 
 
 def read_mesh(path: Path) -> Triangles:
@@ -55,9 +59,13 @@ def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Trian
         raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
     if content is None:
         raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
+    if is_lfs_pointer(content):
+        raise ModelFileError(f"{path}: {LFS_POINTER}")
     try:
         with np.errstate(all="ignore"):  # NaN and infinity are refused below, in one line
             vertices, triangles = reader(content)
+    except ModelFileError as error:
+        raise ModelFileError(f"{path}: {error}") from None
     except (ValueError, IndexError, OverflowError):
         raise ModelFileError(f"{path}: invalid {path.suffix[1:].upper()} file") from None
     _check(path, vertices, triangles)
@@ -86,13 +94,16 @@ def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int6
 
 
 def _stl(content: bytes) -> Triangles:
-    count = int.from_bytes(content[80:_HEADER], "little")
-    if len(content) == _HEADER + count * _FACET.itemsize:
-        corners = np.frombuffer(content, _FACET, count, _HEADER)["corners"].astype(np.float64)
-    else:
-        words = [line.split() for line in content.decode("ascii").splitlines()]
-        rows = [_vertex(line) for line in words if line and line[0] == "vertex"]
+    """Read an STL file; bytes behind the triangles of a binary one are ignored."""
+    count, length = int.from_bytes(content[80:_HEADER], "little"), len(content) - _HEADER
+    if length != count * _FACET.itemsize and b"\0" not in content[:_HEADER]:  # a binary header has a 0 in its count
+        words = [line.split() for line in content.splitlines()]
+        rows = [_vertex(line) for line in words if line and line[0].lower() == b"vertex"]
         corners = np.array(rows, np.float64).reshape(-1, 3, 3)
+    elif length < count * _FACET.itemsize:
+        raise ModelFileError(f"cut short, with {max(length, 0) // _FACET.itemsize} of {count} triangles")
+    else:
+        corners = np.frombuffer(content, _FACET, count, _HEADER)["corners"].astype(np.float64)
     return _merged(corners.reshape(-1, 3))
 
 
@@ -108,20 +119,19 @@ def _merged(corners: NDArray[np.float64]) -> Triangles:
 
 
 def _obj(content: bytes) -> Triangles:
+    """Read the triangles of an OBJ file: a backslash continues a line, and `#` begins a comment."""
     vertices: list[list[float]] = []
     triangles: list[tuple[int, int, int]] = []
-    for line in content.decode("utf-8").splitlines():
-        if line.startswith(("vn", "vt")):  # half of many files
+    for line in _CONTINUED.sub(b" ", content.rstrip(b"\0\x1a")).splitlines():
+        if line.startswith((b"vn", b"vt")):  # half of many files
             continue
-        words = line.split()
-        kind = words[0] if words else ""
-        if kind == "v":
+        words = line.partition(b"#")[0].split()
+        kind = words[0] if words else b""
+        if kind == b"v":
             vertices.append(_vertex(words))
-        elif kind == "f":
+        elif kind == b"f":
             count = len(vertices)
-            corners = [
-                number - 1 if (number := int(word.partition("/")[0])) > 0 else count + number for word in words[1:]
-            ]
+            corners = [_corner(int(word.partition(b"/")[0]), count) for word in words[1:]]
             if len(corners) == 3:
                 triangles.append((corners[0], corners[1], corners[2]))
             else:
@@ -129,7 +139,14 @@ def _obj(content: bytes) -> Triangles:
     return np.array(vertices, np.float64).reshape(-1, 3), np.array(triangles, np.int64).reshape(-1, 3)
 
 
-def _vertex(words: list[str]) -> list[float]:
+def _corner(number: int, count: int) -> int:
+    """Return the index of a vertex that OBJ counts from 1, or backwards from the last one of `count` so far."""
+    if number == 0:
+        raise ValueError("vertices are counted from 1")
+    return number - 1 if number > 0 else count + number
+
+
+def _vertex(words: list[bytes]) -> list[float]:
     """Return the three numbers behind the first word of a line; further ones are colours and weights."""
     numbers = [float(word) for word in words[1:4]]
     if len(numbers) != 3:

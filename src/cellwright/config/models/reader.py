@@ -11,7 +11,7 @@ import numpy as np
 
 from cellwright.config.layout import PART_TYPES
 from cellwright.config.models.files import ModelFileError, check_mjcf, open_model
-from cellwright.config.models.meshes import is_flat, read_mesh
+from cellwright.config.models.meshes import MAX_SIZE, is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelShapeKind, UserModel
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
@@ -19,8 +19,8 @@ from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_o
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe
 from cellwright.util.pose import Pose, Vector3
 
-MIN_SIZE, MAX_SIZE = 1e-4, 20.0
-"""Bounds of a length of a shape [m]."""
+MIN_SIZE = 1e-4
+"""Minimum length of a shape [m]."""
 MAX_SCALE = 1e6
 
 _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
@@ -185,7 +185,8 @@ def _check_size(shape: ModelShape, where: Entry | YamlNode, reader: Reader) -> N
     if not all(MIN_SIZE <= length <= MAX_SIZE for length in lengths):
         shown = " x ".join(f"{length:g}" for length in lengths)
         message = f"lengths of a {shape.kind} must be from {MIN_SIZE:g} to {MAX_SIZE:g} m (got {shown})"
-        reader.problems.error(where, message)
+        hint = "; for a mesh in millimetres write scale: 0.001" if shape.mesh and max(lengths) > MAX_SIZE else ""
+        reader.problems.error(where, message + hint)
 
 
 def extent(shape: ModelShape) -> float:

@@ -13,12 +13,14 @@ from typing import ClassVar, cast, get_args
 from cellwright.config.models.files import ModelFile, ModelFileError, referenced_file
 from cellwright.config.models.meshes import read_mesh
 from cellwright.config.models.model import Colour, ModelShape, ModelShapeKind, UserModel, clipped_colour
-from cellwright.util.pose import Pose, Vector3
+from cellwright.util.pose import Pose, Vector3, normalized
 
 MAX_SHAPES = 200
 """Maximum number of shapes of one model."""
 MAX_LINKS = 300
 """Maximum number of links of one model."""
+URDF_VERSIONS = ("1.0", "1", "1.1", "1.2")
+"""Known versions of URDF: 1.1 adds the capsule, 1.2 `quat_xyzw`."""
 
 
 def read_xml(file: ModelFile, folder: Path) -> UserModel:
@@ -144,6 +146,8 @@ class _Urdf(_XmlModelReader):
 
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
         """Return the mass [kg] and the shapes, in the frame of the model."""
+        if (version := root.get("version", "1.0").strip()) not in URDF_VERSIONS:
+            raise self.refuse(f"unknown version {version!r} of URDF (known: {', '.join(URDF_VERSIONS)})")
         places = self._places(root)
         colours = {material.get("name"): self._rgba(material) for material in root.findall("material")}
         mass, shapes = 0.0, []
@@ -187,8 +191,13 @@ class _Urdf(_XmlModelReader):
         origin = element.find("origin")
         if origin is None:
             return Pose()
-        xyz, rpy = (self.vector(origin.get(name, "0 0 0"), name) for name in ("xyz", "rpy"))
-        return Pose.from_rpy(xyz, rpy)
+        xyz = self.vector(origin.get("xyz", "0 0 0"), "xyz")
+        if (written := origin.get("quat_xyzw")) is None:
+            return Pose.from_rpy(xyz, self.vector(origin.get("rpy", "0 0 0"), "rpy"))
+        x, y, z, w = self.numbers(written, 4, "quat_xyzw")
+        if "rpy" in origin.attrib or not 1e-6 < math.hypot(x, y, z, w) < 1e6:
+            raise self.refuse(f"quat_xyzw must be a unit quaternion, without rpy beside it (got {written!r})")
+        return Pose(xyz, normalized((w, x, y, z)))
 
     def _rgba(self, material: ET.Element) -> Colour | None:
         colour = material.find("color")

@@ -120,6 +120,15 @@ def read_at_most(path: Path, max_bytes: int) -> bytes | None:
     return content
 
 
+LFS_POINTER = "a Git LFS pointer, not the file itself; fetch the file with: git lfs pull"
+"""What to say of a file for which `is_lfs_pointer` is true."""
+
+
+def is_lfs_pointer(content: bytes) -> bool:
+    """Return whether the content of a file is what Git keeps in its place until Git LFS fetches it."""
+    return content.startswith(b"version https://git-lfs.github.com/spec/")
+
+
 def reason(error: OSError | ValueError) -> str:
     """Return the reason why a file cannot be read, without its name."""
     return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
@@ -192,6 +201,9 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
             break
         remaining -= len(data)
         note_source(path, data)
+        if is_lfs_pointer(data):
+            problems.append(Problem(Place(file, str(path), 0), "", LFS_POINTER))
+            continue
         decoded = _decoded(data, Place(file, str(path), 1), alone=len(paths) == 1)
         if isinstance(decoded, Problem):
             problems.append(decoded)

@@ -1,23 +1,20 @@
-"""Mesh files of a robot: search, and the text of a URDF with their absolute paths.
+"""Mesh files of a robot, and their search.
 
-Robots are distributed in folders, with meshes beside the URDF or in a former ROS package. Programs that get only the
-text, such as rviz, find neither.
+Robots are distributed in folders, with meshes beside the URDF or in a former ROS package.
 """
 
-import re
 from collections.abc import Iterator
-from html import escape, unescape
 from pathlib import Path
-from urllib.parse import unquote
 
-from cellwright.config.models.files import ModelFileError
-from cellwright.config.models.meshes import read_mesh
+import numpy as np
+
+from cellwright.config.models.files import FileReference, ModelFileError
+from cellwright.config.models.meshes import MAX_SIZE, read_mesh
 from cellwright.config.robot.urdf_file import package_folders
+from cellwright.util.pose import Vector3
 
 MAX_TOTAL_BYTES = 50 << 20
 """Maximum total size of the meshes of one robot [bytes]."""
-
-_SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
 
 
 class MeshFinder:
@@ -29,6 +26,8 @@ class MeshFinder:
         self._bytes = 0
         self.missing: dict[str, str] = {}
         """Reason why each unusable mesh cannot be used, by its reference."""
+        self.oversized: dict[str, float] = {}
+        """Largest length [m] of each mesh that is too large for a robot, by its reference."""
 
     def find(self, reference: str) -> Path | None:
         """Return the file of a mesh; None if there is no usable one, which is recorded in `missing`."""
@@ -41,6 +40,13 @@ class MeshFinder:
             except (OSError, ValueError) as error:
                 self.missing[reference] = f"cannot be read: {error}"
         return self._found[reference]
+
+    def check_length(self, reference: str, path: Path, scale: Vector3) -> None:
+        """Record a mesh that is larger than any part may be: most likely its unit is not the metre."""
+        vertices = read_mesh(path)[0]
+        length = float(np.ptp(vertices * scale, axis=0).max())
+        if length > MAX_SIZE:
+            self.oversized[reference] = max(length, self.oversized.get(reference, 0.0))
 
     def locate(self, reference: str) -> Path | None:
         """Return the path of a mesh file, usable or not; None if there is none."""
@@ -65,32 +71,9 @@ class MeshFinder:
 
     def _places(self, reference: str) -> Iterator[Path]:
         """Yield the candidate paths of a mesh, the likeliest first."""
-        if scheme := _SCHEME.match(reference):
-            package, rest = scheme[2], unquote(scheme[3])
-            for folder in package_folders(package, self._path):
-                yield folder / rest
-            return
-        name = unquote(reference.removeprefix("file://")) if reference.startswith("file://") else reference
-        for folder in self._path.resolve().parents:  # PyBullet, too, searches upwards folder by folder
-            yield folder / name.replace("\\", "/")
-
-
-_MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*)(["'])(.*?)\2""", re.DOTALL)
-
-
-def with_absolute_meshes(text: str, path: Path) -> str:
-    """Return the text of the URDF at a path with the absolute path of each mesh file that exists on this machine.
-
-    Missing meshes stay as written, and so do those of real packages, which ROS finds on other machines too.
-    """
-    finder = MeshFinder(path)
-
-    def replace(match: re.Match[str]) -> str:
-        found = finder.locate(unescape(match[3]))
-        if found is None:
-            return match[0]
-        if match[3].startswith("package://") and any((folder / "package.xml").is_file() for folder in found.parents):
-            return match[0]
-        return f"{match[1]}{match[2]}{escape(found.resolve().as_uri())}{match[2]}"
-
-    return _MESH.sub(replace, text)
+        named = FileReference.read(reference)
+        # Without a package, PyBullet, too, searches upwards folder by folder.
+        above = self._path.resolve().parents
+        for folder in above if named.package is None else package_folders(named.package, self._path):
+            for path in named.paths:
+                yield folder / path

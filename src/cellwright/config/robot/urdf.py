@@ -6,11 +6,15 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
+from cellwright.config.models.meshes import MAX_SIZE
+from cellwright.config.models.xml import URDF_VERSIONS
 from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import DRIVEN, Joint, JointType, Limits, Link, Mimic, RobotModel
-from cellwright.config.robot.urdf_file import MAX_COORDINATE, Element, Numbers, read_elements
+from cellwright.config.robot.urdf_file import Element, read_elements
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
+from cellwright.config.robot.urdf_numbers import MAX_COORDINATE, Numbers
+from cellwright.config.robot.urdf_vocabulary import warn_of_ignored
 from cellwright.util.errors import DescriptionError, did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
@@ -18,6 +22,7 @@ UNLIMITED = 1e9
 """Figures from here on mean no limit [rad; m; N m; N; rad/s; m/s]."""
 
 _AXIS_TOLERANCE = 1e-3  # tolerance of an axis's length, for rounding
+_CUT_SHARE = 0.01  # share of a follower's range that its own limits may cut off unreported, for rounding
 _MAX_SUGGESTION_JOINTS = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
 
@@ -83,6 +88,9 @@ class JointReader:
         written = element.find("axis")
         if written is None:
             return (1.0, 0.0, 0.0)
+        if "xyz" not in written.attributes:
+            self._problems.error(written, '<axis> requires xyz, such as <axis xyz="0 0 1"/>')
+            return (1.0, 0.0, 0.0)
         axis = self._numbers.vector(written, "xyz", (1.0, 0.0, 0.0))
         length = math.hypot(*axis)
         if not 1e-9 < length < math.inf:
@@ -135,7 +143,34 @@ class JointReader:
     def with_resolved_mimics(self, joints: Sequence[Joint]) -> list[Joint]:
         """Return the joints, with each mimic joint coupled to the head of its chain."""
         by_name = {joint.name: joint for joint in joints}
-        return [replace(joint, mimic=self._first_leader(joint, by_name)) for joint in joints]
+        resolved = [replace(joint, mimic=self._first_leader(joint, by_name)) for joint in joints]
+        return [self._with_range(joint, by_name) for joint in resolved]
+
+    def _with_range(self, joint: Joint, joints: dict[str, Joint]) -> Joint:
+        """Return a mimic joint with a range to follow in, and report one that it cannot follow in completely.
+
+        Exporters write limits from 0 to 0 for joints without limits: such a follower takes the range that it needs.
+        """
+        mimic = joint.mimic
+        if mimic is None:
+            return joint
+        own, leader = joint.limits, joints[mimic.joint].limits
+        lower, upper = sorted(_followed(mimic, end) for end in (leader.lower, leader.upper))
+        slack = max(_CUT_SHARE * (upper - lower) if math.isfinite(upper - lower) else 0.0, 1e-9)
+        if own.lower - slack <= lower and upper <= own.upper + slack:
+            return joint
+        element = self.element_of(joint)
+        positions = f"{lower:.4g} to {upper:.4g}" if lower > -math.inf or upper < math.inf else "any position"
+        asked = f"{shortened(mimic.joint)!r} asks for {positions}"
+        if own.lower == own.upper:
+            message = f"the follower's own limits allow no motion, and {asked}; it follows without limits of its own"
+            self._problems.warn(element.find("limit") or element, message)
+            return replace(joint, limits=replace(own, lower=lower, upper=upper))
+        stands = own.upper <= lower or upper <= own.lower
+        effect = "it stands still" if stands else "it stops at its own limits"
+        message = f"the follower's own limits allow {own.lower:.4g} to {own.upper:.4g}, and {asked}; {effect}"
+        self._problems.warn(element.find("limit") or element, message)
+        return joint
 
     def _first_leader(self, joint: Joint, joints: dict[str, Joint]) -> Mimic | None:
         mimic = joint.mimic
@@ -168,6 +203,11 @@ class JointReader:
             mimic = Mimic(further.joint, mimic.multiplier * further.multiplier, offset)
 
 
+def _followed(mimic: Mimic, leader: float) -> float:
+    """Return the position to which a position of its leader moves a mimic joint, also if that is infinite."""
+    return mimic.multiplier * leader + mimic.offset if mimic.multiplier else mimic.offset
+
+
 MAX_LINKS = 1000
 """Maximum number of links of one robot."""
 MAX_SHAPES = 5000
@@ -180,7 +220,6 @@ _MAX_SHOWN = 3  # number of names in a message before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "an MJCF file", "launch": "a launch file"}
 _XACRO = "xacro:"
 _EXPANDED = "; xacro is expanded only in files whose name ends in .xacro"
-_KNOWN = ("link", "joint", "material")
 
 
 def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
@@ -217,7 +256,9 @@ class _UrdfReader:
 
     def read(self) -> RobotModel | None:
         """Return the robot, or None after errors, which are in `problems`."""
-        self._warn_of_ignored()
+        self._check_version()
+        self._warn_of_macros()
+        warn_of_ignored(self._root, self._problems)
         self._check_counts()
         elements = self._link_elements()
         joints = self._tree_joints(elements)
@@ -241,16 +282,21 @@ class _UrdfReader:
         is_sorted = written == tuple(joint.name for joint in ordered)
         return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
 
-    def _warn_of_ignored(self) -> None:
-        """Warn of ignored elements that look like misspelt ones, once for each kind."""
+    def _warn_of_macros(self) -> None:
+        """Warn of macros in a file that is no xacro, once for each."""
         first: dict[str, Element] = {}
         for element in self._root.children:
-            first.setdefault(element.tag, element)
+            if element.tag.startswith(_XACRO):
+                first.setdefault(element.tag, element)
         for tag, element in islice(first.items(), MAX_LINKS):
-            if tag.startswith(_XACRO):
-                self._problems.warn(element, f"<{shortened(tag)}> is ignored{_EXPANDED}")
-            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_MAX_TAG_LENGTH], _KNOWN)):
-                self._problems.warn(element, f"unknown element <{shortened(tag)}>, ignored{hint}")
+            self._problems.warn(element, f"<{shortened(tag)}> is ignored{_EXPANDED}")
+
+    def _check_version(self) -> None:
+        """Refuse a version of URDF with unknown content."""
+        version = self._root.get("version")
+        if version is not None and version not in URDF_VERSIONS:
+            message = f"unknown version {shortened(version)!r} of URDF (known: {', '.join(URDF_VERSIONS)})"
+            self._problems.error(self._root, message)
 
     def _check_counts(self) -> None:
         """Refuse excessive counts, since all following steps take time for each link."""
@@ -351,6 +397,11 @@ class _UrdfReader:
             reason = self._meshes.missing[names[0]]
             message = f"{count} {where} cannot be used, the first {shortened(names[0])!r}: {reason}"
             self._warn(f"{message}; simple shapes are used")
+        if lengths := self._meshes.oversized:
+            first, length = next(iter(lengths.items()))
+            count = "a mesh is" if len(lengths) == 1 else f"{len(lengths)} meshes are"
+            message = f"{count} longer than {MAX_SIZE:g} m, the first {shortened(first)!r} with {length:.4g} m"
+            self._warn(f'{message}; for a mesh in millimetres write scale="0.001 0.001 0.001"')
 
     def _warn(self, message: str) -> None:
         self._problems.add(Problem(self._root.place, "", message, "warning"))

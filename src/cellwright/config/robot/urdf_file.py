@@ -1,4 +1,4 @@
-"""URDF files as elements with places: ROS packages, xacro expansion, tolerant XML and numbers in attributes.
+"""URDF files as elements with places: ROS packages, xacro expansion and tolerant XML.
 
 A xacro file is a program: it computes, includes other files, and may never end. It runs in a process of its own, see
 `xacro_program.py`.
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import codecs
 import json
-import math
 import os
 import re
 import subprocess
@@ -24,10 +23,9 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from cellwright._package import FOLDER
-from cellwright.config.parsing.sources import note_source, read_at_most, reason
-from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
+from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
+from cellwright.config.parsing.tree import Place, Problem, Problems, refusal
 from cellwright.util.files import open_to_read
-from cellwright.util.pose import Pose, Vector3
 
 _MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
@@ -111,6 +109,8 @@ MAX_ELEMENTS = 200_000
 MAX_DEPTH = 50
 
 _CONTROL_CHARACTER = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+_NO_LINE_END = re.compile(r"[^\n]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
@@ -119,13 +119,14 @@ _MAX_NAME_LENGTH = 60
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """Element of the file; `key` is the dotted path to it, with names in brackets."""
+    """Element of the file; `key` is the dotted path to it, with names in brackets; `texts` are pieces of its text."""
 
     tag: str
     attributes: Mapping[str, str]
     place: Place
     key: str
     children: list[Element] = field(default_factory=list, repr=False)
+    texts: list[str] = field(default_factory=list, repr=False)
 
     def find(self, tag: str) -> Element | None:
         """Return the first child with this tag."""
@@ -162,9 +163,10 @@ def read_text(path: Path) -> str:
 def _text(path: Path, problems: Problems) -> tuple[str, bool]:
     """Return the text, and whether its lines are those of the file."""
     text = _without_control_characters(path, _decoded(path, _content(path), problems), problems)
+    text = _without_invalid_comments(path, text, problems)
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # its content is known already, and XML allows it at the very start only
-        text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
+        text = text[:start] + _NO_LINE_END.sub(" ", declared[1]) + text[end:]
     if path.suffix.lower() == ".xacro":  # the suffix decides: a file that is data never runs as a program
         return expand_xacro(path, text), False
 
@@ -185,6 +187,8 @@ def _content(path: Path) -> bytes:
         raise refusal(path, 0, "there is no such file") from None
     except (OSError, ValueError) as error:
         raise refusal(path, 0, f"cannot be read: {reason(error)}") from None
+    if is_lfs_pointer(content):
+        raise refusal(path, 0, LFS_POINTER)
     if not content.strip(b"\0 \t\r\n"):
         raise refusal(path, 0, "the file is empty")
     return content
@@ -216,6 +220,22 @@ def _without_control_characters(path: Path, text: str, problems: Problems) -> st
     return _CONTROL_CHARACTER.sub(" ", text)
 
 
+def _without_invalid_comments(path: Path, text: str, problems: Problems) -> str:
+    """Return the text with blanks in place of comments that XML forbids: those with `--` inside."""
+    invalid = [found for found in _COMMENT.finditer(text) if "--" in found[1] or found[1].endswith("-")]
+    if not invalid:
+        return text
+    line = text.count("\n", 0, invalid[0].start()) + 1
+    more = f" (and {len(invalid) - 1} more)" if len(invalid) > 1 else ""
+    message = f"XML forbids -- inside of a comment{more}; the comment is ignored"
+    problems.add(Problem(Place(0, str(path), line), "", message, "warning"))
+    pieces, end = [], 0
+    for found in invalid:
+        pieces += [text[end : found.start()], _NO_LINE_END.sub(" ", found[0])]
+        end = found.end()
+    return "".join([*pieces, text[end:]])
+
+
 def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
     # without a document type there are no entities, so that nothing can expand or reach other files
     parser = expat.ParserCreate("utf-8")
@@ -245,6 +265,7 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _tag: stack.pop()
+    parser.CharacterDataHandler = lambda text: stack[-1].texts.append(text) if not text.isspace() else None
     parser.StartDoctypeDeclHandler = refuse_document_type
     parser.EntityDeclHandler = refuse_document_type
     try:
@@ -253,56 +274,3 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
         message = f"invalid XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
         raise refusal(path, error.lineno if has_lines else 0, message) from None
     return top[0]
-
-
-MAX_COORDINATE = 1e6
-"""Maximum valid coordinate [m; rad]."""
-
-
-class Numbers:
-    """Reader of numbers; errors go to `problems`, and a default is returned."""
-
-    def __init__(self, problems: Problems) -> None:
-        self.problems = problems
-
-    def read(self, element: Element, name: str, count: int, *, may_be_infinite: bool = False) -> list[float] | None:
-        """Return `count` numbers of an attribute; None if it is missing or wrong; wrong ones are reported."""
-        text = element.get(name)
-        if text is None:
-            return None
-        words = text.replace(",", " ").split()
-        words_without_dots = [word.removesuffix(".") if word.count(".") > 1 else word for word in words]
-        try:
-            found = [float(word) for word in words_without_dots] if "_" not in text else []
-        except ValueError:
-            found = []
-        are_valid = not any(math.isnan(value) or (math.isinf(value) and not may_be_infinite) for value in found)
-        if are_valid and (len(found) == count or len(found) > count > 1):
-            used = " ".join(words_without_dots[:count])
-            if used != " ".join(text.split()):
-                self.problems.warn(element, f"{name}={shortened(text)!r} is read as {used}")
-            return found[:count]
-        expected = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
-        self.problems.error(element, f"{name} must be {expected} (got {shortened(text)!r})")
-        return None
-
-    def number(self, element: Element, name: str, default: float, *, may_be_infinite: bool = False) -> float:
-        """Return one number, or the default if there is none."""
-        found = self.read(element, name, 1, may_be_infinite=may_be_infinite)
-        return found[0] if found else default
-
-    def vector(self, element: Element, name: str, default: Vector3 = (0.0, 0.0, 0.0)) -> Vector3:
-        """Return three numbers, or the default if there are none."""
-        x, y, z = self.read(element, name, 3) or default
-        return (x, y, z)
-
-    def pose(self, owner: Element) -> Pose:
-        """Return the `<origin>` of an element; the identity by default."""
-        origin = owner.find("origin")
-        if origin is None:
-            return Pose()
-        position, rpy = self.vector(origin, "xyz"), self.vector(origin, "rpy")
-        if max(map(abs, (*position, *rpy))) > MAX_COORDINATE:
-            self.problems.error(origin, f"coordinates must be within ±{MAX_COORDINATE:g} [m; rad]")
-            return Pose()
-        return Pose.from_rpy(position, rpy) if any(rpy) else Pose(position)

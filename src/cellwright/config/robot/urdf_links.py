@@ -12,7 +12,8 @@ from cellwright.config.models.model import Colour, ModelShape, ModelShapeKind, c
 from cellwright.config.parsing.tree import shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import Inertial, Joint, Link
-from cellwright.config.robot.urdf_file import Element, Numbers
+from cellwright.config.robot.urdf_file import Element
+from cellwright.config.robot.urdf_numbers import Numbers
 from cellwright.util.errors import suggestion
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized
 
@@ -172,6 +173,7 @@ class LinkReader:
             if path is None:
                 self.missing_uses.setdefault(link, set()).add(Use.TOUCHED if is_touched else Use.SEEN)
                 return None
+            self._meshes.check_length(reference, path, size)
         kind = cast("ModelShapeKind", form.tag)
         return ModelShape(kind, size, pose, colour, is_touched, not is_touched, path) if size else None
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.meshes import with_absolute_meshes
+from cellwright.config.robot.description import description
 from cellwright.config.robot.urdf_file import read_text
 from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
@@ -192,6 +192,6 @@ class RobotWindow:
 def urdf_text(config: RobotConfig) -> str:
     """Return the text of a robot's URDF, for programs elsewhere; empty if there is no file."""
     try:
-        return with_absolute_meshes(read_text(config.urdf_path), config.urdf_path)
+        return description(read_text(config.urdf_path), config.robot, config.urdf_path)
     except DescriptionError:  # a robot that was made in memory has none
         return ""

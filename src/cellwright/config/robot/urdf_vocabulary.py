@@ -1,0 +1,144 @@
+"""Words of URDF: a warning for each attribute, element or text that the reader would otherwise drop in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from cellwright.config.parsing.tree import Problems, shortened
+from cellwright.config.robot.urdf_file import Element
+from cellwright.util.errors import did_you_mean, suggestion
+
+
+@dataclass(frozen=True, slots=True)
+class _Words:
+    """Words inside an element: its attributes, and its children.
+
+    Attributes:
+        attributes: those that are read.
+        single: children of which one is read, the first.
+        several: children of which all are read.
+        ignored: attributes and children of URDF, or of programs that read it, that mean nothing here.
+    """
+
+    attributes: tuple[str, ...] = ()
+    single: tuple[str, ...] = ()
+    several: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
+
+    @property
+    def children(self) -> tuple[str, ...]:
+        return (*self.single, *self.several)
+
+
+_FORMS = ("box", "sphere", "cylinder", "capsule", "mesh")
+_FOREIGN = ("gazebo", "sensor", "verbose")
+_WORDS = {
+    "robot": _Words(("name", "version"), several=("link", "joint", "material")),
+    "link": _Words(
+        ("name",), ("inertial",), ("visual", "collision"), (*_FOREIGN, "contact", "self_collision_checking", "type")
+    ),
+    "joint": _Words(
+        ("name", "type"),
+        ("origin", "parent", "child", "axis", "limit", "mimic"),
+        ignored=(*_FOREIGN, "dynamics", "joint_properties", "safety_controller", "calibration"),
+    ),
+    "inertial": _Words((), ("origin", "mass", "inertia")),
+    "visual": _Words(("name",), ("origin", "geometry", "material"), ignored=_FOREIGN),
+    "collision": _Words(
+        ("name",), ("origin", "geometry"), ignored=(*_FOREIGN, "material", "group", "concave", "contact_coefficients")
+    ),
+    "geometry": _Words((), _FORMS),
+    "material": _Words(("name",), ("color",), ignored=("texture", "script", "specular")),
+    "origin": _Words(("xyz", "rpy", "quat_xyzw")),
+    "parent": _Words(("link",)),
+    "child": _Words(("link",)),
+    "axis": _Words(("xyz",)),
+    "limit": _Words(("lower", "upper", "effort", "velocity")),
+    "mimic": _Words(("joint", "multiplier", "offset")),
+    "mass": _Words(("value",)),
+    "inertia": _Words(("ixx", "iyy", "izz", "ixy", "ixz", "iyz")),
+    "box": _Words(("size",)),
+    "sphere": _Words(("radius",)),
+    "cylinder": _Words(("radius", "length")),
+    "capsule": _Words(("radius", "length")),
+    "mesh": _Words(("filename", "scale")),
+    "color": _Words(("rgba",)),
+}
+_INNER = tuple(tag for tag in _WORDS if tag not in ("robot", *_WORDS["robot"].children))
+_MAX_WORD_LENGTH = 60
+_MAX_FINDINGS = 500
+
+
+def warn_of_ignored(robot: Element, problems: Problems) -> None:
+    """Warn of what is ignored in a robot's file, once for each kind, with the place of the first one.
+
+    Names with a colon, such as `drake:joint`, belong to other programs, and mean nothing here.
+    """
+    found: dict[str, list[Element]] = {}
+    for element, message in _findings(robot):
+        if message in found or len(found) < _MAX_FINDINGS:
+            found.setdefault(message, []).append(element)
+    for message, elements in found.items():
+        count = f" ({len(elements)} times)" if len(elements) > 1 else ""
+        problems.warn(elements[0], message + count)
+
+
+def _findings(robot: Element) -> Iterator[tuple[Element, str]]:
+    ahead = [robot]
+    while ahead:
+        element = ahead.pop()
+        words = _WORDS[element.tag]
+        yield from _attributes(element, words)
+        yield from _text(element, words)
+        seen: set[str] = set()
+        inner = []
+        for child in element.children:
+            if child.tag in words.children:
+                kind = "shape" if element.tag == "geometry" else child.tag
+                if child.tag in words.single and kind in seen:
+                    yield child, f"more than one {kind} in <{element.tag}>; the first is used, this one is ignored"
+                else:
+                    inner.append(child)
+                seen.add(kind)
+            elif hint := _hint(child, element, words):
+                yield child, f"unknown element <{shortened(child.tag)}>, ignored{hint}"
+        ahead.extend(reversed(inner))
+
+
+def _attributes(element: Element, words: _Words) -> Iterator[tuple[Element, str]]:
+    for name in element.attributes:
+        if name not in (*words.attributes, *words.ignored) and ":" not in name and name != "xmlns":
+            known = suggestion(name[:_MAX_WORD_LENGTH], words.attributes)
+            yield element, f"unknown attribute {shortened(name)!r} of <{element.tag}>, ignored{known}"
+
+
+def _text(element: Element, words: _Words) -> Iterator[tuple[Element, str]]:
+    """Yield a finding about a text where URDF has attributes, such as `<axis>0 0 1</axis>`."""
+    text = " ".join("".join(element.texts).split())
+    if text:
+        remedy = (
+            f"; write it as an attribute ({', '.join(words.attributes)})"
+            if words.attributes and not words.children
+            else ""
+        )
+        yield element, f"the text {shortened(text)!r} in <{element.tag}> is ignored{remedy}"
+
+
+def _hint(child: Element, parent: Element, words: _Words) -> str:
+    """Return what to say of an unknown element; empty if it belongs to another program."""
+    if ":" in child.tag or child.tag in (*words.ignored, *_FOREIGN):
+        return ""
+    if child.tag in words.attributes:
+        return f"; write it as an attribute of <{parent.tag}>"
+    hint = did_you_mean(child.tag[:_MAX_WORD_LENGTH], words.children)
+    if parent.tag == "robot":  # other programs have whole sections here
+        return hint or (f"; it must be inside of <{_owner(child.tag)}>" if child.tag in _INNER else "")
+    if parent.tag == "geometry":  # the reader of shapes reports it
+        return ""
+    return hint or (f"; it must be inside of <{_owner(child.tag)}>" if child.tag in _WORDS else f" in <{parent.tag}>")
+
+
+def _owner(tag: str) -> str:
+    """Return the first element that has such a child."""
+    return next((owner for owner, words in _WORDS.items() if tag in words.children), "robot")
