@@ -1,6 +1,8 @@
 """Tests of the list of bundled trials, and of running them."""
 
 import json
+import shlex
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -83,3 +85,24 @@ def test_final_with_bundled_sensors_runs(cellwright: CommandLine, agents: str) -
     assert ran.status == 0
     assert "warning" not in ran.err
     assert json.loads(ran.out)["trial"] == "final01"
+
+
+def test_remedy_for_trial_without_arm_names_command_that_works(
+    cellwright: CommandLine, tmp_path: Path, agents: str
+) -> None:
+    (tmp_path / "my trial.yaml").write_text("time_limit: 60\n")
+    ran = cellwright("run", "my trial.yaml")
+    assert ran.err.endswith("add a file with one, such as: cellwright run 'my trial.yaml' kitter_sensors\n")
+    command = ran.err.partition("such as: cellwright ")[2]
+    ran = cellwright(*shlex.split(command), "--agent", f"{agents}:Ends", "--no-picture")
+    assert (ran.status, ran.err) == (0, "")
+
+
+@pytest.mark.parametrize("content", ["{}", "time_limit: 60"])
+def test_remedy_for_text_that_no_file_continues_names_the_entry(
+    cellwright: CommandLine, tmp_path: Path, content: str
+) -> None:
+    (tmp_path / "e.yaml").write_text(content)
+    ran = cellwright("run", "e.yaml")
+    assert ran.status == 2
+    assert ran.err.endswith("; add one to the file, such as `arm: {type: ur10}`, and sensors\n")

@@ -82,3 +82,44 @@ def test_named_pipe_is_an_error_without_waiting(tmp_path: Path, name: str) -> No
     report = check([tmp_path / name])
     assert not report.ok
     assert re.search("it is a named pipe, not a file|not a regular file", report.lines()[0])
+
+
+@pytest.mark.parametrize("content", ["", "\n\n", "# nothing yet\n", "---\n# nothing\n...\n", "\ufeff"])
+def test_file_without_content_is_an_error(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(content, encoding="utf-8")
+    message = "the file is empty, or has comments only; write the sections of a trial, or {} for an empty cell"
+    assert check([path]).lines() == [f"error: {path}: {message}", "1 error"]
+    path.write_text("{}")
+    assert check([path]).ok
+
+
+@pytest.mark.parametrize("name", ["final01", "final13", "sample", "qual3b"])
+def test_trial_without_indentation_is_one_error(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "a.yaml"
+    lines = find_trial(name).read_text().splitlines()
+    path.write_text("\n".join(line.lstrip() for line in lines))
+    (error,) = check([path]).errors
+    assert error.endswith("below it is no section; indent the entries of each section")
+
+
+def test_empty_section_before_unknown_one_is_reported_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("options:\ntime_limt: 3\n")
+    assert len(check([path]).errors) == 2
+
+
+def test_git_lfs_pointer_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
+    message = "a Git LFS pointer, not the file itself; fetch the file with: git lfs pull"
+    assert check([path]).lines() == [f"error: {path}: {message}", "1 error"]
+
+
+def test_xacro_arguments_are_used_and_refused_for_a_trial(tmp_path: Path) -> None:
+    path = tmp_path / "arm.xacro"
+    path.write_text('<robot name="r"><link name="$(arg side)_arm"/></robot>')
+    assert check([path], arguments={"side": "left"}).ok
+    assert check([path]).errors[0].endswith("give one as side:=VALUE")
+    with pytest.raises(UsageError, match=r"^side:=left: only a robot's xacro file has arguments$"):
+        check([find_trial("lesson")], arguments={"side": "left"})

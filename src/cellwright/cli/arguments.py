@@ -42,6 +42,9 @@ SPEED_HELP = "Simulated seconds per second: `1` is real time, `max` is as fast a
 """Help of options that several commands have, with notes of their own; the first two lack the full stop."""
 
 Files = Annotated[list[str], TRIAL]
+XacroArguments = Annotated[
+    list[str] | None, argument("NAME:=VALUE", "Arguments of a xacro file, such as `prefix:=left_`.")
+]
 
 Servo = Annotated[
     str | None,

@@ -31,11 +31,14 @@ def check(
     the arm and the options.
 
     A robot is a robot configuration (`vr_configs.yml`) or a URDF: `resolved` is what `cellwright robot --json` prints.
+    Behind a xacro file, `NAME:=VALUE` gives an argument.
 
     Exit status: 0 when the files can be used, 2 when they cannot.
     """
     try:
-        report = check_files(_paths(files), options.overrides(overrides))
+        given = [word for word in files if options.XACRO_MARK in word]
+        paths = _paths([word for word in files if word not in given])
+        report = check_files(paths, options.overrides(overrides), options.xacro_arguments(given))
         if report.trial is not None:  # the engine judges some files of models
             report = replace(report, errors=tuple(model_problems(report.trial)))
     except CellwrightError as error:  # a missing file is a finding as well

@@ -29,6 +29,9 @@ from cellwright.rendering.camera import Camera, camera_of
 from cellwright.running.run import CellTarget
 from cellwright.util.errors import UnknownNameError, UsageError
 
+XACRO_MARK = ":="
+"""Mark between the name and the value of an argument of a xacro file."""
+
 LATEST = 1e9
 """Latest time at which a run may stop [s]."""
 
@@ -98,6 +101,17 @@ def _path(file: str) -> Path:
     if file in (*bundled(), *bundled_sensors()):
         return find_trial(file)
     refuse(f"{file}: is a folder; give the files of a trial")
+
+
+def xacro_arguments(words: Sequence[str] | None) -> dict[str, str]:
+    """Read the arguments of a xacro file, each `NAME:=VALUE`; the last of a name counts."""
+    found = {}
+    for word in words or ():
+        name, mark, value = word.partition(XACRO_MARK)
+        if not mark or not name.isidentifier():
+            refuse(f"{word}: give arguments of a xacro file as NAME:=VALUE")
+        found[name] = value
+    return found
 
 
 def overrides(texts: Sequence[str] | None) -> list[Override]:

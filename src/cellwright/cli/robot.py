@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.cli import output
-from cellwright.cli.arguments import ROBOT_HELP
+from cellwright.cli import options, output
+from cellwright.cli.arguments import ROBOT_HELP, XacroArguments
 from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
@@ -56,7 +56,7 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
     """Write the first draft of a robot's configuration, and print its content."""
     if not file.parent.is_dir():
         refuse(f"--init {file}: there is no folder {file.parent}")
-    text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve())
+    text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve(), config.xacro_arguments)
     try:
         with file.open("x", encoding="utf-8") as stream:
             stream.write(text)
@@ -217,6 +217,7 @@ def _figure(number: float) -> str:
 
 def robot(
     name: Annotated[str | None, argument("ROBOT", ROBOT_HELP)] = None,
+    xacro_arguments: XacroArguments = None,
     as_json: Annotated[bool, flag("--json", "Print joints, groups and the poses of all links as JSON.")] = False,
     pose: Annotated[
         str | None,
@@ -244,6 +245,7 @@ def robot(
         cellwright robot qinglong                  # a bundled robot
         cellwright robot my_robot/vr_configs.yml   # check the indices
         cellwright robot my_robot.urdf --json      # for programs
+        cellwright robot arm.urdf.xacro prefix:=left_
         cellwright robot my_robot.urdf --init vr_configs.yml
 
     With `--json`: `joints` in the order of their indices, and under `links` the pose of each link's frame in the world,
@@ -262,7 +264,7 @@ def robot(
         refuse("--pose requires --json")
     if init is not None and (as_json or init.suffix.lower() not in (".yml", ".yaml")):
         refuse(f"--init {init}: give a file such as vr_configs.yml, and no --json")
-    config = load_robot(name, output.warn)
+    config = load_robot(name, output.warn, options.xacro_arguments(xacro_arguments))
     if init is not None:
         write_skeleton(config, init)
     elif as_json:

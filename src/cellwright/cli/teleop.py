@@ -328,6 +328,7 @@ NodeName = Annotated[str, option("NAME", "Name of the node in ROS.", NETWORK, na
 
 def teleop(
     robot: Robot,
+    xacro_arguments: arguments.XacroArguments = None,
     motion: MotionLaw = Motion.SERVO,
     rate: Rate = "240",
     self_collision: SelfCollision = False,
@@ -409,8 +410,9 @@ def teleop(
     Exit status: 0 stopped as requested; 1 the simulation became unstable, a requested file is incomplete, or a check
     failed; 2 bad input, and nothing was started.
     """
+    load = partial(load_robot, robot, arguments=options.xacro_arguments(xacro_arguments))
     if ros2_control:
-        typer.echo(ros2_control_xacro(load_robot(robot, output.warn)), nl=False)
+        typer.echo(ros2_control_xacro(load(output.warn)), nl=False)
         raise typer.Exit(DONE)
     factor = options.speed(("max" if lockstep else "1") if speed is None else speed)
     if factor != 1.0 and not (sim_time or lockstep):
@@ -442,7 +444,7 @@ def teleop(
             options.refuse("--check and --check-driver: give one of them")
         if safety != SafetySettings():
             options.refuse("--check-driver sends targets to the driver directly; leave out the safety options")
-        raise typer.Exit(run_driver_check(driver, partial(load_robot, robot)))
+        raise typer.Exit(run_driver_check(driver, load))
     timestep, console = 1 / options.physics_rate(rate), Console(stderr=as_json, highlight=False)
     make_driver = None if driver is None else find_driver(driver)
     page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
@@ -467,7 +469,7 @@ def teleop(
                 _SAFETY_OPTIONS: safety != SafetySettings(),
             }
         )
-        config = load_robot(robot, output.warn)
+        config = load(output.warn)
         with closing(RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)) as checked:
             report = check_motion(checked)
         if as_json:
@@ -478,7 +480,7 @@ def teleop(
     progress = robot_progress(console, until=until)
 
     def make() -> RobotNode:
-        config = load_robot(robot, output.warn)
+        config = load(output.warn)
         return RobotNode(
             config,
             motion=motion,

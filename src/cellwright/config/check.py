@@ -8,6 +8,7 @@ from typing import Any
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot.groups import robot_document
 from cellwright.config.robot.robots import is_robot_file, load_robot
+from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments
 from cellwright.config.trial.gear2017 import load_trial, resolved, resolved_cell
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import DescriptionError, UsageError
@@ -45,15 +46,16 @@ class Report:
         return {"ok": self.ok, "errors": list(self.errors), "warnings": list(self.warnings), "resolved": self.resolved}
 
 
-def check(paths: Sequence[Path], overrides: Sequence[Override] = ()) -> Report:
+def check(paths: Sequence[Path], overrides: Sequence[Override] = (), arguments: Arguments = NO_ARGUMENTS) -> Report:
     """Load the files as one trial, or the one file as a robot, and return a report.
 
     Args:
         paths: files of a trial, whose texts are joined; or one file that describes a robot.
         overrides: values that replace those of the trial's files.
+        arguments: arguments of a robot's xacro file, by name.
 
     Raises:
-        UsageError: overrides of a robot's file.
+        UsageError: overrides of a robot's file, or arguments for a trial's.
 
     Example:
         >>> from cellwright.config.trial.catalogue import find_trial
@@ -64,7 +66,9 @@ def check(paths: Sequence[Path], overrides: Sequence[Override] = ()) -> Report:
     if len(paths) == 1 and is_robot_file(paths[0]):
         if overrides:
             raise UsageError(f"{overrides[0].option}: {paths[0]} is a robot's; give the files of a trial")
-        return _check_robot(paths[0])
+        return _check_robot(paths[0], arguments)
+    for name, value in arguments.items():
+        raise UsageError(f"{name}:={value}: only a robot's xacro file has arguments")
     try:
         loaded = load_trial(paths, overrides=overrides)
     except DescriptionError as error:
@@ -73,10 +77,10 @@ def check(paths: Sequence[Path], overrides: Sequence[Override] = ()) -> Report:
     return Report(warnings=tuple(map(str, loaded.warnings)), resolved=found, trial=loaded.trial)
 
 
-def _check_robot(path: Path) -> Report:
+def _check_robot(path: Path, arguments: Arguments) -> Report:
     warnings: list[str] = []
     try:
-        config = load_robot(path, warnings.append)
+        config = load_robot(path, warnings.append, arguments)
     except DescriptionError as error:
         found = tuple(dict.fromkeys((*warnings, *map(str, error.warnings))))
         return Report(errors=tuple(map(str, error.problems)), warnings=found)

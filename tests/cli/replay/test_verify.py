@@ -174,6 +174,7 @@ class Changed:
         ("cell", {"overrides": ["time_limt=60"]}, "overrides in the recording: time_limt: unknown top-level entry"),
         ("robot", {"driver": True}, "a driver moved this robot"),
         ("robot", {"driver": False, "files": ["files/none.yml"]}, "none.yml"),
+        ("robot", {"driver": False, "xacro_arguments": {"side": 1}}, "xacro_arguments is {'side': 1}"),
     ],
 )
 def test_unrepeatable_run_is_reported_in_one_line(short: Path, kind: str, facts: dict[str, Any], reason: str) -> None:

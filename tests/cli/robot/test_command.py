@@ -210,3 +210,21 @@ def test_init_writes_draft_configuration(cellwright: CommandLine, small: str, tm
 )
 def test_init_with_unusable_file_is_refused(arguments: tuple[str, ...], message: str, cellwright: CommandLine) -> None:
     assert refusal(cellwright("robot", "tandem", *arguments)).startswith(message)
+
+
+XACRO = '<robot name="r"><link name="$(arg side)_arm"/></robot>'
+
+
+def test_arguments_of_xacro_file_are_given_by_name(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "arm.xacro").write_text(XACRO)
+    assert list(listed(cellwright, "arm.xacro", "side:=left")["links"]) == ["left_arm"]
+    assert cellwright("check", "arm.xacro", "side:=left").out == "ok\n"
+    assert "the argument 'side' has no value; give one as side:=VALUE" in refusal(cellwright("robot", "arm.xacro"))
+    message = "side=left: give arguments of a xacro file as NAME:=VALUE"
+    assert refusal(cellwright("robot", "arm.xacro", "side=left")) == message
+
+
+def test_draft_of_configuration_keeps_arguments(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "arm.xacro").write_text(XACRO)
+    assert cellwright("robot", "arm.xacro", "side:=007", "--init", "vr_configs.yml").status == 0
+    assert load_robot(tmp_path / "vr_configs.yml", print).robot.root == "007_arm"

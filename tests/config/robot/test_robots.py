@@ -6,6 +6,7 @@ import pytest
 
 from cellwright.config.check import check
 from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, is_urdf, load_robot
+from cellwright.running.run.robots import urdf_text
 from cellwright.util.errors import CellwrightError, DescriptionError, UnknownNameError
 from tests.config.robot.small_robot import urdf, write
 
@@ -92,3 +93,34 @@ def test_robot_files_are_recognised_by_suffix_and_content(
     path = tmp_path / name
     path.write_text(text)
     assert (is_robot_file(path), is_urdf(path)) == (robot, plain)
+
+
+XACRO = """<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:arg name="side" default="left"/><link name="$(arg side)_$(arg tool)"/></robot>"""
+
+
+def test_xacro_arguments_of_configuration_are_used_and_replaced(tmp_path: Path) -> None:
+    (tmp_path / "arm.xacro").write_text(XACRO)
+    path = tmp_path / "vr_configs.yml"
+    path.write_text("urdf_path: arm.xacro\nxacro_arguments: {tool: true, side: 1.50}\n")
+    found = load_robot(path, print)
+    assert (found.robot.root, found.xacro_arguments) == ("1.5_true", {"tool": "true", "side": "1.5"})
+    again = load_robot(path, print, {"side": "right"})
+    assert (again.robot.root, again.xacro_arguments) == ("right_true", {"tool": "true", "side": "right"})
+    assert load_robot(tmp_path / "arm.xacro", print, {"tool": "cup"}).xacro_arguments == {"tool": "cup"}
+
+
+def test_published_text_of_xacro_has_the_arguments(tmp_path: Path) -> None:
+    (tmp_path / "arm.xacro").write_text(XACRO)
+    assert '<link name="left_cup" />' in urdf_text(load_robot(tmp_path / "arm.xacro", print, {"tool": "cup"}))
+
+
+def test_configuration_without_indentation_is_one_error(tmp_path: Path) -> None:
+    path = tmp_path / "vr_configs.yml"
+    path.write_text("urdf_path: a.urdf\nbase_pose:\nposition: [0, 0, 1]\norientation: [0, 0, 0, 1]\n")
+    with pytest.raises(DescriptionError) as raised:
+        load_robot(path, print)
+    message = (
+        "base_pose: the section is empty, and 'position' below it is no section; indent the entries of each section"
+    )
+    assert str(raised.value) == f"{path}:2: {message}"

@@ -47,7 +47,7 @@ def warnings_of(folder: Path, inside: str, link: str = "") -> list[str]:
         (f"{LIMIT}<motor/>", "5: joint[j].motor: unknown element <motor>, ignored in <joint>"),
         (
             f'{LIMIT}<mimic joint="k">2</mimic>',
-            "5: joint[j].mimic: the text '2' in <mimic> is ignored; write it as an attribute (joint, multiplier, offset)",
+            "5: joint[j].mimic: the text '2' in <mimic> is ignored; write attributes (joint, multiplier, offset)",
         ),
         (f"{LIMIT}revolute", "4: joint[j]: the text 'revolute' in <joint> is ignored"),
     ],

@@ -57,7 +57,7 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
         ("<xacro:arm side=\"l", "<xacro:leg side=\"l", ":5: xacro: unknown macro name: xacro:leg"),
         (' y="0.25"', "", ": xacro: Undefined parameters [y] (in the macro arm)"),
         ('name="base"', 'name="${1/0}"', ":4: xacro: division by zero when evaluating expression '1/0'"),
-        ('name="base"', 'name="$(arg tool)"', ":4: xacro: Undefined substitution argument tool"),
+        ('name="base"', 'name="$(arg tool)"', ":4: xacro: the argument 'tool' has no value; give one as tool:=VALUE"),
         ('name="base"', 'name="base', ":5: invalid XML (column 3)"),
         ("<robot name", "<!DOCTYPE a><robot name", ":2: document types and entities are not supported; remove them"),
         ('<xacro:arm side="left" y="0.25"/>', "<link/>", ": link: the link has no name"),
@@ -88,3 +88,57 @@ def test_macros_in_file_without_xacro_suffix_are_ignored_with_warning(tmp_path: 
     path.write_text("<robot><xacro:arm/></robot>")
     with pytest.raises(DescriptionError, match=r"the robot has no links; xacro is expanded only in files"):
         read_urdf(path, warn=warnings.append)
+
+
+ARGUMENTS = """<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:arg name="side" default="left"/>
+  <link name="$(arg side)_$(arg tool)"/>
+</robot>
+"""
+
+
+def names(folder: Path, text: str, **arguments: str) -> list[str]:
+    path = folder / "robot.xacro"
+    path.write_text(text)
+    return list(read_urdf(path, warn=lambda _: None, arguments=arguments).links)
+
+
+def test_arguments_replace_defaults_of_xacro_file(tmp_path: Path) -> None:
+    assert names(tmp_path, ARGUMENTS, tool="cup") == ["left_cup"]
+    assert names(tmp_path, ARGUMENTS, tool="cup", side="right") == ["right_cup"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "robot.xacro:3: xacro: the argument 'tool' has no value; give one as tool:=VALUE"),
+        ({"tool": "cup", "sid": "x"}, "robot.xacro: xacro: there is no argument 'sid'; did you mean side"),
+    ],
+)
+def test_missing_or_unknown_argument_is_named(tmp_path: Path, arguments: dict[str, str], message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        names(tmp_path, ARGUMENTS, **arguments)
+    assert str(raised.value).replace(f"{tmp_path}/", "") == message
+
+
+def test_arguments_of_plain_urdf_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot><link name="a"/></robot>')
+    with pytest.raises(DescriptionError, match=r"takes no arguments \(got tool:=cup\); only files whose name ends in"):
+        read_urdf(path, warn=lambda _: None, arguments={"tool": "cup"})
+
+
+def test_file_of_macros_alone_is_named_as_such(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"only macros \(arm\) and no links; open a file that calls them$"):
+        names(tmp_path, ARM)
+
+
+def test_included_file_may_have_what_xml_forbids(tmp_path: Path) -> None:
+    (tmp_path / "more.xacro").write_bytes(b"\xef\xbb\xbf\n<robot><!-- a -- b --><link \x1aname='\xc3\xa4'/></robot>")
+    assert names(tmp_path, '<robot xmlns:xacro="x"><xacro:include filename="more.xacro"/></robot>') == ["ä"]
+
+
+def test_included_git_lfs_pointer_is_named(tmp_path: Path) -> None:
+    (tmp_path / "more.xacro").write_text("version https://git-lfs.github.com/spec/v1\n")
+    with pytest.raises(DescriptionError, match=r"more\.xacro: a Git LFS pointer, not the file itself"):
+        names(tmp_path, '<robot xmlns:xacro="x"><xacro:include filename="more.xacro"/></robot>')

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,11 @@ import cellwright
 from cellwright.cli.main import main
 from cellwright.clients.client import Client
 from cellwright.clients.client.in_process import InProcess
+from cellwright.recording.format.reader import RecordingFile
+from cellwright.recording.replay.rebuild import rebuild
+from cellwright.robot.node import RobotNode
 from cellwright.running.run import Outcome, RunOptions, RunResult, ServerOptions, Session, run_cell
+from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from cellwright.util.files import read_json_lines
 from tests.cells import BARE, KITTING
@@ -183,3 +188,13 @@ def test_run_options_apply_to_session(tmp_path: Path) -> None:
     assert isinstance(result, RunResult)
     assert result.heard["/clock"] == 100
     assert not file.exists()
+
+
+def test_recording_of_robot_keeps_arguments_of_its_xacro_file(tmp_path: Path) -> None:
+    (tmp_path / "arm.xacro").write_text('<robot name="r"><link name="$(arg side)_arm"/></robot>')
+    load = partial(cellwright.load_robot, tmp_path / "arm.xacro", xacro_arguments={"side": "left"})
+    with Session(RobotTarget.of(load, is_real_time=False), record=tmp_path / "robot.mcap", until=0.1) as session:
+        session.run()
+    with RecordingFile(tmp_path / "robot.mcap") as recording, rebuild(recording) as rebuilt:
+        assert isinstance(rebuilt.served, RobotNode)
+        assert rebuilt.served.config.robot.root == "left_arm"

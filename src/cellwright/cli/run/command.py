@@ -1,8 +1,9 @@
 """Command `cellwright run`: a cell from its file to its score."""
 
 import logging
+import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout, suppress
 from dataclasses import replace
 from functools import partial
@@ -21,13 +22,14 @@ from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.cli.summary import RunProgress, show_files, show_result
 from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.config.trial.catalogue import bundled_sensors
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.run import Outcome, Program, RunOptions, ServerOptions, Session
 from cellwright.running.run.observers import Pictures, Quality
 from cellwright.running.run.targets import cell_result
-from cellwright.util.errors import UsageError
+from cellwright.util.errors import CellwrightError, UsageError
 
 AGENT_IN_OWN_PROCESS = "the agent runs in its own process; end the run and start it again"
 """Reason why a run over a socket or ROS cannot start again from the page."""
@@ -233,7 +235,7 @@ def run(
         spent = options.averages(averages, cell.trial)
         worker = program()
         if worker is not None and not cell.trial.has_arm:
-            _warn_of_missing_arm(cell.trial.name, agent)
+            _warn_of_missing_arm(cell.trial.name, files or (), agent)
         changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if vary else [])])
         print_out(
             f"trial {cell.trial.name}{changes}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False
@@ -307,9 +309,14 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
         return None
 
 
-def _warn_of_missing_arm(trial: str, agent: str) -> None:
+def _warn_of_missing_arm(trial: str, files: Sequence[str], agent: str) -> None:
     """Warn about a trial without an arm. Only a user's own program may have a use for it."""
-    remedy = f"add a file with one, such as: cellwright run {trial} {bundled_sensors()[0]}"
+    joined = [*files, bundled_sensors()[0]]
+    remedy = f"add a file with one, such as: {shlex.join(['cellwright', 'run', *joined])}"
+    try:
+        load_trial(options.paths(joined))
+    except CellwrightError:  # not every text can be continued by another one
+        remedy = "add one to the file, such as `arm: {type: ur10}`, and sensors"
     if agent in BUNDLED:
         options.refuse(f"{trial}: the trial has no arm, and agent {agent} requires one; {remedy}")
     output.warn(f"{trial}: the trial has no arm; {remedy}")

@@ -169,6 +169,12 @@ class JoinedText:
         line = bisect_right(self._line_starts[file], index - self._starts[file])
         return Place(file, self._texts[file].path, line)
 
+    @property
+    def has_content(self) -> bool:
+        """True if the text has more than blanks, comments and marks of YAML documents."""
+        lines = (line.strip() for line in self.content.removeprefix("\ufeff").splitlines())
+        return any(line and line not in ("---", "...") and not line.startswith(("#", "%")) for line in lines)
+
     def glue_hint(self, place: Place) -> str:
         """Return a hint for problems on a line that the preceding file did not end, else an empty text."""
         if place.line != 1 or place.file == 0:

@@ -4,7 +4,7 @@ The rules are PyYAML's (YAML 1.1), since the original used it. `yes` is true, `0
 is text. The last of two equal keys counts. Anything that could carry code or grow without limit is refused.
 """
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Collection, Hashable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -108,6 +108,27 @@ def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
         return root
     message = f"{expected} (got {describe(root)}){text.glue_hint(root.place)}"
     raise DescriptionError([*problems.errors, Problem(root.place, "", message)], problems.warnings)
+
+
+def refuse_lost_indentation(root: Table, sections: Collection[Scalar]) -> None:
+    """Refuse a file whose sections are empty because their entries stand below them without indentation.
+
+    Each of these entries would be an error or a warning of its own.
+
+    Raises:
+        DescriptionError: it has lost its indentation.
+    """
+    unknown = sorted(entry.place for entry in root.entries.values() if entry.name not in sections)
+    for entry in root.entries.values():
+        is_empty = isinstance(entry.value, Leaf) and entry.value.value is None
+        if not is_empty or entry.name not in sections or len(unknown) < 2:
+            continue
+        following = [each for each in root.entries.values() if each.place > entry.place]
+        first = min(following, key=lambda each: each.place, default=None)
+        if first is not None and first.name not in sections:
+            name = shortened(str(first.name))
+            message = f"the section is empty, and {name!r} below it is no section; indent the entries of each section"
+            raise DescriptionError([Problem(entry.place, entry.key, message)])
 
 
 def _refusal(text: JoinedText, index: int, message: str) -> DescriptionError:

@@ -107,6 +107,7 @@ class RobotConfig:
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
         max_accelerations: maximum acceleration of the targets of joints [rad/s^2; m/s^2], by joint; others are not
             bounded.
+        xacro_arguments: arguments of the URDF, if it is a xacro file.
         others: entries kept as written: `base_command_mode`, which the base reads, and known but unused ones
             (thresholds and scales of the headset's side).
     """
@@ -127,6 +128,7 @@ class RobotConfig:
     reference_links: tuple[str | None, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
     max_accelerations: Mapping[str, float] = field(default_factory=dict)
+    xacro_arguments: Mapping[str, str] = field(default_factory=dict)
     others: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -7,7 +7,7 @@ once.
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,14 @@ from typing import Any
 from cellwright.config.parsing.reader import Keys, Reader, choice, numbers, plain
 from cellwright.config.parsing.sources import read_texts
 from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode, describe, refusal
-from cellwright.config.parsing.yaml_source import parse_mapping
+from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
 from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RobotConfig
 from cellwright.config.robot.group_reader import GroupReader, numbered
 from cellwright.config.robot.groups import check_arms, check_shared, check_sides
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
+from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments
 from cellwright.util.errors import DescriptionError, UnknownNameError, did_you_mean
 from cellwright.util.files import open_to_read
 from cellwright.util.pose import Pose, normalized
@@ -33,6 +34,7 @@ _GROUPS = ("arms", "grippers", "head", "dorsal", "waist", "folding_waist", "cont
 ENTRIES = Keys(
     {"urdf_path": None},
     {
+        "xacro_arguments": None,
         "robot_name": Reader.name,
         "base_pose": None,
         "fixed_link": None,
@@ -101,18 +103,36 @@ def read_base_pose(node: YamlNode | None, reader: Reader) -> Pose:
     return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
 
 
+def read_arguments(node: YamlNode | None, reader: Reader) -> dict[str, str]:
+    """Return the arguments of a xacro file, as the texts that `NAME:=VALUE` has; none by default."""
+    table = reader.table(node) if node else None
+    found: dict[str, str] = {}
+    for entry in table.entries.values() if table else ():
+        name, value = reader.key(entry), entry.value
+        if isinstance(value, Leaf) and isinstance(value.value, bool | str):
+            text: str | None = str(value.value).lower() if isinstance(value.value, bool) else value.value
+        else:
+            text = reader.name(value)
+        if name is not None and text is not None:
+            found[name] = text
+    return found
+
+
 Warn = Callable[[str], None]
 """Callback for a warning, `path:line: key: what`."""
 
 
-def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
+def read_robot_config(path: Path, warn: Warn, arguments: Arguments = NO_ARGUMENTS) -> RobotConfig:
     """Return the robot of a configuration file; `warn` gets warnings about the file and its URDF.
+
+    `arguments` of its xacro file replace those of the configuration.
 
     Raises:
         DescriptionError: the file or its URDF cannot be used; the error lists everything that is wrong.
     """
     problems = Problems()
     root = read_tree(path, problems)
+    refuse_lost_indentation(root, (*ENTRIES.names, *UNUSED))
     reader = Reader(problems)
     values = ENTRIES.read(root, reader, tuple(UNUSED))
     urdf_node = root.get("urdf_path")
@@ -120,12 +140,14 @@ def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
     robot = None
     if urdf is not None:
         try:
-            robot = read_urdf(urdf, warn=warn)
+            arguments = {**read_arguments(root.get("xacro_arguments"), reader), **arguments}
+            robot = read_urdf(urdf, warn=warn, arguments=arguments)
         except DescriptionError as error:
             raise DescriptionError((*problems.errors, *error.problems), (*problems.warnings, *error.warnings)) from None
     config = _FileEntries(root, reader, path, values).config(robot, urdf) if robot and urdf else None
     if config is None or problems.errors:
         raise DescriptionError(problems.errors, problems.warnings)
+    config = replace(config, xacro_arguments=arguments)
     for warning in problems.warnings:
         warn(str(warning))
     return config
@@ -276,13 +298,14 @@ def find_robot(name_or_path: str | Path) -> Path:
     raise UnknownNameError("robot", name, bundled())
 
 
-def load_robot(name_or_path: str | Path, warn: Warn) -> RobotConfig:
+def load_robot(name_or_path: str | Path, warn: Warn, arguments: Arguments = NO_ARGUMENTS) -> RobotConfig:
     """Return the robot in a file, or the bundled one of that name.
 
     Args:
         name_or_path: a bundled robot, a configuration file, a folder with one, or a URDF (xacro) file. With a plain
             URDF the robot has no groups: its joints can be moved, and its home is 0.
         warn: callback for a warning to the file's author.
+        arguments: arguments of the xacro file, by name; they replace those of a configuration.
 
     Raises:
         UnknownNameError: there is no robot of this name.
@@ -295,9 +318,10 @@ def load_robot(name_or_path: str | Path, warn: Warn) -> RobotConfig:
     """
     path = find_robot(name_or_path)
     if is_urdf(path):
-        robot = read_urdf(path, warn=warn)
-        return RobotConfig(robot=robot, name=robot.name, path=path, urdf_path=path)
-    return read_robot_config(path, warn)
+        robot = read_urdf(path, warn=warn, arguments=arguments)
+        given = dict(arguments)
+        return RobotConfig(robot=robot, name=robot.name, path=path, urdf_path=path, xacro_arguments=given)
+    return read_robot_config(path, warn, arguments)
 
 
 def is_urdf(path: Path) -> bool:

@@ -24,6 +24,7 @@ from cellwright.config.robot.config import ArmConfig, GripperConfig, Posture, Ra
 from cellwright.config.robot.group_reader import joint_names
 from cellwright.config.robot.groups import mixed_sides, side_of
 from cellwright.config.robot.model import Joint, JointType, RobotModel, link_poses
+from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments
 from cellwright.util.pose import Pose
 
 CLEAR = 0.2
@@ -307,20 +308,26 @@ def _bent_home(joint: Joint) -> float:
     return min(max(round(inside, 3), lower), upper)
 
 
-def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:
-    """Return the text of a configuration file in a folder, which the URDF's path is relative to; guesses are marked."""
+def skeleton(robot: RobotModel, urdf: Path, folder: Path, arguments: Arguments = NO_ARGUMENTS) -> str:
+    """Return the text of a configuration file in a folder, which the URDF's path is relative to; guesses are marked.
+
+    `arguments` are those of the xacro file, by name.
+    """
     try:
         path = os.path.relpath(urdf, folder)
     except ValueError:  # on another Windows drive there is no relative path
         path = str(urdf)
-    return "\n".join([*_lines(robot, find_limbs(robot), path), ""])
+    return "\n".join([*_lines(robot, find_limbs(robot), path, arguments), ""])
 
 
-def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
+def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str, arguments: Arguments) -> Iterator[str]:
     yield f"# Configuration of the robot {robot.name}. All groups are guesses from names and joints: check them."
     yield "# Write joints and links by name or by index; `cellwright robot` lists both. Units: m, rad."
     yield ""
     yield f"urdf_path: {_yaml_name(Path(urdf_path).as_posix())}"
+    if arguments:
+        given = ", ".join(f"{_yaml_name(name)}: {_yaml_name(value)}" for name, value in arguments.items())
+        yield f"xacro_arguments: {{{given}}}"
     yield f"robot_name: {_yaml_name(robot.name)}"
     yield ""
     yield "# Pose of the root link, with orientation x, y, z, w; raised so that no link's frame is below 0."

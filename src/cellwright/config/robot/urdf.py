@@ -11,7 +11,7 @@ from cellwright.config.models.xml import URDF_VERSIONS
 from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import DRIVEN, Joint, JointType, Limits, Link, Mimic, RobotModel
-from cellwright.config.robot.urdf_file import Element, read_elements
+from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments, Element, read_elements
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
 from cellwright.config.robot.urdf_numbers import MAX_COORDINATE, Numbers
 from cellwright.config.robot.urdf_vocabulary import warn_of_ignored
@@ -222,14 +222,14 @@ _XACRO = "xacro:"
 _EXPANDED = "; xacro is expanded only in files whose name ends in .xacro"
 
 
-def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
+def read_urdf(path: Path, *, warn: Callable[[str], None], arguments: Arguments = NO_ARGUMENTS) -> RobotModel:
     """Return the robot in a URDF or xacro file; `warn` gets a line `path:line: key: what` for each tolerated fault.
 
     Raises:
         DescriptionError: the file is no readable robot; every problem reads `path:line: key: what is wrong`.
     """
     problems = Problems()
-    robot = _UrdfReader(read_elements(path, problems), path, problems).read()
+    robot = _UrdfReader(read_elements(path, problems, arguments), path, problems).read()
     if problems.errors or robot is None:
         raise DescriptionError(problems.errors, problems.warnings)
     warnings = problems.warnings

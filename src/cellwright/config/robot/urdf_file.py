@@ -19,12 +19,14 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
+from typing import TypeAlias
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from cellwright._package import FOLDER
 from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
-from cellwright.config.parsing.tree import Place, Problem, Problems, refusal
+from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
 from cellwright.util.files import open_to_read
 
 _MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
@@ -71,7 +73,12 @@ _PROGRAM = (
 )
 
 
-def expand_xacro(path: Path, text: str) -> str:
+Arguments: TypeAlias = Mapping[str, str]
+"""Arguments of a xacro file by name, as `NAME:=VALUE` gives them."""
+NO_ARGUMENTS: Arguments = MappingProxyType({})
+
+
+def expand_xacro(path: Path, text: str, arguments: Arguments = NO_ARGUMENTS) -> str:
     """Return the URDF that a file's text expands to; `$(find PACKAGE)` needs no ROS.
 
     Raises:
@@ -83,7 +90,7 @@ def expand_xacro(path: Path, text: str) -> str:
     place = str(Path(FOLDER).parent)
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
-            [sys.executable, "-P", "-c", _PROGRAM, place, str(path)],
+            [sys.executable, "-P", "-c", _PROGRAM, place, str(path), json.dumps(dict(arguments))],
             input=text.encode("utf-8", "replace"),
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -141,34 +148,48 @@ class Element:
         return self.attributes.get(name, "").strip() or None
 
 
-def read_elements(path: Path, problems: Problems) -> Element:
+def read_elements(path: Path, problems: Problems, arguments: Arguments = NO_ARGUMENTS) -> Element:
     """Return the root element of a file; a xacro file is expanded first. Tolerated faults go to `problems`.
 
     Raises:
         DescriptionError: there is no such file, or it is no readable XML.
     """
-    text, has_lines = _text(path, problems)
+    text, has_lines = _text(path, problems, arguments)
     return _parsed(path, text, has_lines=has_lines)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, arguments: Arguments = NO_ARGUMENTS) -> str:
     """Return the text of a file for any URDF reader: with xacro expanded, and without stray bytes and declaration.
 
     Raises:
         DescriptionError: there is no such file, or it cannot be read.
     """
-    return _text(path, Problems())[0].strip()
+    return _text(path, Problems(), arguments)[0].strip()
 
 
-def _text(path: Path, problems: Problems) -> tuple[str, bool]:
-    """Return the text, and whether its lines are those of the file."""
+def cleaned_text(path: Path, problems: Problems) -> str:
+    """Return the text of a file without what XML forbids, and without its declaration; lines stay.
+
+    Raises:
+        DescriptionError: there is no such file, or it cannot be read.
+    """
     text = _without_control_characters(path, _decoded(path, _content(path), problems), problems)
     text = _without_invalid_comments(path, text, problems)
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # its content is known already, and XML allows it at the very start only
         text = text[:start] + _NO_LINE_END.sub(" ", declared[1]) + text[end:]
+    return text
+
+
+def _text(path: Path, problems: Problems, arguments: Arguments) -> tuple[str, bool]:
+    """Return the text, and whether its lines are those of the file."""
+    text = cleaned_text(path, problems)
     if path.suffix.lower() == ".xacro":  # the suffix decides: a file that is data never runs as a program
-        return expand_xacro(path, text), False
+        return expand_xacro(path, text, arguments), False
+    if arguments:
+        given = ", ".join(f"{name}:={value}" for name, value in arguments.items())
+        message = f"takes no arguments (got {shortened(given)}); only files whose name ends in .xacro do"
+        raise refusal(path, 0, message)
 
     def from_environment(match: re.Match[str]) -> str:
         return escape(os.environ.get(match[1], match[2]).strip(), {'"': "&quot;"})

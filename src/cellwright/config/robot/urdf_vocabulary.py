@@ -118,9 +118,7 @@ def _text(element: Element, words: _Words) -> Iterator[tuple[Element, str]]:
     text = " ".join("".join(element.texts).split())
     if text:
         remedy = (
-            f"; write it as an attribute ({', '.join(words.attributes)})"
-            if words.attributes and not words.children
-            else ""
+            f"; write attributes ({', '.join(words.attributes)})" if words.attributes and not words.children else ""
         )
         yield element, f"the text {shortened(text)!r} in <{element.tag}> is ignored{remedy}"
 

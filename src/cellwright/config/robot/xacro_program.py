@@ -21,8 +21,9 @@ from xml.parsers.expat import ExpatError
 import xacro
 import xacro.substitution_args
 
-from cellwright.config.parsing.tree import shortened
-from cellwright.config.robot.urdf_file import package_folders
+from cellwright.config.parsing.tree import Problem, Problems, shortened
+from cellwright.config.robot.urdf_file import cleaned_text, package_folders
+from cellwright.util.errors import DescriptionError, suggestion
 from cellwright.util.files import open_to_read
 
 _INTERNAL_ATTRIBUTES = frozenset(
@@ -86,6 +87,7 @@ MAX_MEMORY = 1 << 30
 MAX_TEXT = 16 << 20
 """Maximum length of an expanded text, in characters."""
 
+_UNDEFINED = re.compile(r"Undefined substitution argument (\S+)")
 _QUOTED = re.compile(r"'([^']+)'|\"([^\"]+)\"|(xacro:\w+)|'?(\w+)'?")
 _MAX_MESSAGE_LENGTH = 300
 _REPETITIONS = (  # xacro repeats a message and its source
@@ -104,7 +106,7 @@ class _ExpansionError(Exception):
 
 
 def main() -> None:
-    """Expand the text on stdin of the file that the first argument names."""
+    """Expand the text on stdin of the file that the first argument names, with the arguments in the second (JSON)."""
     if sys.platform == "linux":
         import resource  # Windows has no such module
 
@@ -113,32 +115,73 @@ def main() -> None:
     output, path = sys.stdout, Path(sys.argv[1])
     text = sys.stdin.buffer.read().decode("utf-8", "replace")
     try:
-        expanded = _expanded(path, text)
+        expanded = _expanded(path, text, json.loads(sys.argv[2]))
         answer: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
     except _ExpansionError as error:
         answer = {"path": str(error.path), "line": error.line, "message": str(error)}
     print(json.dumps(answer), end="", file=output, flush=True)
 
 
-def _expanded(path: Path, text: str) -> str:
-    sink = io.StringIO()
+class _Arguments(dict[str, str]):
+    """Arguments of a file that note which names the file asks for."""
+
+    def __init__(self, given: dict[str, str]) -> None:
+        super().__init__(given)
+        self.given = tuple(given)
+        self.asked: dict[str, None] = {}
+
+    def __contains__(self, name: object) -> bool:  # <xacro:arg name="…"/>
+        self.asked[str(name)] = None
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:  # $(arg …)
+        self.asked[name] = None
+        return super().__getitem__(name)
+
+
+def _expanded(path: Path, text: str, given: dict[str, str]) -> str:
+    sink, arguments = io.StringIO(), _Arguments(given)
     try:
         with contextlib.redirect_stderr(sink), contextlib.redirect_stdout(sink):
             restrict_to_arithmetic()
             _find_packages_beside(path)
             xacro.init_stacks(str(path))
             document = xacro.parse(text, str(path))
-            xacro.process_doc(document)
+            macros = [each.getAttribute("name") for each in document.getElementsByTagName("xacro:macro")]
+            xacro.parse = _parsed_include
+            xacro.process_doc(document, arguments)
             expanded = str(document.toxml())
+            has_links = bool(document.getElementsByTagName("link"))
+    except DescriptionError as error:
+        problem = error.problems[0]
+        assert isinstance(problem, Problem)
+        raise _ExpansionError(Path(problem.path), problem.line, problem.message) from None
     except ExpatError as error:
         raise _ExpansionError(_current(path), error.lineno, f"invalid XML (column {error.offset + 1})") from None
     except RecursionError:
         raise _ExpansionError(_current(path), 0, "xacro: macros call each other without end") from None
     except Exception as error:  # expressions are Python and may raise anything
         raise _failure(_current(path), error) from None
+    if macros and not has_links:
+        names = shortened(", ".join(macros))
+        raise _ExpansionError(path, 0, f"xacro: only macros ({names}) and no links; open a file that calls them")
+    for name in arguments.given:
+        if name not in arguments.asked:
+            raise _ExpansionError(path, 0, f"xacro: there is no argument {name!r}{suggestion(name, arguments.asked)}")
     if len(expanded) > MAX_TEXT:
         raise _ExpansionError(path, 0, f"xacro: expands to more than {MAX_TEXT >> 20} MiB")
     return expanded
+
+
+_parse = xacro.parse
+
+
+def _parsed_include(content: Any, name: str) -> Any:
+    """Return an included file as xacro does, without what XML forbids."""
+    path = Path(xacro.root_dir, name)
+    if content is None and path.is_file():
+        content = cleaned_text(path, Problems())
+    return _parse(content, name)
 
 
 def _find_packages_beside(path: Path) -> None:
@@ -166,6 +209,12 @@ def _failure(path: Path, error: Exception) -> _ExpansionError:
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
         return _ExpansionError(path, 0, f"xacro: needs more than {MAX_MEMORY >> 20} MiB of memory to expand")
     message = " ".join(str(error).split()) or type(error).__name__
+    if missing := _UNDEFINED.search(message):
+        name = missing[1]
+        message = f"the argument {name!r} has no value; give one as {name}:=VALUE"
+        return _ExpansionError(
+            path, _line_of(path, f"'$(arg {name})'") or _line_of(path, f"'{name}'"), f"xacro: {message}"
+        )
     for pattern, instead in _REPETITIONS:
         message = pattern.sub(instead, message)
     if isinstance(error, xacro.XacroException) and error.macros:

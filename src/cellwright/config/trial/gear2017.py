@@ -20,8 +20,8 @@ from cellwright.config.parsing.overrides import Override, apply_overrides, refus
 from cellwright.config.parsing.python2 import dictionary_order, number_text
 from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
-from cellwright.config.parsing.tree import Problem, Problems, Table
-from cellwright.config.parsing.yaml_source import parse_mapping
+from cellwright.config.parsing.tree import Problem, Problems, Table, refusal
+from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
 from cellwright.config.trial import parts
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
@@ -174,6 +174,10 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None, overrides
     joined = read_texts(paths) if text is None else JoinedText([Text("<text>", text)])
     problems = Problems()
     root = parse_mapping(joined, problems, "a configuration must be a mapping of sections")
+    if paths and not root.entries and not joined.has_content:
+        message = "the file is empty, or has comments only; write the sections of a trial, or {} for an empty cell"
+        raise refusal(paths[0], 0, message)
+    refuse_lost_indentation(root, (*TOP_LEVEL, OWN))
     root = apply_overrides(root, overrides, problems)
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems), overrides)
     return Loaded(trial, problems.warnings, time_limit, faulty)

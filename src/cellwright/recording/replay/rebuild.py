@@ -147,7 +147,7 @@ def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:
     if facts.of("driver", bool):
         raise RecordingError("a driver moved this robot, not the simulation; the run cannot be repeated")
     with _packages(folder, facts):
-        config = load_robot(_files(folder, facts)[0], lambda _line: None)
+        config = load_robot(_files(folder, facts)[0], lambda _line: None, facts.arguments("xacro_arguments"))
     stamps = Stamps()
     node = RobotNode(
         config,
@@ -190,6 +190,13 @@ class _Facts:
         """Return names of files."""
         value = self._facts.get(key)
         return value if isinstance(value, list) else []
+
+    def arguments(self, key: str) -> dict[str, str]:
+        """Return texts by name; empty if there are none, as in older recordings."""
+        value = self._facts.get(key, {})
+        if not isinstance(value, dict) or not all(isinstance(each, str) for pair in value.items() for each in pair):
+            raise self._lack(f"{key} is {value!r:.40}")
+        return value
 
     def texts(self, key: str) -> list[str]:
         """Return a list of texts; empty if there is none, as in older recordings."""

@@ -145,6 +145,8 @@ class RobotTarget(Target):
     def header(self, _session: SessionState, record: RecordOptions) -> RecordingHeader:
         """Return the header of a recording: the facts that the node was made from."""
         facts = {**common_facts(record), **self.node.made_with, **source_facts(record)}
+        if self.node.config.xacro_arguments:
+            facts["xacro_arguments"] = dict(self.node.config.xacro_arguments)
         return RecordingHeader("robot", self.node.name, facts)
 
 
@@ -192,6 +194,6 @@ class RobotWindow:
 def urdf_text(config: RobotConfig) -> str:
     """Return the text of a robot's URDF, for programs elsewhere; empty if there is no file."""
     try:
-        return description(read_text(config.urdf_path), config.robot, config.urdf_path)
+        return description(read_text(config.urdf_path, config.xacro_arguments), config.robot, config.urdf_path)
     except DescriptionError:  # a robot that was made in memory has none
         return ""

@@ -93,7 +93,7 @@ def load_trial(*sources: str | Path, text: str | None = None, overrides: Sequenc
     return loaded.trial
 
 
-def load_robot(name_or_path: str | Path) -> RobotConfig:
+def load_robot(name_or_path: str | Path, *, xacro_arguments: Mapping[str, str] | None = None) -> RobotConfig:
     """Load a robot by its name or its file. Notes for the file's author come as `DescriptionWarning`.
 
     Example:
@@ -103,13 +103,14 @@ def load_robot(name_or_path: str | Path) -> RobotConfig:
 
     Args:
         name_or_path: a bundled robot (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
+        xacro_arguments: arguments of the xacro file, by name; they replace those of a configuration.
 
     Raises:
         UnknownNameError: there is no robot of this name.
         DescriptionError: the files are not valid; the error lists everything that is wrong.
     """
     lines: list[str] = []
-    config = robots.load_robot(name_or_path, lines.append)
+    config = robots.load_robot(name_or_path, lines.append, xacro_arguments or {})
     warn_of(lines, 3)
     return config
 
