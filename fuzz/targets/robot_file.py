@@ -10,9 +10,11 @@ from pathlib import Path
 import mujoco
 
 from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.description import description
 from cellwright.config.robot.model import link_poses
 from cellwright.config.robot.skeleton import skeleton
 from cellwright.config.robot.urdf import read_urdf
+from cellwright.config.robot.urdf_file import read_text
 from cellwright.robot.model import build_robot
 from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
@@ -83,7 +85,7 @@ def mutate(data: bytes, chance: random.Random) -> bytes | None:
 
 
 def attempt(data: bytes) -> None:
-    """Read the robot, propose a configuration for it, build it, and simulate it for a while."""
+    """Read the robot, propose a configuration for it, describe it, build it, and simulate it for a while."""
     _PATH.write_bytes(data)
     warnings: list[str] = []
     try:
@@ -96,6 +98,7 @@ def attempt(data: bytes) -> None:
     if not all(pose.is_finite() for pose in poses.values()):
         raise FindingError("a link that is nowhere")
     skeleton(robot, _PATH, _PATH.parent)
+    description(read_text(_PATH), robot, _PATH)
     try:
         world = build_robot(RobotConfig(robot, "robot", _PATH, _PATH))
     except DescriptionError as error:

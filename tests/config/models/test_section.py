@@ -267,3 +267,4 @@ def test_mesh_in_millimetres_is_refused_as_too_large(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(TETRAHEDRON.replace("0.1", "100"))
     (found,) = read_errors(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj}]}"))
     assert "lengths of a mesh must be from 0.0001 to 20 m (got 100 x 100 x 100)" in found
+    assert found.endswith("; for a mesh in millimetres write scale: 0.001")
