@@ -21,6 +21,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md")])
 FOLLOWED = {
     *(ROOT / name for name in test_tutorials.PAGES),
+    *(ROOT / name for pages in test_tutorials.CONTINUED.values() for name in pages),
     *test_how_to.PAGES,
     *(DOCS / name for name in test_ros1_page.PAGES),
     *(DOCS / name for name in ("adapt-a-robot.md", "assert.md", "cameras.md", "operate.md")),

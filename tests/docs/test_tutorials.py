@@ -45,6 +45,10 @@ PAGES = [
 ]
 
 
+CONTINUED = {"docs/evaluate.md": ("docs/compare.md", "docs/cluster.md", "docs/results.md")}
+"""Pages that go on where another one ends, with its files."""
+
+
 @QUICK_AGENTS
 @QUICK_WORKERS
 @pytest.mark.slow
@@ -52,7 +56,7 @@ PAGES = [
 def test_tutorial_followed_prints_what_it_shows(
     name: str, tmp_path: Path, warm: WarmStart, cellwright: CommandLine
 ) -> None:
-    taken = steps(ROOT / name)
+    taken = [step for page in (name, *CONTINUED.get(name, ())) for step in steps(ROOT / page)]
     if name == "docs/plugins.md":
         install(tmp_path)
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
