@@ -12,6 +12,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState
+from cellwright.clients.client import Client
 from cellwright.config.trial.trial import Options, SensorConfig, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import (
@@ -21,6 +22,7 @@ from cellwright.engine.snapshot import (
     take_snapshot,
     write_checkpoint,
 )
+from cellwright.running.run import Session
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
@@ -237,3 +239,92 @@ def test_sensor_with_topic_name_of_cell_is_refused() -> None:
         UsageError, match=r"sensor 'orders': topic /ariac/orders already has type .* \(got sensor_msgs/Range\)"
     ):
         Cell(replace(BARE, sensors=(SensorConfig("orders", "proximity_sensor", Pose()),)))
+
+
+def test_run_continued_from_snapshot_ends_as_one_that_went_on(reference: str) -> None:
+    cell = play(Cell(TRIAL), MIDDLE)
+    taken = cell.snapshot()
+    assert play(cell).state_hash() == reference
+    for _ in range(2):
+        cell.restore(taken)
+        assert (cell.simulation.time, taken.time) == (MIDDLE, MIDDLE)
+        assert play(cell).state_hash() == reference
+
+
+def test_snapshot_is_restored_in_another_cell_and_after_another_start(reference: str) -> None:
+    taken = play(Cell(TRIAL), MIDDLE).snapshot()
+    other = Cell(TRIAL, seed=4)
+    other.reset(seed=9, variation=True, joints={"elbow_joint": 1.0})
+    play(other, 1.0)
+    other.restore(taken)
+    assert (other.seed, other.trial) == (0, TRIAL)
+    assert play(other).state_hash() == reference
+
+
+@pytest.mark.parametrize(
+    "other", [Cell(BARE), Cell(TRIAL, servo="precise"), Cell(TRIAL, competition=False)], ids=["trial", "servo", "mode"]
+)
+def test_snapshot_of_another_cell_is_refused(other: Cell) -> None:
+    cell = Cell(TRIAL)
+    before = cell.state_hash()
+    with pytest.raises(UsageError, match="the snapshot is one of another cell"):
+        cell.restore(other.snapshot())
+    assert cell.state_hash() == before
+
+
+def test_client_knows_in_restored_run_what_it_knew() -> None:
+    cell = Cell(TRIAL)
+    client = Client.in_process(cell)
+    camera = client.sensor("logical_camera_1")
+    client.start_competition()
+    client.sleep(0.3)
+
+    def known() -> list[object]:
+        states = client.joint_states
+        return [
+            client.time,
+            [each.order_id for each in client.orders],
+            client.competition_state,
+            (states.count, repr(states.message)),
+            (camera.count, repr(camera.message)),
+        ]
+
+    before, taken = known(), cell.snapshot()
+    client.sleep(0.5)
+    later = known()
+    late = Client.in_process(cell)
+    late.sleep(0.1)
+    assert len(client.orders) == 2
+    cell.restore(taken)
+    assert known() == before
+    assert (late.competition_state, late.joint_positions) == ("", {})
+    client.sleep(0.5)
+    assert known() == later
+    late.sleep(0.002)  # messages come while it lets time pass
+    assert [each.order_id for each in late.orders] == ["order_0", "order_1"]  # the latched one, and the next
+
+
+def test_restore_within_tick_and_of_recorded_run_is_refused(tmp_path: Path) -> None:
+    with Session(TRIAL, record=tmp_path / "run.mcap") as session:
+        session.client().sleep(0.1)
+        with pytest.raises(UsageError, match="one course of time"):
+            session.node.restore(session.node.snapshot())
+    cell = Cell(TRIAL)
+    taken = cell.snapshot()
+    cell.bus.subscribe("/clock", lambda _message: cell.restore(taken))
+    with pytest.raises(UsageError, match="call them after the step"):
+        cell.step()
+
+
+def test_restored_run_of_session_ends_at_its_own_limit() -> None:
+    with Session(KITTING, until=3.0) as session:
+        client = session.client()
+        assert isinstance(client, Client)
+        client.start_competition()
+        client.sleep(0.1)
+        before = session.node.snapshot()
+        client.end_competition()  # which limits the run
+        client.sleep(0.1)
+        session.node.restore(before)
+        client.sleep(2.8)
+        assert client.competition_state == "go"

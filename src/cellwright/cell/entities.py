@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -126,7 +126,22 @@ class Entities:
     _spawned: dict[str, None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.cell.simulation.on_reset.append(self._forget)
+        self.cell.simulation.followers.append(self)
+
+    def remember(self) -> object:
+        """Return what is known of spawned parts and of entities with another description, for a snapshot."""
+        return dict(self._infos), dict(self._spawned)
+
+    def forget(self) -> None:
+        """Forget both: the run starts again."""
+        self._infos.clear()
+        self._spawned.clear()
+
+    def recall(self, memory: Any) -> None:
+        """Know again what `remember` returned."""
+        infos, spawned = memory
+        self._infos.update(infos)
+        self._spawned.update(spawned)
 
     @property
     def spawned(self) -> tuple[str, ...]:
@@ -338,10 +353,6 @@ class Entities:
         if name not in fixed:
             raise UnknownNameError("entity", name, self.names())
         return fixed[name]
-
-    def _forget(self) -> None:
-        self._infos.clear()
-        self._spawned.clear()
 
 
 def _reachable(pose: Pose) -> Pose:

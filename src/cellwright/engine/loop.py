@@ -141,6 +141,8 @@ class SimulationLoop:
         self._can_wait = can_wait
         self._polled = self._served = 0.0
         self._serve_after = _SERVE_AFTER
+        self.is_serving = False
+        """True while requests of clients are carried out, such as a reset."""
         self.stop = stop or StopCondition()
         """Stop condition of the run."""
         self.rate = rate if isinstance(rate, RateControl) else RateControl(rate)
@@ -243,7 +245,11 @@ class SimulationLoop:
 
     def _serve(self, seconds: float, *, until_request: bool = True) -> None:
         if self._service is not None:
-            is_busy = self._service.wait(seconds, until_request=until_request)
+            self.is_serving = True
+            try:
+                is_busy = self._service.wait(seconds, until_request=until_request)
+            finally:
+                self.is_serving = False
             self._serve_after = _SERVE_AFTER if is_busy else min(2.0 * self._serve_after, _SERVE_IDLE_AFTER)
         elif seconds > 0.0:
             time.sleep(seconds)

@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar, Generic, Self, TypedDict, TypeVar
@@ -245,6 +245,15 @@ class Sensor(Device, ABC, Generic[R]):
         while self._pending_readings and self._pending_readings[0].time_ns <= latest:
             self._deliver(self._pending_readings.popleft())
 
+    @property
+    def pending(self) -> Iterable[Any]:
+        """Readings that were measured and not delivered yet, for a snapshot of the same process."""
+        return self._pending_readings
+
+    @pending.setter
+    def pending(self, readings: Iterable[Any]) -> None:
+        self._pending_readings = deque(readings)
+
     def _drop_pending(self) -> None:
         """Drop readings that were measured and not delivered yet."""
         self._pending_readings.clear()
@@ -258,14 +267,20 @@ class Sensor(Device, ABC, Generic[R]):
     def attach(self, simulation: Simulation) -> None:
         """Join a simulation; its seed is the root of the noise."""
         super().attach(simulation)
-        self._noise_stream = SampleNoise(simulation.seed, self.name)
+        self._seed_noise()
         # sensors due at the same time act in the order of the devices, not of their first listeners
         self._rank = _FIRST_RANK + len(simulation.devices)
 
     def reset(self) -> None:
-        """Start a run with the initial switch; listeners stay."""
+        """Start a run with the initial switch, and the noise of the simulation's seed; listeners stay."""
         self.enabled = self._enabled_at_start
+        if self._seed != self.simulation.seed:
+            self._seed_noise()
         self._after_time_jump()
+
+    def _seed_noise(self) -> None:
+        self._seed = self.simulation.seed
+        self._noise_stream = SampleNoise(self._seed, self.name)
 
     def get_state(self) -> State:
         """Return the state of the switch."""

@@ -7,7 +7,7 @@ import json
 import logging
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Protocol, TypeAlias
 
 import mujoco
 import numpy as np
@@ -142,6 +142,19 @@ class Device(PlainState):
             self.simulation.collect_hooks()
 
 
+class Follower(Protocol):
+    """Follower of a run in this process, such as a client: what it knows of the run is no part of the state."""
+
+    def remember(self) -> object:
+        """Return what it knows now, for a snapshot."""
+
+    def forget(self) -> None:
+        """Forget what it knows: time jumps, to the begin of a run or to a snapshot."""
+
+    def recall(self, memory: Any) -> None:
+        """Know again what `remember` returned: the snapshot that contains it has been restored."""
+
+
 _log = logging.getLogger("cellwright.engine")
 
 unstable: list[str] = []
@@ -218,6 +231,12 @@ class Simulation:
         """Callbacks before a reset, while the old state is still there."""
         self.on_restart: list[Callable[[], None]] = []
         """Callbacks in a reset, when the clock stands at the begin of the run and no device has been reset yet."""
+        self.rewind_refusals: list[Callable[[], str]] = []
+        """Callbacks that return why no snapshot may be restored now, empty if one may."""
+        self.on_rewind: list[Callable[[int], None]] = []
+        """Callbacks before a snapshot is restored, with its time [ns]."""
+        self.followers: list[Follower] = []
+        """Clients in this process: they forget an earlier run, and a snapshot contains what they know."""
         self.on_model: list[Callable[[], None]] = []
         """Callbacks after `model` and `data` were replaced, before their state is set."""
         self.on_wake: list[Callable[[int], None]] = []
@@ -234,6 +253,7 @@ class Simulation:
         self._drive: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
         self._refreshed_at = -1
+        self._is_in_tick = False
         self._pristine = {name: getattr(model, name).copy() for name in (*CHANGING_FIELDS, *_CULLING_FIELDS)}
 
     def add(self, device: Device) -> None:
@@ -284,17 +304,21 @@ class Simulation:
         """Simulation time [s]."""
         return self.clock.now / 1e9
 
-    def reset(self, *, keeps_clock: bool = False) -> None:
+    def reset(self, *, keeps_clock: bool = False, prepare: Callable[[], None] = lambda: None) -> None:
         """Start a run: time 0, the model's first pose, every device reset in order.
 
         Args:
             keeps_clock: message time goes on from its present value; otherwise it restarts at 0. The run is the same.
+            prepare: changes the seed or the first model's first pose, once the old state is of no more use.
 
         Raises:
             SimulationError: the engine cannot compute with the model.
+            UsageError: called within a tick.
         """
+        self.refuse_within_tick()
         for callback in self.on_reset:
             callback()
+        prepare()
         self.runs += 1
         offset = self.clock.message_time() if keeps_clock else 0
         if self.model is not self.first_model:
@@ -308,6 +332,8 @@ class Simulation:
         self._refreshed_at = -1
         for callback in self.on_restart:
             callback()
+        for follower in self.followers:
+            follower.forget()
         for device in self.devices.values():
             device.reset()
         try:
@@ -368,34 +394,58 @@ class Simulation:
         """
         if self.inbox:
             self.inbox.empty()
-        for hook in self._before:
-            hook()
+        self._is_in_tick = True
         try:
-            if self._integrate is not None and self._integrate():
-                pass
-            elif self._drive:
-                mujoco.mj_step1(self.model, self.data)
-                for hook in self._drive:
-                    hook()
-                mujoco.mj_step2(self.model, self.data)
-            else:
-                mujoco.mj_step(self.model, self.data)
-        except mujoco.FatalError as error:
-            raise self._engine_error(error) from None
-        now = self.clock.advance()
-        if unstable:
-            reason = unstable[0]
-            unstable.clear()
-            raise SimulationError(f"at {now / 1e9:.3f} s: {reason}")
-        for hook in self._after:
-            hook()
-        events = self.events
-        while events.next_due <= now:
-            event = events.pop_due(now)
-            if event is not None:
-                self.devices[event.device].handle(event.kind, event.arguments)
-        if self.watches.next_due <= now:
-            self.watches.run_due(now, self.clock.tick)
+            for hook in self._before:
+                hook()
+            try:
+                if self._integrate is not None and self._integrate():
+                    pass
+                elif self._drive:
+                    mujoco.mj_step1(self.model, self.data)
+                    for hook in self._drive:
+                        hook()
+                    mujoco.mj_step2(self.model, self.data)
+                else:
+                    mujoco.mj_step(self.model, self.data)
+            except mujoco.FatalError as error:
+                raise self._engine_error(error) from None
+            now = self.clock.advance()
+            if unstable:
+                reason = unstable[0]
+                unstable.clear()
+                raise SimulationError(f"at {now / 1e9:.3f} s: {reason}")
+            for hook in self._after:
+                hook()
+            events = self.events
+            while events.next_due <= now:
+                event = events.pop_due(now)
+                if event is not None:
+                    self.devices[event.device].handle(event.kind, event.arguments)
+            if self.watches.next_due <= now:
+                self.watches.run_due(now, self.clock.tick)
+        finally:
+            self._is_in_tick = False
+
+    def refuse_within_tick(self) -> None:
+        """Refuse to replace the state while a tick is under way, as in a callback of a device or of the bus.
+
+        Raises:
+            UsageError: one is under way.
+        """
+        if self._is_in_tick:
+            raise UsageError("reset, snapshot and restore need a whole tick; call them after the step, not within it")
+
+    def refuse_rewind(self) -> None:
+        """Refuse to restore a snapshot while something needs time to go on.
+
+        Raises:
+            UsageError: a tick is under way, or something follows the run that cannot go back, such as a recording.
+        """
+        self.refuse_within_tick()
+        for refusal in self.rewind_refusals:
+            if reason := refusal():
+                raise UsageError(f"restore: {reason}")
 
     def _engine_error(self, error: Exception) -> SimulationError:
         """Return the error for a failure of the engine, usually because it has no room for all contacts."""

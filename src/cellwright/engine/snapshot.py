@@ -21,7 +21,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.simulation import CHANGING_FIELDS, Device, Simulation
+from cellwright.engine.sensor import Sensor
+from cellwright.engine.simulation import CHANGING_FIELDS, Device, Follower, Simulation
 from cellwright.util.errors import CellwrightError
 from cellwright.util.files import atomic_file
 
@@ -34,33 +35,71 @@ class CheckpointError(CellwrightError):
     """A checkpoint file that cannot be read, or belongs to another cell."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
-    """State of a simulation at one time, in memory."""
+    """State of a simulation at one time, in memory, with what is on its way to clients and what they know."""
 
+    time: int
+    """Simulation time [ns]."""
     data: mujoco.MjData
     fields: dict[str, NDArray[np.float64]]
     state: dict[str, Any]
     record: dict[str, Any]
+    readings: dict[str, tuple[Any, ...]]
+    memories: tuple[tuple[Follower, object], ...]
 
 
 def take_snapshot(simulation: Simulation) -> Snapshot:
-    """Take a snapshot of the simulation, without any effect on the run."""
+    """Take a snapshot of the simulation, without any effect on the run.
+
+    Raises:
+        UsageError: called within a tick.
+    """
+    simulation.refuse_within_tick()
+    sensors = (each for each in simulation.devices.values() if isinstance(each, Sensor))
     return Snapshot(
+        time=simulation.now,
         data=copy.copy(simulation.data),
         fields={name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS},
         state=copy.deepcopy(simulation.get_state()),
         record=copy.deepcopy(simulation.get_record()),
+        readings={each.name: pending for each in sensors if (pending := tuple(each.pending))},
+        memories=tuple((each, each.remember()) for each in simulation.followers),
     )
 
 
-def restore_snapshot(simulation: Simulation, snapshot: Snapshot) -> None:
-    """Restore a snapshot of the same simulation, or of one built from the same description."""
+def restore_snapshot(simulation: Simulation, snapshot: Snapshot, announce: Callable[[], None] = lambda: None) -> None:
+    """Restore a snapshot of the same simulation, or of one built from the same description.
+
+    Clients that the snapshot knows know again what they knew then. All others have forgotten everything.
+
+    Args:
+        simulation: the simulation.
+        snapshot: the snapshot.
+        announce: called when the state is restored, and before clients remember: for messages to those that cannot.
+
+    Raises:
+        UsageError: called within a tick, or something follows the run that cannot go back in time, such as a recording.
+    """
+    simulation.refuse_rewind()
+    for callback in simulation.on_rewind:
+        callback(snapshot.time)
+    simulation.runs += 1
+    for follower in simulation.followers:
+        follower.forget()
     simulation.set_state(copy.deepcopy(snapshot.state))  # first, since a device may replace the model
     mujoco.mj_copyData(simulation.data, simulation.model, snapshot.data)
     for name, values in snapshot.fields.items():
         getattr(simulation.model, name)[:] = values
     simulation.set_record(copy.deepcopy(snapshot.record))
+    for name, readings in snapshot.readings.items():
+        sensor = simulation.device(name)
+        assert isinstance(sensor, Sensor)
+        sensor.pending = readings
+    announce()
+    for follower, memory in snapshot.memories:
+        if follower in simulation.followers:
+            follower.recall(memory)
 
 
 def write_checkpoint(simulation: Simulation, path: Path) -> None:

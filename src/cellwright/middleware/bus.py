@@ -487,6 +487,14 @@ class Bus:
                 message = None if text is None or known is None else from_cdr(b64decode(text), known)
                 publisher.newest = message and shifted(message, clock_offset)
 
+    def deliver_latched(self) -> None:
+        """Deliver all latched messages once more: the run has gone back to a time when they were the newest."""
+        for topic in self._topics.values():
+            for publisher in topic.publishers:
+                if publisher.latch and (newest := publisher.newest) is not None:
+                    for subscription in topic.subscriptions_to(publisher.node):
+                        subscription.callback(newest)
+
     def subscribe(
         self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, passive: bool = False
     ) -> Subscription:

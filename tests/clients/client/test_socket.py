@@ -371,3 +371,23 @@ def test_connect_accepts_host_and_port_text() -> None:
 def test_connect_refuses_invalid_address(text: str | tuple[str, int]) -> None:
     with pytest.raises(UsageError, match="give a host and a port"):
         Client.connect(text)
+
+
+def test_client_in_another_process_forgets_run_before_reset_and_gets_latched_messages_after_restore() -> None:
+    cell = Cell(KITTING)
+    with served(cell, lockstep=False, speed=4.0) as home, connected(home) as transport:
+        client = Client(transport)
+        client.start_competition()
+        assert client.wait_for_order(TIMEOUT) is not None
+        taken: list[Any] = []
+        cell.simulation.inbox.put(lambda: taken.append(cell.snapshot()))
+        assert client.wait_until(lambda: bool(taken), TIMEOUT)
+        cell.simulation.inbox.put(cell.reset)
+        assert client.wait_until(lambda: client.competition_state == "init", TIMEOUT)
+        assert client.orders == []
+        cell.simulation.inbox.put(lambda: cell.restore(taken[0]))
+        assert client.wait_until(lambda: client.competition_state == "go", TIMEOUT)
+        cell.simulation.inbox.put(lambda: cell.restore(taken[0]))
+        before = client.joint_states.count
+        assert client.wait_until(lambda: client.joint_states.count != before, TIMEOUT)
+        assert client.wait_until(lambda: [each.order_id for each in client.orders] == ["order_0"], TIMEOUT)

@@ -161,11 +161,15 @@ class PopulationSchedule(PlainState):
     STATE: ClassVar[tuple[str, ...]] = ("running", "_anchor", "_index", "_last_pop")
 
     def __init__(self, parts: Sequence[BeltPart], cycles: int = 1, delay: float = 0.0) -> None:
-        self._start = Fraction(-nanoseconds(delay))
+        self.set_delay(delay)
         self.entries = tuple(sorted(parts, key=lambda part: part.time))
         self._due = [nanoseconds(part.time) for part in self.entries]
         self._pool = Counter({type_: count * cycles for type_, count in Counter(p.type for p in self.entries).items()})
         self.reset()
+
+    def set_delay(self, delay: float) -> None:
+        """Set the delay of the first round [s at full power], before a run."""
+        self._start = Fraction(-nanoseconds(delay))
 
     def reset(self) -> None:
         """Begin a run: paused at the beginning of the list, at full power, no clone used."""

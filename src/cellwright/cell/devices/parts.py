@@ -20,6 +20,8 @@ from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import World, WorldPart
 from cellwright.cell.model.clones import more_bodies
 from cellwright.cell.model.parts import separation_speed
+from cellwright.cell.model.rearrangement import rearrange
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose
@@ -87,6 +89,11 @@ class Parts(Device):
         self.in_play = {part.name for part in self.world.parts if not part.pooled}
         self._list_parts()
         self.set_stepping(False)
+
+    def rearrange(self, trial: Trial) -> World:
+        """Begin the next run with another variation of the trial; return its model."""
+        self._first = rearrange(self._first, trial)
+        return self._first
 
     def get_state(self) -> dict[str, Any]:
         """Return the parts in play, the bodies of the clones, and the types of the bodies since the first model."""

@@ -71,8 +71,12 @@ class VacuumCheck(PlainState):
     STATE: ClassVar = ("enabled", "part", "counter", "reason", "lost_reason", "next_look", "_last_look")
 
     def __init__(self, phase: int | None = None) -> None:
-        self.phase = None if phase is None else phase % CHECK_PERIOD
+        self.set_phase(phase)
         self.reset()
+
+    def set_phase(self, phase: int | None) -> None:
+        """Set the phase of the checks [ns], before a run."""
+        self.phase = None if phase is None else phase % CHECK_PERIOD
 
     def reset(self) -> None:
         """Begin a run: switched off, holding nothing."""

@@ -208,7 +208,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     located = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     own_bodies = len(everything) - len(clones)
-    qpos, ctrl = _first_pose(model, trial)
+    qpos, ctrl = first_pose(model, trial)
     return World(
         model=model,
         visuals=visuals,
@@ -288,7 +288,7 @@ def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
     )
 
 
-def _first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the positions and setpoints that a run begins with. AGVs are at home, at 0."""
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)

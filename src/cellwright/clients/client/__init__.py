@@ -1,6 +1,17 @@
 """Client of a cell or robot: the interface of programs, over every transport."""
 
 from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_message
+from cellwright.clients.client.pictures import CameraPicture, LatestPicture
 from cellwright.clients.client.session import Latest, NodeClient, Rate, Session
 
-__all__ = ["ARM_JOINTS", "Client", "Latest", "NodeClient", "Rate", "Session", "trajectory_message"]
+__all__ = [
+    "ARM_JOINTS",
+    "CameraPicture",
+    "Client",
+    "Latest",
+    "LatestPicture",
+    "NodeClient",
+    "Rate",
+    "Session",
+    "trajectory_message",
+]

@@ -9,9 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cellwright.clients.client.in_process import Transport
+from cellwright.clients.client.pictures import LatestPicture, picture_topics
 from cellwright.clients.client.session import Latest, NodeClient
 from cellwright.config import layout
 from cellwright.middleware.messages import osrf_gear
+from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory, String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -63,7 +65,23 @@ class Client(NodeClient):
         """Newest joint states (sensor_msgs/JointState)."""
         self._gripper = self.latest("/ariac/gripper/state")
         self._sensors: dict[str, Latest] = {}
+        self._cameras: dict[str, LatestPicture] = {}
         self.subscribe("/ariac/orders", self.orders.append, passive=True)
+
+    def remember(self) -> object:
+        """Return what it has received; see `NodeClient.remember`."""
+        return super().remember(), tuple(self.orders)
+
+    def forget(self) -> None:
+        """Forget what it has received, the orders too."""
+        super().forget()
+        self.orders.clear()
+
+    def recall(self, memory: Any) -> None:
+        """Know again what `remember` returned."""
+        received, orders = memory
+        super().recall(received)
+        self.orders[:] = orders
 
     @property
     def competition_state(self) -> str:
@@ -137,6 +155,12 @@ class Client(NodeClient):
         """Former name of `set_status`."""
         warnings.warn("Client.intend is deprecated; use Client.set_status", DeprecationWarning, stacklevel=2)
         self.set_status(text)
+
+    def joint_arrays(self) -> JointArrays:
+        """Return the newest joint states as arrays with their names; a UsageError before the first message."""
+        if self.joint_states.message is None:
+            raise UsageError("no joint states have come yet; let time pass first, such as by joint_states.wait()")
+        return joint_arrays(self.joint_states.message)
 
     @property
     def joint_positions(self) -> Mapping[str, float]:
@@ -281,15 +305,37 @@ class Client(NodeClient):
     def sensor(self, name: str) -> Latest:
         """Return the newest reading of a sensor of the trial; the first call subscribes.
 
+        The `message` of an `rgb_camera` or an `rgbd_camera` is a `CameraPicture`, as of `camera`. That of a
+        `depth_camera` is a sensor_msgs/PointCloud, as in 2018; `camera` has its depths.
+
         Raises:
             UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
         """
         if name not in self._sensors:
-            self._sensors[name] = self.latest(self._sensor_topic(name))
+            pictures = self._picture_topics(name)
+            self._sensors[name] = self.camera(name) if pictures else self.latest(self._sensor_topic(name))
         return self._sensors[name]
 
+    def camera(self, name: str) -> LatestPicture:
+        """Return the newest picture of a camera of the trial, as arrays; the first call subscribes.
+
+        A picture comes with all that the camera sees, colours and depths of one moment.
+
+        Raises:
+            UnknownNameError: there is no such camera.
+        """
+        if name not in self._cameras:
+            topics = picture_topics(f"{_PREFIX}{name}", self.transport.topics())
+            if not topics:
+                published = self.transport.topics()
+                below = sorted({each.split("/")[2] for each in published if each.startswith(_PREFIX)})
+                cameras = [each for each in below if picture_topics(f"{_PREFIX}{each}", published)]
+                raise UnknownNameError("camera", name, cameras)
+            self._cameras[name] = LatestPicture(self, f"{_PREFIX}{name}", topics)
+        return self._cameras[name]
+
     def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Call `callback(message)` for each reading of a sensor.
+        """Call `callback(message)` for each reading of a sensor: messages as of `sensor`.
 
         Returns:
             A function that ends the subscription.
@@ -297,14 +343,23 @@ class Client(NodeClient):
         Raises:
             UnknownNameError: as for `sensor`.
         """
+        if topics := self._picture_topics(name):
+            return LatestPicture(self, f"{_PREFIX}{name}", topics, callback).cancel
         return self.subscribe(self._sensor_topic(name), callback)
+
+    def _picture_topics(self, name: str) -> dict[str, str]:
+        """Return the topics of a camera whose pictures are its readings; empty for any other sensor."""
+        topics = self.transport.topics()
+        return {} if f"{_PREFIX}{name}" in topics else picture_topics(f"{_PREFIX}{name}", topics)
 
     def _sensor_topic(self, name: str) -> str:
         """Return the topic of a sensor, which must exist."""
         topic, topics = f"{_PREFIX}{name}", self.transport.topics()
         if topic not in topics:
             below = [each.removeprefix(_PREFIX) for each in topics if each.startswith(_PREFIX)]
-            sensors = sorted(each for each in below if "/" not in each and each not in _NO_SENSORS)
+            plain = {each for each in below if "/" not in each and each not in _NO_SENSORS}
+            firsts = {each.partition("/")[0] for each in below}
+            sensors = sorted(plain | {each for each in firsts if picture_topics(f"{_PREFIX}{each}", topics)})
             error = UnknownNameError("sensor", name, sensors)
             if self.transport.knows_all_topics:
                 raise error

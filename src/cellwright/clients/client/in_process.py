@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from cellwright.engine.loop import StopCondition
+from cellwright.engine.simulation import Follower
 from cellwright.middleware.bus import Direction, Node, PendingResponse
 from cellwright.util.errors import RunEndedError
 
@@ -14,7 +15,8 @@ Callback = Callable[[Any], None]
 class Transport(Protocol):
     """A connection to a cell: in the same process, over a socket, over ROS.
 
-    Time is simulation time in nanoseconds. Messages are delivered only within `advance`.
+    Time is simulation time in nanoseconds. Messages are delivered only within `advance`. One that knows when time jumps
+    also has a method `follow(follower)`: a client forgets then what it knows.
     """
 
     def now(self) -> int:
@@ -77,6 +79,8 @@ class InProcess:
         self._is_closed = False
         self._mail: deque[tuple[Callback, Any]] = deque()
         self._subscriptions: dict[Callable[[], None], None] = {}
+        self._followers: list[Follower] = []
+        cell.simulation.followers.append(self)
 
     knows_all_topics = True
 
@@ -149,9 +153,33 @@ class InProcess:
         """Return the types of the topics that the cell publishes, by name."""
         return {info.name: info.type for info in self.cell.bus.topics() if info.direction is Direction.OUT}
 
+    def follow(self, follower: Follower) -> None:
+        """Have a follower forget what it knows when time jumps, and remember it after `Cell.restore`."""
+        self._followers.append(follower)
+
+    def remember(self) -> object:
+        """Return the messages that wait for delivery, and what the followers know."""
+        return tuple(self._mail), [(each, each.remember()) for each in self._followers]
+
+    def forget(self) -> None:
+        """Forget the messages that wait for delivery, and what the followers know."""
+        self._mail.clear()
+        for each in self._followers:
+            each.forget()
+
+    def recall(self, memory: Any) -> None:
+        """Restore what `remember` returned."""
+        mail, followers = memory
+        self._mail.clear()
+        self._mail.extend(mail)
+        for each, known in followers:
+            each.recall(known)
+
     def close(self) -> None:
         """Cancel all subscriptions, and refuse further calls."""
         self._is_closed = True
+        if self in self.cell.simulation.followers:
+            self.cell.simulation.followers.remove(self)
         for leave in list(self._subscriptions):
             leave()
         self._subscriptions.clear()

@@ -56,6 +56,23 @@ class NodeClient:
         self.transport = transport
         self._waiting = False
         self._thread = get_ident()
+        self._kept: list[Latest] = []
+        if (follow := getattr(transport, "follow", None)) is not None:
+            follow(self)
+
+    def remember(self) -> object:
+        """Return what it has received, for a snapshot of the cell; the messages themselves never change."""
+        return [(each, each.remember()) for each in self._kept]
+
+    def forget(self) -> None:
+        """Forget what it has received: time has jumped, as in `Cell.reset`. Subscriptions stay."""
+        for each in self._kept:
+            each.recall(None)
+
+    def recall(self, memory: Any) -> None:
+        """Know again what `remember` returned."""
+        for each, known in memory:
+            each.recall(known)
 
     def adopt(self) -> None:
         """Make the calling thread the owner, once the previous owner has finished with the client."""
@@ -234,6 +251,7 @@ class Rate:
     def sleep(self) -> None:
         """Wait for the next beat; return at once if it has gone by."""
         now = self._session.time
+        self._last = min(self._last, now)  # as rospy does: time may have gone back, in a reset
         self._session.sleep(max(0.0, self._last + self._period - now))
         self._last += self._period
         if now - self._last > 2 * self._period:
@@ -245,8 +263,8 @@ class Latest:
 
     Attributes:
         topic: name of the topic.
-        message: the newest message; None before the first.
-        count: number of messages so far.
+        message: the newest message; None before the first, and after a reset.
+        count: number of messages so far, since the latest reset.
 
     Example:
         >>> from cellwright import Cell, NodeClient, Trial
@@ -263,12 +281,16 @@ class Latest:
         self.message: Any = None
         self.count = 0
         self._unsubscribe: Callable[[], None] | None = None
+        session._kept.append(self)
         self.listen()
 
     def listen(self) -> None:
         """Take messages again after `cancel`."""
         if self._unsubscribe is None:
-            self._unsubscribe = self._session.subscribe(self.topic, self._take, passive=True)
+            self._unsubscribe = self._subscribe()
+
+    def _subscribe(self) -> Callable[[], None]:
+        return self._session.subscribe(self.topic, self._take, passive=True)
 
     def cancel(self) -> None:
         """Take no more messages; the newest one stays."""
@@ -280,6 +302,14 @@ class Latest:
         self.message = message
         self.count += 1
 
+    def remember(self) -> Any:
+        """Return what has come, for a snapshot."""
+        return self.message, self.count
+
+    def recall(self, memory: Any) -> None:
+        """Know again what `remember` returned; None for nothing."""
+        self.message, self.count = memory or (None, 0)
+
     def wait(self, timeout: float | None = None) -> Any:
         """Return the newest message; wait for the first one, None if it does not come within `timeout` [s]."""
         self._session.wait_until(lambda: self.message is not None, timeout)
@@ -288,7 +318,8 @@ class Latest:
     def wait_for_next(self, timeout: float | None = None) -> Any:
         """Wait for the next message; None if none comes within `timeout` [s]."""
         seen = self.count
-        return self.message if self._session.wait_until(lambda: self.count > seen, timeout) else None
+        is_next = self._session.wait_until(lambda: self.message is not None and self.count != seen, timeout)
+        return self.message if is_next else None
 
 
 Session = NodeClient

@@ -16,6 +16,7 @@ from contextlib import suppress
 from typing import Any
 
 from cellwright.clients.client.in_process import Callback, deliver_all
+from cellwright.engine.simulation import Follower
 from cellwright.middleware import messages
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (
@@ -245,6 +246,8 @@ class SocketTransport:
         self._write, self._read = messages.ENCODINGS[encoding]
         self._deliveries: dict[int, Callback] = {}
         self._mail: deque[tuple[Callback, bytes]] = deque()
+        self._news = 0  # messages since the newest clock
+        self._followers: list[Follower] = []
         self._connection = SocketConnection(address, node=node, encoding=encoding, on_frame=self._take)
         self.welcome = welcome = self._connection.welcome
         """The cell's description of itself."""
@@ -342,6 +345,10 @@ class SocketTransport:
         """Return the types of the topics that the cell publishes, by name."""
         return {each["name"]: str(each["type"]) for each in self.welcome["topics"] if each["direction"] == "out"}
 
+    def follow(self, follower: Follower) -> None:
+        """Have a follower forget what it knows when time goes back: the run was reset, or a snapshot was restored."""
+        self._followers.append(follower)
+
     def close(self) -> None:
         """Disconnect from the cell."""
         self._connection.close()
@@ -349,7 +356,18 @@ class SocketTransport:
         self._mail.clear()
 
     def _ask_for_time(self, until: int, each_tick: bool) -> None:  # noqa: FBT001
-        self._now = read_time(self._connection.ask(advance(self._connection.number(), until, each_tick=each_tick)))
+        self._news = len(self._mail)
+        self._set_time(read_time(self._connection.ask(advance(self._connection.number(), until, each_tick=each_tick))))
+
+    def _set_time(self, now: int) -> None:
+        """Set the time [ns]; when it goes back, nothing of the time before is of use but the newest messages."""
+        if now < self._now:
+            while len(self._mail) > self._news:
+                self._mail.popleft()
+            for follower in self._followers:
+                follower.forget()
+        self._now = now
+        self._news = 0
 
     def _wait_for(self, number: int) -> Frame:
         """In lockstep: let time pass, tick by tick, until a call is answered."""
@@ -375,6 +393,7 @@ class SocketTransport:
         deliver = self._deliveries.get(frame.number)
         if deliver is not None:
             self._mail.append((deliver, frame.payload))
+            self._news += 1
         elif frame.number == self._clock:
             stamp = self._read(frame.payload, messages.message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
-            self._now = nanoseconds(stamp)
+            self._set_time(nanoseconds(stamp))

@@ -67,6 +67,8 @@ class Recorder:
     ) -> None:
         self.on_begin: Callable[[], None] = lambda: None
         """Called when a new file was begun after a reset, for the events that come first in it."""
+        self.renew_header: Callable[[], RecordingHeader] = lambda: header
+        """Returns the header of a new file: the run may start with another seed."""
         self._served, self._simulation = served, served.simulation
         self._path, self._header = path, header
         self._attachments = dict(attachments or {})
@@ -130,6 +132,7 @@ class Recorder:
     def _restart(self) -> None:
         """Begin another file, at time 0."""
         self._attachments.pop(names.START, None)
+        self._header = self.renew_header()
         try:
             self._begin()
         except CellwrightError as error:

@@ -10,8 +10,9 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar, cast, get_args
 
-from cellwright.cell import variation
 from cellwright.cell.cell import Cell
+from cellwright.cell.start import Start
+from cellwright.cell.variation import DEFAULT_BOUNDS, Bounds
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
@@ -125,8 +126,8 @@ def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
         overrides = [Override.read(each, "overrides in the recording") for each in facts.texts("overrides")]
         trial = load_trial(_files(folder, facts), overrides=overrides).trial
     seed = facts.of("seed", int)
-    if facts.of("varied", bool):
-        trial = variation.vary(trial, seed)
+    bounds = facts.read("bounds", _bounds) if facts.of("varied", bool) else None
+    trial = Start(seed, bounds).changed(joints=facts.read("joints", _joints)).of(trial)
     servo = facts.of("servo", str)
     if servo not in get_args(ServoProfile):
         raise RecordingError(f"unknown servo profile {servo!r:.40} in the recording")
@@ -238,6 +239,14 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
             f"the recording lacks {missing[0]:.80}; it was cut short too early for the run to be repeated"
         )
     return found
+
+
+def _bounds(values: Mapping[str, Any] | None) -> Bounds:
+    return DEFAULT_BOUNDS if values is None else Bounds(**values)
+
+
+def _joints(values: Mapping[str, Any] | None) -> dict[str, float]:
+    return {} if values is None else dict(values)
 
 
 def _safety(values: Mapping[str, Any]) -> SafetySettings:

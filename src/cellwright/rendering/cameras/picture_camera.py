@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Simulation, State
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.cameras.render_service import Drawn, PendingPicture, RenderService
@@ -324,6 +324,20 @@ class PictureCamera(Sensor[Picture]):
         """Remove all listeners, and release the render process."""
         super().close()
         self._service.close()
+
+    @property
+    def pending(self) -> Iterable[_Exposure]:
+        """Exposures whose pictures were not delivered yet."""
+        return self._exposures
+
+    @pending.setter
+    def pending(self, exposures: Iterable[_Exposure]) -> None:
+        self._exposures = deque(exposures)
+
+    def set_state(self, state: State) -> None:
+        """Restore the switch; the frame that was drawn last is another one's."""
+        super().set_state(state)
+        self._service.reopen()
 
     def _drop_pending(self) -> None:
         super()._drop_pending()

@@ -78,6 +78,7 @@ def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
         stamp=target.stamp,
         report=record.report,
     )
+    recorder.renew_header = partial(target.header, session, record)
     end = {"outcome": "broken off"}
     try:
         with target.recorded_events(session, recorder, record):

@@ -17,6 +17,7 @@ from cellwright.cell.kitting.evidence import Evidence
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.layout import ARM_JOINTS
+from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.loop import PaceFigures
 from cellwright.viewer.services.names import MIN_DEVIATION
 
@@ -108,6 +109,11 @@ class CollisionWatch:
         """Forget all collisions: the run has started again."""
         self._open.clear()
         self.collisions = []
+
+    def rewind(self, time: int) -> None:
+        """Forget all collisions after `time` [ns]: the run goes back there."""
+        self._open.clear()
+        self.collisions = [each for each in self.collisions if each.end <= time / NANOSECONDS]
 
     def _look(self, _index: int) -> None:
         simulation = self._cell.simulation

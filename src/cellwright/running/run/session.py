@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, cast
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.variation import Bounds
 from cellwright.clients.agents.agent import Agent, find_agent, maker_of
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
@@ -31,7 +32,7 @@ from cellwright.running.run.agent_work import work_in_process
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
 from cellwright.running.run.result import Outcome, SessionResult
-from cellwright.running.run.targets import CellTarget, SessionState, Target, load_robot, load_trial
+from cellwright.running.run.targets import CellTarget, SessionState, Target, load_robot, load_trial, subscribe
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UsageError
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from cellwright.viewer.web.start import WebPage
 
 
+_ONE_COURSE = "a recording, video or log of this run is being written, and has one course of time; run without them"
 _POLL_PERIOD = 0.1  # [s]
 _LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
 
@@ -341,15 +343,16 @@ class Session(SessionState):
     def transport(self, node: str) -> InProcess:
         """Return a connection to the node for a client in this process."""
         transport = InProcess(self.node, node=node, stop=self.stop)
-        transport.step = self.loop.tick if self._is_paced or self.server is not None else self.node.simulation.step
+        if self._is_paced or self.server is not None:
+            transport.step = lambda: self.loop.tick()  # a reset brings another loop
+        else:
+            transport.step = self.node.simulation.step
         return transport
 
     def _begin(self, run: ExitStack, until: float | None, *, has_agent: bool) -> None:
         if self.restart_requested:
             self.stop.withdraw()
-        self.stop.reset()
-        if until is not None:
-            self.stop.limit(nanoseconds(until))
+        self._limit_time(until)
         self.restart_requested, self._is_over = False, False
         self.number += 1
         self.loop = SimulationLoop(
@@ -362,6 +365,10 @@ class Session(SessionState):
         )
         self.target.begin(self, run)
         self._has_agent, self._first_tick = has_agent, self.node.simulation.clock.tick
+        simulation = self.node.simulation
+        subscribe(simulation.on_rewind, lambda _time: self._limit_time(until), run)
+        if self._files():
+            subscribe(simulation.rewind_refusals, lambda: _ONE_COURSE, run)
         for observer in (*self._files(), *self.observers):
             run.enter_context(observer(self))
         is_there = not self.stop.is_requested
@@ -379,6 +386,12 @@ class Session(SessionState):
             self._on_ready(self)
         self.loop.pacer.begin()
         self._begun = time.perf_counter()
+
+    def _limit_time(self, until: float | None) -> None:
+        """Let the run end at its own limits, and at `until` [s]."""
+        self.stop.reset()
+        if until is not None:
+            self.stop.limit(nanoseconds(until))
 
     def _poll(self) -> None:
         for poll in self.on_poll:
@@ -405,17 +418,48 @@ class Session(SessionState):
         """Return the result of the run so far."""
         return self.target.result(self, self.target.outcome_by_now(), "")
 
-    def reset(self, *, keeps_clock: bool = False) -> None:
+    def reset(
+        self,
+        *,
+        keeps_clock: bool = False,
+        seed: int | None = None,
+        variation: bool | Bounds | None = None,
+        joints: Mapping[str, float] | None = None,
+    ) -> None:
         """Restart the run while clients stay connected; an agent in this process is run again.
+
+        The run of a program's own `client()` ends, with its result and files, and another one begins: the client stays,
+        and forgets the last run.
 
         Args:
             keeps_clock: message time goes on, so that clients see no jump; otherwise it restarts at 0.
+            seed: root of all random streams of a cell; what is left out stays as it was, as for `Cell.reset`.
+            variation: as for `Cell.reset`.
+            joints: as for `Cell.reset`.
 
         Raises:
             RejectedCommandError: the clock cannot go on, see `state_refusal`.
+            UsageError: a cell cannot start so, or this is no cell; the run goes on.
+
+        Example:
+            >>> import cellwright
+            >>> with cellwright.Session("lesson") as session:
+            ...     client = session.client()
+            ...     for seed in (1, 2):
+            ...         session.reset(seed=seed, variation=True)
+            ...         client.sleep(0.1)
+            >>> session.number, session.node.seed
+            (3, 2)
         """
         if keeps_clock and (reason := self.state_refusal()):
             raise RejectedCommandError(reason)
+        asked = {"seed": seed, "variation": variation, "joints": joints}
+        start = {name: value for name, value in asked.items() if value is not None}
+        self.target.check_start(start)
+        self.target.start_next_with(start)
+        if self._run is not None and not self._is_over and not self.loop.is_serving:
+            self._run_again(self._run)
+            return
         if self._restarts_as_whole:
             self.restart_requested = True
             self.stop.request("the run restarts")
@@ -428,6 +472,14 @@ class Session(SessionState):
             self.stop.reset()
             for listener in self.on_reset:
                 listener(before)
+
+    def _run_again(self, run: ExitStack) -> None:
+        """End the run of a program's own client, and begin another one."""
+        self.node.simulation.refuse_within_tick()
+        with run:
+            self._end(self.target.outcome_by_now(), "")
+        self._run = ExitStack()
+        self._begin(self._run, None, has_agent=True)
 
     def state_refusal(self) -> str:
         """Return why the run may not start again while the clock goes on; empty if it may."""

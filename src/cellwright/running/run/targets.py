@@ -44,7 +44,7 @@ from cellwright.running.run.result import (
     final_outcome,
     versions,
 )
-from cellwright.util.errors import SimulationError
+from cellwright.util.errors import SimulationError, UsageError
 from cellwright.viewer.services.cell_panel import IN_COMPETITION, OVER, CellPanel
 
 if TYPE_CHECKING:
@@ -220,6 +220,18 @@ class Target(ABC):
     def begin(self, session: SessionState, run: ExitStack) -> None:  # noqa: B027
         """Start a run; `run` restores the state before it."""
 
+    def check_start(self, start: Mapping[str, Any]) -> None:
+        """Check the seed, the variation and the joints for the next run, before anything is changed.
+
+        Raises:
+            UsageError: the target has none, or one is out of range.
+        """
+        if start:
+            raise UsageError(f"reset: {', '.join(start)}: only a cell starts with them; leave them out")
+
+    def start_next_with(self, start: Mapping[str, Any]) -> None:  # noqa: B027
+        """Begin the next run with a checked seed, variation and joints."""
+
     @abstractmethod
     def reset(self, *, keeps_clock: bool = False) -> None:
         """Start again while clients stay connected; see `Simulation.reset` for `keeps_clock`."""
@@ -374,6 +386,7 @@ class CellTarget(Target):
         self._about = about
         self._named_files = files
         self._heard: Counter[str] = Counter()
+        self._next: dict[str, Any] = {}  # seed, variation and joints of the next run, if they change
         self._collisions: CollisionWatch | None = None
         self.on_collision: list[Callable[[Collision], None]] = []
         """Called with each collision of the arm that is over."""
@@ -412,7 +425,7 @@ class CellTarget(Target):
         for when, path in options.checkpoints:
             cell.checkpoints.declare(nanoseconds(when), path)
             run.callback(cell.checkpoints.withdraw, nanoseconds(when))
-        cell.reset()
+        self.reset()
         if options.start is not None:
             read_checkpoint(cell.simulation, options.start)
         self._listen(options, run)
@@ -431,6 +444,7 @@ class CellTarget(Target):
             self._collisions = CollisionWatch(cell, self._keep_collision)
             run.callback(self._collisions.end)
             subscribe(session.on_reset, self._collisions.reset, run)
+            subscribe(cell.simulation.on_rewind, self._collisions.rewind, run)
 
     def _keep_collision(self, collision: Collision) -> None:
         for keep in self.on_collision:
@@ -457,9 +471,21 @@ class CellTarget(Target):
             run.callback(cell.bus.subscribe(name, partial(_count, heard, name), node="/listener").cancel)
         self._heard = heard
 
+    def check_start(self, start: Mapping[str, Any]) -> None:
+        """Check the seed, the variation and the joints for the next run."""
+        if start and self.node is None:
+            raise UsageError(f"reset: {', '.join(start)}: the session is not open; use it in a `with` block")
+        if start:
+            self.node.check_start(**start)
+
+    def start_next_with(self, start: Mapping[str, Any]) -> None:
+        """Begin the next run with a checked seed, variation and joints."""
+        self._next = dict(start)
+
     def reset(self, *, keeps_clock: bool = False) -> None:
         """Start again at time 0; with `keeps_clock`, message time goes on."""
-        self.node.reset(keeps_clock=keeps_clock)
+        start, self._next = self._next, {}
+        self.node.reset(keeps_clock=keeps_clock, **start)
 
     def loop(self, session: SessionState) -> tuple[str, str]:
         """Let time pass until the run stops; return how it ended, and the error."""
@@ -560,7 +586,9 @@ class CellTarget(Target):
             "timestep": [timestep.numerator, timestep.denominator],
             "circumstances": asdict(cell.trial.circumstances),
             "overrides": list(cell.trial.overrides),
-            "varied": record.is_varied,
+            "varied": record.is_varied or cell.start.bounds is not None,
+            "bounds": None if cell.start.bounds is None else asdict(cell.start.bounds),
+            "joints": dict(cell.start.joints),
             "checkpoints": sorted(nanoseconds(when) for when, _ in session.options.checkpoints),
             **source_facts(record),
         }

@@ -58,7 +58,7 @@ class CellPanel:
 
     def __init__(self, cell: Cell, about: Mapping[str, Any] | None = None) -> None:
         self._cell = cell
-        self._about = {"seed": cell.seed, "servo": cell.servo, **(about or {})}
+        self._about = dict(about or {})
         self.collisions: Callable[[], dict[str, Any] | None] = lambda: None
         """Returns the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None without a watch."""
         self._result: dict[str, Any] | None = None
@@ -83,7 +83,7 @@ class CellPanel:
         return {
             "kind": "cell",
             "name": cell.name,
-            "about": self._about,
+            "about": {"seed": cell.seed, "servo": cell.servo, **self._about},
             "development": not cell.in_competition,
             "state": str(competition.state),
             "end_reason": None if competition.referee.end_reason is None else str(competition.referee.end_reason),

@@ -125,6 +125,7 @@ class SimulationServices:
         self._has_clock = has_clock
         self._pending: list[PendingResponse] = []
         simulation.on_reset.append(self._interrupt)
+        simulation.on_rewind.append(lambda _time: self._interrupt())
 
     def offer(self, server: Offers) -> None:
         """Offer all services; those that a competition refuses answer FEATURE_UNSUPPORTED there."""

@@ -1,0 +1,101 @@
+"""Start of a run: the seed, the variation and the posture of the arm with which a cell begins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from operator import index
+
+from cellwright.cell.variation import DEFAULT_BOUNDS, Bounds, vary
+from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import UnknownNameError, UsageError
+
+
+@dataclass(frozen=True)
+class Start:
+    """Start of a run.
+
+    Attributes:
+        seed: root of all random streams.
+        bounds: bounds of the variation that the seed draws; None: the trial as written.
+        joints: initial positions of arm joints [rad; m for the rail], in place of the trial's.
+    """
+
+    seed: int
+    bounds: Bounds | None = None
+    joints: Mapping[str, float] = field(default_factory=dict)
+
+    def changed(
+        self,
+        *,
+        seed: int | None = None,
+        variation: bool | Bounds | None = None,
+        joints: Mapping[str, float] | None = None,
+    ) -> Start:
+        """Return the start with other values; None keeps one.
+
+        Args:
+            seed: root of all random streams, from 0.
+            variation: bounds of a variation; True for the usual ones, False for the trial as written.
+            joints: initial positions of arm joints; empty for those of the trial.
+
+        Raises:
+            UsageError: a value that no run can start with.
+            UnknownNameError: an arm joint that does not exist.
+        """
+        found = self
+        if seed is not None:
+            found = replace(found, seed=_checked_seed(seed))
+        if variation is not None:
+            bounds = variation if isinstance(variation, Bounds) else DEFAULT_BOUNDS if variation else None
+            found = replace(found, bounds=bounds)
+        if joints is not None:
+            found = replace(found, joints={name: _checked_position(name, value) for name, value in joints.items()})
+        return found
+
+    def of(self, written: Trial) -> Trial:
+        """Return the trial of the run.
+
+        Args:
+            written: the trial as written.
+
+        Raises:
+            UsageError: the trial has no arm for the joints, or has been varied before.
+        """
+        trial = written
+        if self.joints:
+            if not trial.has_arm:
+                raise UsageError(f"joints: trial {trial.name} has no arm; leave them out")
+            trial = replace(trial, initial_joint_states={**trial.initial_joint_states, **self.joints})
+        if self.bounds is None:
+            return trial
+        if trial.circumstances.seed is not None:
+            raise UsageError(
+                f"variation: trial {trial.name} is a variation already, of seed {trial.circumstances.seed}; "
+                "build the cell from the trial as written"
+            )
+        return vary(trial, self.seed, self.bounds)
+
+
+def _checked_seed(seed: int) -> int:
+    try:
+        number = index(seed)
+    except TypeError:
+        raise UsageError(f"seed must be a whole number (got {seed!r})") from None
+    if number < 0:
+        raise UsageError(f"seed must not be below 0 (got {number})")
+    return number
+
+
+def _checked_position(name: str, position: float) -> float:
+    if name not in ARM_JOINTS:
+        raise UnknownNameError("arm joint", name, ARM_JOINTS)
+    limit = RAIL_LIMIT if name == ARM_JOINTS[0] else TURN_LIMIT
+    try:
+        number = float(position)
+    except (TypeError, ValueError):
+        raise UsageError(f"joints: {name} must be a number (got {position!r})") from None
+    if not abs(number) <= limit:
+        raise UsageError(f"joints: {name} must be within the joint's limits of ±{limit:g} (got {number:g})")
+    return number
