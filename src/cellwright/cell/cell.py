@@ -179,7 +179,7 @@ class Cell(CellDevices):
         self.bus = Bus(lambda: self.simulation.now, report)
         handlers: list[Device] = [CellPublications(self)]
         if self.arm is not None:
-            handlers.append(TrajectoryAction(self.arm))
+            handlers.append(TrajectoryAction(self.arm, self.bus.refusals))
         for each in handlers:
             self.simulation.add(each)
         table = rows(trial, competition=competition)

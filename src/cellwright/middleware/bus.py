@@ -94,6 +94,18 @@ class Refusals:
         more = f" (and {unreported} more since the last report)" if unreported else ""
         self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{more}")
 
+    def warn(self, source: str, text: str) -> None:
+        """Report a line about input that was accepted and is probably a mistake; at most one a second of a source."""
+        source = _one_line(source, _MAX_SOURCE_LENGTH)
+        key, now = f"warning: {source}", self._now()
+        is_full = len(self._report_times) == MAX_LINES and _is_recent(now, self._report_times[0])
+        if is_full or _is_recent(now, self._reported.get(key)):
+            return
+        if len(self._reported) < 2 * MAX_SOURCES:
+            self._reported[key] = now
+        self._report_times.append(now)
+        self._report(_one_line(f"{source}: {text}", MAX_LINE_LENGTH))
+
     def flush(self) -> None:
         """Report what was counted but not reported, as at the end of a run; of many sources only the first ones."""
         unreported = list(self._unreported.items())

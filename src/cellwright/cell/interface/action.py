@@ -13,10 +13,11 @@ from typing import Any
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
 from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
-from cellwright.cell.interface.commands import trajectory_of
+from cellwright.cell.interface.commands import trajectory_of, warn_of_wall_time
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS, seconds
 from cellwright.engine.simulation import Device, State
+from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import control_msgs
@@ -49,9 +50,10 @@ class TrajectoryAction(Device):
     on them.
     """
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Arm, refusals: Refusals) -> None:
         super().__init__(FOLLOW)
         self._arm = arm
+        self._refusals = refusals
         self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}
         """Status of each goal, and the time of its end [ns]; None while it is active."""
         self._last_cancel = 0
@@ -84,7 +86,7 @@ class TrajectoryAction(Device):
         }
         self._last_cancel = state["last cancel"] + offset if "last cancel" in state else 0
 
-    def take_goal(self, _row: Endpoint, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
+    def take_goal(self, row: Endpoint, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, reject it with a result, or recall it if it was cancelled before.
 
         Raises:
@@ -113,6 +115,7 @@ class TrajectoryAction(Device):
             self._end(GoalStatus(goal_id, REJECTED, reason), int(error.result))
             raise  # counted and reported with the other refusals
         self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
+        warn_of_wall_time(self._refusals, f"{row.name} from {node}" if node else row.name, trajectory)
 
     def take_cancel(self, _row: Endpoint, message: GoalID, _node: str) -> None:
         """Cancel by identifier, by time (all goals up to it), or everything when both are empty.

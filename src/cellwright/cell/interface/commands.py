@@ -14,6 +14,8 @@ from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
 from cellwright.cell.model.solids import solids
+from cellwright.engine.clock import NANOSECONDS, seconds
+from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message, osrf_gear, service_type
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
@@ -38,6 +40,9 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
 
 
 NOT_ALLOWED = "not allowed in a competition"
+
+_WALL_TIME = 1_000_000_000 * NANOSECONDS
+"""Stamps from here on are wall time: seconds since 1970, in 2001. No run lasts thirty years."""
 
 
 class CellCommands:
@@ -83,9 +88,11 @@ class CellCommands:
         """Record the agent's stated intention."""
         self._cell.intention.update(message.data, node, self._cell.simulation.now)
 
-    def command_arm(self, _row: Endpoint, message: JointTrajectoryMessage, _node: str) -> None:
+    def command_arm(self, row: Endpoint, message: JointTrajectoryMessage, node: str) -> None:
         """Make the arm follow a trajectory."""
-        present(self._cell.arm).command(trajectory_of(message, self._cell.simulation.clock.offset))
+        trajectory = trajectory_of(message, self._cell.simulation.clock.offset)
+        present(self._cell.arm).command(trajectory)
+        warn_of_wall_time(self._cell.bus.refusals, f"{row.name} from {node}" if node else row.name, trajectory)
 
     def query_arm_state(
         self, _row: Endpoint, request: QueryTrajectoryStateRequest, _node: str
@@ -153,6 +160,17 @@ class CellCommands:
         """Remove all objects from a tray."""
         self._cell.trays[int(row.subject or 0)].remove_all()
         return TriggerResponse(success=True, message="")
+
+
+def warn_of_wall_time(refusals: Refusals, source: str, trajectory: JointTrajectory) -> None:
+    """Report a trajectory that starts at a wall time, decades ahead in simulation time: the arm waits for it."""
+    start = trajectory.start_ns or 0
+    if start >= _WALL_TIME and trajectory.points:
+        refusals.warn(
+            source,
+            f"the trajectory is stamped with wall time ({seconds(start):.0f} s), so the arm waits for decades of "
+            "simulation time; set use_sim_time to true, or leave the stamp at 0 to start at once",
+        )
 
 
 def trajectory_of(message: JointTrajectoryMessage, clock_offset: int = 0) -> JointTrajectory:

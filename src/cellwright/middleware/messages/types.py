@@ -227,6 +227,8 @@ def _unknown_type(kind: str, name: str, known: list[str], namespace: str) -> Unk
 
 
 SEPARATOR = "=" * 80
+_PRIMITIVE = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+"""Messages of ROS 2 that are built into ROS 1."""
 
 
 @cache
@@ -248,14 +250,49 @@ def md5(name: str) -> str:
         return hash_md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
+@cache
 def definition(name: str) -> str:
     """Return the full ROS 1 definition of a message, with the types in it, as in connection headers and bags.
+
+    It is that of ROS 1 itself, with comments: `rosbag check` compares the texts. Types that Cellwright has no text of
+    have one without comments.
 
     Raises:
         UnknownNameError: there is no such message.
         UsageError: the type has another form in ROS 1 that is not supported.
     """
-    return _generated(message_type(name).__msgtype__)[0]
+    full = message_type(name).__msgtype__
+    bare, texts = _generated(full)[0], ros1_texts()
+    first, *others = bare.split(f"{SEPARATOR}\n")
+    embedded = [full_name(each.partition("\n")[0].removeprefix("MSG: ")) for each in others]
+    if not all(each in texts for each in (full, *embedded)):
+        return bare
+    parts = [f"MSG: {short_name(each)}\n{texts[each]}\n" for each in _embedded_types(full)]
+    return f"{SEPARATOR}\n".join([f"{texts[full]}\n", *parts])[:-1]
+
+
+@cache
+def ros1_texts() -> dict[str, str]:
+    """Return the ROS 1 text of each message, by full name: of ROS's own, and of Cellwright's definition files."""
+    root = files("cellwright.middleware.messages") / "ros1_texts"
+    found = {
+        f"{package.name}/{MESSAGE}/{file.name.removesuffix('.msg')}": file.read_bytes().decode()
+        for package in root.iterdir()
+        if package.is_dir()
+        for file in package.iterdir()
+    }
+    return found | {name: text for name, text in sources().items() if name.split("/")[1] == MESSAGE}
+
+
+def _embedded_types(full: str) -> list[str]:
+    """Return the types within a message, each once, in the order of ROS 1: depth first."""
+    found: dict[str, None] = {}
+    for _, (kind, description) in ros1_store().fielddefs[full][1]:
+        while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            kind, description = description[0]  # type: ignore[index, assignment, misc]
+        if kind == Nodetype.NAME and str(description) not in _PRIMITIVE:
+            found |= dict.fromkeys([str(description), *_embedded_types(str(description))])
+    return list(found)
 
 
 @cache

@@ -3,6 +3,7 @@
 - share/    the packages, and stubs of packages that ROS's tools would not see   -> ROS_PACKAGE_PATH
 - python/   modules of messages, and ariac_example                              -> PYTHONPATH
 - bin/      python and python3: the interpreter that has ROS                    -> PATH
+- .catkin   makes it a workspace for catkin_find                                -> CMAKE_PREFIX_PATH
 
 Debian has the definitions of standard messages in packages without a manifest, unless their C++ files are installed
 too. Then `rosmsg show std_msgs/String` finds no such package. A manifest beside a link to the definitions is enough.
@@ -24,6 +25,10 @@ from cellwright.middleware.ros1.host.installation import RosSystem, tool_environ
 from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 from cellwright.util.files import user_folder
+
+
+_WORKSPACE = ".catkin"
+"""Mark of a folder that catkin searches; an empty one names no sources."""
 
 
 def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
@@ -67,12 +72,13 @@ def _make(ros: RosSystem, new: Path, tree: Path) -> None:
     generate_modules(ros, share, [name for name in contents.MESSAGE_PACKAGES if name in ours], modules)
     shutil.copytree(share / "ariac_example" / "src" / "ariac_example", modules / "ariac_example")
     contents.write_programs(new / "bin", ros.python)
+    (new / _WORKSPACE).touch()
 
 
 def _digest(ros: RosSystem) -> str:
     """Return a digest of all sources of a tree."""
     digest = hashlib.sha256()
-    for item in (ros.prefix, ros.python, ros.python.resolve(), *packages_without_manifest(ros.share)):
+    for item in (_WORKSPACE, ros.prefix, ros.python, ros.python.resolve(), *packages_without_manifest(ros.share)):
         digest.update(f"{item}\0".encode())
     for package in contents.provided_packages(ros):
         digest.update(f"{package}\0".encode())
@@ -86,19 +92,20 @@ def variables(tree: Path, ros: RosSystem, present: Mapping[str, str] = os.enviro
 
     def with_tree(name: str, part: str, otherwise: str = "") -> str:
         entries = (present.get(name) or otherwise).split(os.pathsep)
-        kept = [entry for entry in entries if entry and not _is_of_a_tree(entry, tree.parent)]
+        kept = [entry for entry in entries if entry and not _is_of_a_tree(entry, tree.parent, part)]
         return os.pathsep.join([str(tree / part), *kept])
 
     return {
+        "CMAKE_PREFIX_PATH": with_tree("CMAKE_PREFIX_PATH", "", str(ros.prefix)),
         "ROS_PACKAGE_PATH": with_tree("ROS_PACKAGE_PATH", "share", str(ros.share)),
         "PYTHONPATH": with_tree("PYTHONPATH", "python"),
         "PATH": with_tree("PATH", "bin", os.defpath),
     }
 
 
-def _is_of_a_tree(entry: str, folder: Path) -> bool:
+def _is_of_a_tree(entry: str, folder: Path, part: str) -> bool:
     path = Path(entry)
-    return path.parent.parent == folder and path.name in ("share", "python", "bin")
+    return (path.parent.parent == folder and path.name == part) if part else path.parent == folder
 
 
 _TIMEOUT = 120.0  # timeout of one generator [s]
