@@ -83,8 +83,11 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: Comma
                 assert ran.returncode == 0, ran.stderr
             case Command(line, output, status):
                 command, *arguments = shlex.split(line)
-                assert command == "cellwright"
-                if arguments[0] == "eval" or "--over" in arguments:
+                assert command in ("cellwright", "python")
+                if command == "python":  # a program of the page
+                    forked = warm.run((folder / arguments[0]).read_text(encoding="utf-8"), folder=folder)
+                    done = Ran(forked.returncode, forked.stdout, forked.stderr)
+                elif arguments[0] == "eval" or "--over" in arguments:
                     done = cellwright(*arguments)
                 else:
                     forked = warm.run(CELLWRIGHT, *arguments, folder=folder)

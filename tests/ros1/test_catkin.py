@@ -264,7 +264,7 @@ def test_shell_with_workspace_finds_packages(workspace: Workspace, setup: str) -
 
 def test_rosrun_finds_launcher_once(workspace: Workspace) -> None:
     printed = workspace.bash(
-        "source devel/setup.bash; rosrun osrf_gear gear.py -d -n -f $PWD/src/ariac/osrf_gear/config/sample.yaml"
+        "source devel/setup.bash; rosrun osrf_gear gear.py -d -n -f `catkin_find --share osrf_gear`/config/sample.yaml"
     )
     assert "# file: gear.launch\n" in printed
 

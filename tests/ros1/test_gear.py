@@ -87,11 +87,8 @@ class Shell:
             command: program and arguments.
             exits: set the variable that asks for it.
         """
-        path, python, packages = (self._paths[name] for name in ("PATH", "PYTHONPATH", "ROS_PACKAGE_PATH"))
         more = {"ARIAC_EXIT_ON_COMPLETION": "1"} if exits else {}
-        return self._ros.start(
-            list(command), folder=None, PATH=path, PYTHONPATH=python, ROS_PACKAGE_PATH=packages, **more
-        )
+        return self._ros.start(list(command), folder=None, **self._paths, **more)
 
     def tool(self, *command: str) -> str:
         """Return the output of a program that succeeds.
@@ -158,8 +155,9 @@ def test_rospack_finds_packages(alone: Shell) -> None:
     assert alone.tool("rospack", "depends1", "ariac_example").split() >= ["osrf_gear"]
 
 
-def test_gear_dry_run_prints_files_only(alone: Shell, tmp_path: Path) -> None:
-    script = 'rosrun osrf_gear gear.py -n -f "$(rospack find osrf_gear)/config/sample.yaml" __log:=x'
+@pytest.mark.parametrize("folder", ["$(rospack find osrf_gear)", "`catkin_find --share osrf_gear`"])
+def test_gear_dry_run_prints_files_only(alone: Shell, tmp_path: Path, folder: str) -> None:
+    script = f"rosrun osrf_gear gear.py -n -f {folder}/config/sample.yaml __log:=x"
     printed = alone.tool("bash", "-c", script)
     assert [line for line in printed.splitlines() if line.startswith("# file: ")] == [
         *("# file: config.yaml", "# file: gear.yaml", "# file: gear.urdf", "# file: gear.launch")

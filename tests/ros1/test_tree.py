@@ -97,8 +97,10 @@ SYSTEM = RosSystem(Path("/usr"), Path("/usr/bin/python3"))
 def test_variables_have_tree_first_and_once() -> None:
     new, old = Path("/cache/0.1.0-b"), Path("/cache/0.1.0-a")
     present = {"PATH": f"{old}/bin:/bin", "PYTHONPATH": "/mine", "ROS_PACKAGE_PATH": f"/ws/src:{old}/share"}
+    present["CMAKE_PREFIX_PATH"] = f"{old}:/ws/devel"
     once = variables(new, SYSTEM, present)
     assert once == {
+        "CMAKE_PREFIX_PATH": f"{new}:/ws/devel",
         "ROS_PACKAGE_PATH": f"{new}/share:/ws/src",
         "PYTHONPATH": f"{new}/python:/mine",
         "PATH": f"{new}/bin:/bin",

@@ -14,7 +14,7 @@ from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.middleware.messages.control_msgs import JointTolerance
-from cellwright.middleware.messages.conversions import duration, nanoseconds
+from cellwright.middleware.messages.conversions import duration, header, nanoseconds
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.interface.goals import ACTION, cancel, goal, send
 from tests.cells import ARM_ONLY, INITIAL, JOINTS, Ear, publish, run, run_to, way
@@ -440,3 +440,17 @@ def test_action_client_changes_no_state_hash() -> None:
         cancel(cell)
         run_to(cell, 5.6)
     assert hashes_of(cells) == {cells[0].state_hash()}
+
+
+def test_goal_with_wall_time_is_accepted_and_reported() -> None:
+    lines: list[str] = []
+    cell = Cell(ARM_ONLY, report=lines.append)
+    client = Client(cell)
+    trajectory = replace(way(NEAR), header=header("", 1_764_000_000 * NANOSECONDS))
+    publish(cell, f"{ACTION}/goal", goal(trajectory, "wall"), node="/team")
+    run(cell, 0.3)
+    assert client.statuses() == {"wall": ACTIVE}
+    assert len(lines) == 1
+    assert lines[0].startswith(
+        f"/ariac/{ACTION}/goal from /team: the trajectory is stamped with wall time (1764000000 s)"
+    )

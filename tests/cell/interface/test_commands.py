@@ -276,3 +276,25 @@ def test_topics_of_missing_devices_are_unknown() -> None:
         publish(cell, "arm/comand", way(AHEAD))
     with pytest.raises(UnknownNameError, match="unknown topic to publish on '/ariac/orders'"):
         publish(cell, "orders", String("mine"))
+
+
+def test_trajectory_with_wall_time_is_followed_late_and_reported_once_a_second() -> None:
+    lines: list[str] = []
+    cell = Cell(ARM_ONLY, report=lines.append)
+    command = joint_trajectory(
+        JOINTS, [trajectory_point(AHEAD, time_from_start=NANOSECONDS)], time=1_764_000_000 * NANOSECONDS
+    )
+    for _ in range(5):
+        publish(cell, "arm/command", command, node="/team")
+        run(cell, 0.1)
+    expected = (
+        "/ariac/arm/command from /team: the trajectory is stamped with wall time (1764000000 s), so the arm waits for "
+        "decades of simulation time; set use_sim_time to true, or leave the stamp at 0 to start at once"
+    )
+    assert lines == [expected]
+    assert cell.bus.refusals.total == 0
+    run(cell, 0.6)
+    publish(cell, "arm/command", command, node="/team")
+    assert len(lines) == 2
+    publish(cell, "arm/command", joint_trajectory(JOINTS, command.points, time=3_000 * NANOSECONDS), node="/late")
+    assert len(lines) == 2  # an hour ahead may be meant

@@ -373,21 +373,21 @@ def test_connect_refuses_invalid_address(text: str | tuple[str, int]) -> None:
         Client.connect(text)
 
 
-def test_client_in_another_process_forgets_run_before_reset_and_gets_latched_messages_after_restore() -> None:
+def test_client_of_server_forgets_run_before_reset_and_gets_latched_messages_after_restore() -> None:
     cell = Cell(KITTING)
+    taken: list[Any] = []
     with served(cell, lockstep=False, speed=4.0) as home, connected(home) as transport:
         client = Client(transport)
         client.start_competition()
         assert client.wait_for_order(TIMEOUT) is not None
-        taken: list[Any] = []
         cell.simulation.inbox.put(lambda: taken.append(cell.snapshot()))
         assert client.wait_until(lambda: bool(taken), TIMEOUT)
+        later = taken[0].time + 0.5
+        assert client.wait_until(lambda: client.time >= later, TIMEOUT)
+        cell.simulation.inbox.put(lambda: cell.restore(taken[0]))
+        assert client.wait_until(lambda: client.time < later, TIMEOUT)
+        assert client.wait_until(lambda: client.competition_state == "go", TIMEOUT)
+        assert [each.order_id for each in client.orders] == ["order_0"]
         cell.simulation.inbox.put(cell.reset)
         assert client.wait_until(lambda: client.competition_state == "init", TIMEOUT)
         assert client.orders == []
-        cell.simulation.inbox.put(lambda: cell.restore(taken[0]))
-        assert client.wait_until(lambda: client.competition_state == "go", TIMEOUT)
-        cell.simulation.inbox.put(lambda: cell.restore(taken[0]))
-        before = client.joint_states.count
-        assert client.wait_until(lambda: client.joint_states.count != before, TIMEOUT)
-        assert client.wait_until(lambda: [each.order_id for each in client.orders] == ["order_0"], TIMEOUT)

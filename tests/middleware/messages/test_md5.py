@@ -1,7 +1,10 @@
+import json
+import subprocess
 from typing import Any
 
 import pytest
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from cellwright.middleware.messages import definition, md5, message_type
 from cellwright.middleware.messages.types import (
@@ -9,12 +12,15 @@ from cellwright.middleware.messages.types import (
     HEADER,
     OTHERWISE_IN_ROS1,
     RANGE,
+    SEPARATOR,
     ros1_store,
+    ros1_texts,
     ros2_store,
     sources,
 )
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.conftest import load_cases
+from tests.waiting import TIMEOUT
 
 
 @pytest.mark.parametrize("case", load_cases("md5_cases.json"), ids=lambda case: case["name"])
@@ -65,7 +71,7 @@ def test_md5_of_well_known_types_matches(name: str, expected: str) -> None:
 
 def test_definition_contains_nested_types() -> None:
     text = definition("osrf_gear/Order")
-    assert text.startswith("string order_id\nosrf_gear/Kit[] kits\n")
+    assert text.startswith(sources()["osrf_gear/msg/Order"])
     assert [line for line in text.splitlines() if line.startswith("MSG: ")] == [
         "MSG: osrf_gear/Kit",
         "MSG: osrf_gear/KitObject",
@@ -76,7 +82,7 @@ def test_definition_contains_nested_types() -> None:
 
 
 def test_definition_matches_form_of_ros1() -> None:
-    assert "uint32 seq\ntime stamp\n" in definition("osrf_gear/Proximity")
+    assert "\nuint32 seq\n" in definition("osrf_gear/Proximity")
     assert "variance" not in definition("sensor_msgs/Range")
 
 
@@ -93,3 +99,50 @@ def test_sources_match_definition_files() -> None:
     assert "string order_id" in sources()["osrf_gear/msg/Order"]
     assert all(text.startswith("# ") for text in sources().values())
     assert message_type("osrf_gear/Order").__msgtype__ == "osrf_gear/msg/Order"
+
+
+def test_texts_of_ros1_have_the_checksums_of_the_types() -> None:
+    store = Typestore()
+    built_in = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+    store.fielddefs |= {name: ros1_store().fielddefs[name] for name in built_in}
+    for name, text in ros1_texts().items():
+        store.fielddefs |= get_types_from_msg(text, name)
+    for name in ros1_texts():
+        assert store.generate_msgdef(name, ros_version=1)[1] == md5(name), name
+
+
+def test_definition_has_each_text_once() -> None:
+    assert len(ros1_texts()) > 40
+    for name, text in ros1_texts().items():
+        first, *embedded = definition(name).split(f"{SEPARATOR}\nMSG: ")
+        names = [section.partition("\n")[0] for section in embedded]
+        assert first.rstrip("\n") == text.rstrip("\n")
+        assert len(names) == len(set(names))
+
+
+ALL_TEXTS = """
+import importlib, json, sys
+found = {}
+for name in json.load(sys.stdin):
+    package, _, last = name.split("/")
+    found[name] = getattr(importlib.import_module(package + ".msg"), last)._full_text
+json.dump(found, sys.stdout)
+"""
+
+
+@pytest.mark.ros1
+def test_definition_is_word_for_word_that_of_ros1() -> None:
+    """Those of Cellwright's own packages are compared by `rosbag check`, in the tests of bags."""
+    own = ("cellwright_msgs", "control_msgs", "osrf_gear")
+    names = [name for name in ros1_texts() if name.partition("/")[0] not in own]
+    ran = subprocess.run(
+        ["/usr/bin/python3", "-c", ALL_TEXTS],
+        input=json.dumps(names),
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=True,
+    )
+    assert {name: text.strip() for name, text in json.loads(ran.stdout).items()} == {
+        name: definition(name).strip() for name in names
+    }

@@ -11,12 +11,17 @@ from rosbags.rosbag1 import Reader
 
 from cellwright.middleware.messages import from_ros1, md5
 from cellwright.middleware.messages.standard import String
+from cellwright.middleware.ros1.host.installation import find_system
+from cellwright.middleware.ros1.packages.tree import ensure_tree, variables
 from cellwright.recording.format.bag import write_bag
 from cellwright.recording.format.format import END, TEXT, RecordedTopic
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import RecordingFile
+from cellwright.running.run import Session
 from cellwright.util.errors import RecordingError, UsageError
+from tests.clients.client.test_pictures import TRIAL as SEEING
 from tests.recording.format.files import TALK, text, write
+from tests.ros1.requirement import system_path
 from tests.waiting import TIMEOUT
 
 
@@ -90,3 +95,18 @@ def test_rosbag_reads_bag(tmp_path: Path) -> None:
     assert "messages: 40\n" in printed
     assert f"md5: {md5('std_msgs/String')}" in printed
     assert "topic: /shout" in printed
+
+
+@pytest.mark.ros1
+def test_rosbag_check_finds_nothing_to_migrate(tmp_path: Path) -> None:
+    """In the shell of `cellwright ros1-env`, of a whole cell with cameras, and of a robot."""
+    ros = find_system()
+    shell = variables(ensure_tree(ros, tmp_path / "cache"), ros, {"PATH": system_path()})
+    with Session(SEEING, record=tmp_path / "cell.bag") as session:
+        session.client().sleep(0.25)
+    with Session("tandem", record=tmp_path / "robot.bag") as session:
+        session.client("/operator").sleep(0.1)
+    for name in ("cell", "robot"):
+        command = ["/usr/bin/python3", "/usr/bin/rosbag", "check", str(tmp_path / f"{name}.bag")]
+        ran = subprocess.run(command, env=shell, capture_output=True, text=True, timeout=TIMEOUT, check=True)
+        assert ran.stdout.strip() == "Bag file does not need any migrations."

@@ -263,7 +263,7 @@ def definition(name: str) -> str:
     """
     full = message_type(name).__msgtype__
     bare, texts = _generated(full)[0], ros1_texts()
-    first, *others = bare.split(f"{SEPARATOR}\n")
+    _, *others = bare.split(f"{SEPARATOR}\n")
     embedded = [full_name(each.partition("\n")[0].removeprefix("MSG: ")) for each in others]
     if not all(each in texts for each in (full, *embedded)):
         return bare
@@ -287,11 +287,13 @@ def ros1_texts() -> dict[str, str]:
 def _embedded_types(full: str) -> list[str]:
     """Return the types within a message, each once, in the order of ROS 1: depth first."""
     found: dict[str, None] = {}
-    for _, (kind, description) in ros1_store().fielddefs[full][1]:
-        while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            kind, description = description[0]  # type: ignore[index, assignment, misc]
-        if kind == Nodetype.NAME and str(description) not in _PRIMITIVE:
-            found |= dict.fromkeys([str(description), *_embedded_types(str(description))])
+    for _, (kind, content) in ros1_store().fielddefs[full][1]:
+        # an array has the description of its members, and its length
+        member = cast(
+            "tuple[Nodetype, object]", content[0] if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else (kind, content)
+        )
+        if member[0] == Nodetype.NAME and member[1] not in _PRIMITIVE:
+            found |= dict.fromkeys([str(member[1]), *_embedded_types(str(member[1]))])
     return list(found)
 
 

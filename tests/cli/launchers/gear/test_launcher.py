@@ -115,3 +115,21 @@ def test_invalid_speed_starts_nothing(capsys: pytest.CaptureFixture[str], tmp_pa
     assert main(["-o", "out"], {SPEED: "fast"}) == 1
     assert capsys.readouterr().err.startswith("Error: CELLWRIGHT_SPEED fast: ")
     assert not (tmp_path / "out").exists()
+
+
+def test_build_folder_from_catkin_find_is_left_out_with_a_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    built, sources = tmp_path / "devel" / "share" / "osrf_gear", tmp_path / "src" / "ariac" / "osrf_gear"
+    (built / "cmake").mkdir(parents=True)
+    (sources / "config").mkdir(parents=True)
+    config = sources / "config" / "sample.yaml"
+    config.write_text("time_limit: 60\n")
+    assert main(["-n", "-f", str(built), str(config)], {}) == 0
+    printed = capsys.readouterr()
+    assert "time_limit: 60" in printed.out
+    assert (
+        printed.err
+        == f"Warning: {built}: catkin's build folder of osrf_gear has no configuration; going on with {config}\n"
+    )
+    assert main(["-n", "-f", str(built)], {}) == 1  # nothing else was named: an error as for any folder

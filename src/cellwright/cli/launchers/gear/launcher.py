@@ -16,6 +16,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -285,8 +286,24 @@ def _load(options: argparse.Namespace) -> tuple[str, Loaded]:
     """Return the configuration as given, and the cell it describes. An empty one is a cell without arm and sensors."""
     if not options.file:
         return options.config, load_trial(text=options.config)
-    paths = [Path(file) for file in options.file]
+    paths = _without_devel_folders([Path(file) for file in options.file])
     return read_texts(paths).content, load_trial(paths)
+
+
+def _without_devel_folders(paths: Sequence[Path]) -> list[Path]:
+    """Return the paths without the build folders that `catkin_find --share PACKAGE` prints before the sources.
+
+    In a workspace it prints two lines, and a shell makes two words of
+    ``-f `catkin_find --share osrf_gear`/config/sample.yaml``. The first is a folder of catkin's own files.
+    """
+    kept = []
+    for path, following in zip_longest(paths, paths[1:]):
+        is_devel = path.parent.name == "share" and (path / "cmake").is_dir() and following is not None
+        if is_devel and path.name in following.parts:
+            _warn(f"{path}: catkin's build folder of {path.name} has no configuration; going on with {following}")
+        else:
+            kept.append(path)
+    return kept
 
 
 def _serve(loaded: Loaded, given: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:

@@ -26,7 +26,6 @@ from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 from cellwright.util.files import user_folder
 
-
 _WORKSPACE = ".catkin"
 """Mark of a folder that catkin searches; an empty one names no sources."""
 
