@@ -6,7 +6,7 @@ from pathlib import Path
 from tests.ros1.client import warm_ros
 from tests.ros1.requirement import ros_python, system_path
 
-PACKAGES = ("osrf_gear", "control_msgs", "cellwright_msgs")
+PACKAGES = ("osrf_gear", "control_msgs", "controller_manager_msgs", "cellwright_msgs")
 _KINDS = (("msg", "genmsg_py.py"), ("srv", "gensrv_py.py"))
 
 

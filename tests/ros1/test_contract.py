@@ -37,8 +37,8 @@ STEPS = 500
 """Steps of the cell in a second of simulation time."""
 SECONDS = 2
 """Simulation time in which messages are counted [s]."""
-OURS = "/cellwright/"
-"""Prefix of names that the original lacks."""
+OURS = ("/cellwright/", "/ariac/controller_manager/")
+"""Prefixes of names that the original lacks, and of those that belong to its `ros_control` and not to its contract."""
 
 
 def name(case: dict[str, Any]) -> str:

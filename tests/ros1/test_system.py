@@ -7,7 +7,7 @@ import pytest
 
 from cellwright.middleware.ros1.host import installation
 from cellwright.middleware.ros1.host.installation import Installation, RosSystem, find_system, tool_environment
-from cellwright.middleware.ros1.packages.contents import PACKAGES, provided_packages
+from cellwright.middleware.ros1.packages.contents import OF_CONTROLLERS, PACKAGES, provided_packages
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 
@@ -43,7 +43,7 @@ def test_provided_packages_omit_control_msgs_of_system(fake_system: RosSystem) -
     for package in PACKAGES:
         (fake_system.share / package).mkdir()
         (fake_system.share / package / "package.xml").write_text("<package/>")
-    assert provided_packages(fake_system) == [name for name in PACKAGES if name != "control_msgs"]
+    assert provided_packages(fake_system) == [name for name in PACKAGES if name not in OF_CONTROLLERS]
 
 
 def test_tool_environment_omits_modules_of_this_python(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:

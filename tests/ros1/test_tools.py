@@ -153,6 +153,14 @@ def test_rosservice_call_prints_response(cell: Ground) -> None:
     assert "success: True" in cell.tool("rosservice", "call", "/ariac/conveyor/control", "{state: {power: 50}}")
 
 
+def test_rosservice_lists_controllers(cell: Ground) -> None:
+    listed = cell.tool("rosservice", "call", "/ariac/controller_manager/list_controllers")
+    assert [line.split(": ")[1].strip('"') for line in listed.splitlines() if " name: " in line] == [
+        *("arm", "joint_state_controller")
+    ]
+    assert "effort_controllers/JointTrajectoryController" in listed
+
+
 def test_rosservice_call_without_answer_fails(cell: Ground) -> None:
     """In the state `init` no tray can be submitted: the original's server returned false, and so the call failed."""
     said = cell.start(["rosservice", "call", "/ariac/submit_tray", "{tray_id: x, kit_type: y}"])

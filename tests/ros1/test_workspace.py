@@ -21,6 +21,7 @@ def test_lay_out_writes_sources(fake_system: RosSystem, tmp_path: Path) -> None:
         "ariac_example",
         "cellwright_msgs",
         "control_msgs",
+        "controller_manager_msgs",
         "osrf_gear",
     ]
     robots = folder / "src" / "io_teleop" / "io_teleop_robot_control_node" / "io_teleop_robot_descriptions"

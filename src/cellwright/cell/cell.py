@@ -27,6 +27,7 @@ from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, Prox
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import CellCommands
+from cellwright.cell.interface.controllers import ControllerServices
 from cellwright.cell.interface.devices import CellDevices, Intention
 from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_device, make_plugin_sensor
 from cellwright.cell.interface.publications import CellPublications
@@ -183,7 +184,8 @@ class Cell(CellDevices):
         for each in handlers:
             self.simulation.add(each)
         table = rows(trial, competition=competition)
-        bind(self.bus, self.simulation, table, (CellCommands(self, self.world), *handlers))
+        commands = CellCommands(self, self.world), ControllerServices(self.bus.refusals)
+        bind(self.bus, self.simulation, table, (*commands, *handlers))
         bind_plugin_sensors(self.bus, self)
         for description in trial.devices:
             self.simulation.add(make_plugin_device(description, self))

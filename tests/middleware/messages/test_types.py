@@ -89,7 +89,7 @@ def test_service_type_accepts_short_and_full_name(name: str) -> None:
 
 def test_service_type_exists_for_every_service_file() -> None:
     services = [name for name in sources() if "/srv/" in name]
-    assert len(services) == 11
+    assert len(services) == 17
     for name in services:
         assert service_type(name).name == short_name(name)
 

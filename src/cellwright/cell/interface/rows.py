@@ -49,6 +49,7 @@ POPULATION = "ROSPopulationPlugin"
 CAMERA = "ROSLogicalCameraPlugin"
 BEAM = "ROSProximityRayPlugin"
 CONTROLLER = "joint_trajectory_controller"
+CONTROL = "controller_manager"
 ACTIONS = "actionlib"
 FRAMES = "robot_state_publisher"
 
@@ -119,6 +120,19 @@ ARM = (
          "Desired and actual state of the joints, while a goal is active.", handler="goal_feedback", source=CONTROLLER),
     publishes(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
          "Result of a goal.", handler="goal_result", source=ACTIONS),
+    accepts(SERVICE, "/ariac/controller_manager/list_controllers", "controller_manager_msgs/ListControllers", WITH_ARM,
+          "The two controllers, which always run.", handler="list_controllers", source=CONTROL),
+    accepts(SERVICE, "/ariac/controller_manager/list_controller_types", "controller_manager_msgs/ListControllerTypes",
+          WITH_ARM, "The types of both.", handler="list_controller_types", source=CONTROL),
+    accepts(SERVICE, "/ariac/controller_manager/switch_controller", "controller_manager_msgs/SwitchController",
+          WITH_ARM, "Succeeds if nothing would change: both always run.", handler="switch_controller", source=CONTROL),
+    accepts(SERVICE, "/ariac/controller_manager/load_controller", "controller_manager_msgs/LoadController", WITH_ARM,
+          "Never succeeds: both are loaded, and there is no other.", handler="load_controller", source=CONTROL),
+    accepts(SERVICE, "/ariac/controller_manager/unload_controller", "controller_manager_msgs/UnloadController",
+          WITH_ARM, "Never succeeds: both always run.", handler="unload_controller", source=CONTROL),
+    accepts(SERVICE, "/ariac/controller_manager/reload_controller_libraries",
+          "controller_manager_msgs/ReloadControllerLibraries", WITH_ARM,
+          "Never succeeds: both always run.", handler="reload_controller_libraries", source=CONTROL),
     publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
          "Whether the suction is on, and whether a part is attached.", handler="gripper_state", source=GRIPPER),
     accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,

@@ -1,8 +1,8 @@
 """Message and service types, from their definitions.
 
 Standard ROS types come from the library (`standard`). Types that it lacks are defined here (`osrf_gear`,
-`control_msgs`, `std_srvs`, and `cellwright_msgs` for what Cellwright adds). On the bus a message is a dataclass in its
-ROS 2 form, and must not change once it is published. The ROS 1 form exists as bytes only.
+`control_msgs`, `controller_manager_msgs`, `std_srvs`, and `cellwright_msgs` for what Cellwright adds). On the bus a
+message is a dataclass in its ROS 2 form, and must not change once it is published. The ROS 1 form exists as bytes only.
 """
 
 from cellwright.middleware.messages.serialization import ENCODINGS, from_cdr, from_ros1, to_cdr, to_ros1

@@ -25,7 +25,7 @@ from rosbags.typesys import TypesysError, get_types_from_msg
 from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores import ros2_kilted
 
-from cellwright.middleware.messages import cellwright_msgs, control_msgs, osrf_gear, std_srvs
+from cellwright.middleware.messages import cellwright_msgs, control_msgs, controller_manager_msgs, osrf_gear, std_srvs
 from cellwright.middleware.messages.message_class import MessageClass
 from cellwright.util.errors import UnknownNameError, UsageError
 
@@ -133,7 +133,7 @@ class ServiceType:
 @cache
 def own_types() -> dict[str, type[Message]]:
     """Return the classes that Cellwright defines, by full name."""
-    modules = (cellwright_msgs, control_msgs, osrf_gear, std_srvs)
+    modules = (cellwright_msgs, control_msgs, controller_manager_msgs, osrf_gear, std_srvs)
     classes = (item for module in modules for item in vars(module).values() if isinstance(item, type))
     return {item.__msgtype__: item for item in classes if issubclass(item, MessageClass) and item is not MessageClass}
 

@@ -17,8 +17,11 @@ from cellwright.util.errors import UnknownNameError
 from cellwright.util.files import update_file
 
 IO_TELEOP = "io_teleop_robot_control_node"
-PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", IO_TELEOP, "osrf_gear")
-MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")  # packages that define messages or services
+PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", "controller_manager_msgs", IO_TELEOP, "osrf_gear")
+MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "controller_manager_msgs", "osrf_gear")
+"""Packages that define messages or services."""
+OF_CONTROLLERS = ("control_msgs", "controller_manager_msgs")
+"""Packages of `ros_control`, which Debian lacks."""
 
 CONFIGURATIONS = "config"
 """A package's folder of trials, for the launcher: `$(find osrf_gear)/config/sample.yaml`."""
@@ -36,7 +39,7 @@ _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLW
 
 def provided_packages(ros: RosSystem) -> list[str]:
     """Return the names of Cellwright's packages; the messages of controllers only if ROS itself lacks them."""
-    return [name for name in PACKAGES if name != "control_msgs" or not ros.has_package(name)]
+    return [name for name in PACKAGES if name not in OF_CONTROLLERS or not ros.has_package(name)]
 
 
 def package_files(package: str, programs: Path) -> dict[str, bytes]:

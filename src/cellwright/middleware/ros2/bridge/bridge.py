@@ -39,6 +39,9 @@ from cellwright.middleware.wire.frames import Frame, FrameKind
 
 CLOCK, DESCRIPTION = "/clock", "/robot_description"
 
+ROS1_ONLY = "controller_manager_msgs/"
+"""Types of the cell's services that have another form in ROS 2."""
+
 ENDED, ANSWERED = 0, 3
 
 _LOOK_PERIOD = 0.05  # time between two looks for subscribers [s]
@@ -128,7 +131,9 @@ class Bridge:
         sent: dict[str, int] = {}
         calls = CellCalls(link, sender)
         self._services: list[Any] = [
-            CellService(ros, loop, calls, service, self._named(service)) for service in welcome["services"]
+            CellService(ros, loop, calls, service, self._named(service))
+            for service in welcome["services"]
+            if not service["type"].startswith(ROS1_ONLY)  # `offer_standard_services` has those of ROS 2
         ]
         self._standard = offer_standard_services(ros, calls, self._has)
         self._actions = [
