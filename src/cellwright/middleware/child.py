@@ -156,12 +156,40 @@ class BridgeProcess(Child):
         self._on_line(line)
 
 
-READY_LIMIT = 20.0  # time [s] for a bridge to register everything
+READY_LIMIT = 300.0
+"""Time [s] for a program that lives to be ready: a busy machine may take ten times as long as an idle one."""
+READY_PERIOD = 20.0  # time [s] between two lines about one that is not ready yet
 _SERVING = 0.02  # [s]
 
 
+class Waiting:
+    """Wait for a program that has been started: says at times that it goes on, and ends after `READY_LIMIT`.
+
+    Args:
+        what: its name in a sentence.
+        report: takes a line.
+    """
+
+    def __init__(self, what: str, report: Callable[[str], None]) -> None:
+        self._what, self._report = what, report
+        self._began = time.monotonic()
+        self._next = READY_PERIOD
+
+    def is_over(self) -> bool:
+        """Return whether the limit is reached; call it often."""
+        waited = time.monotonic() - self._began
+        if waited >= self._next and waited < READY_LIMIT:
+            self._report(f"{self._what} is not ready after {waited:.0f} s; waiting for up to {READY_LIMIT:g} s")
+            self._next += READY_PERIOD
+        return waited >= READY_LIMIT
+
+
 def start_bridge(
-    bridge: BridgeProcess, kind: str, serve: Callable[[float], object], is_stopped: Callable[[], bool]
+    bridge: BridgeProcess,
+    kind: str,
+    serve: Callable[[float], object],
+    is_stopped: Callable[[], bool],
+    report: Callable[[str], None],
 ) -> bool:
     """Serve clients until a bridge is ready; return whether it is, or False if it was stopped before.
 
@@ -170,15 +198,16 @@ def start_bridge(
         kind: what it leads to, in a word.
         serve: serves clients for some time [s].
         is_stopped: returns whether the session has been stopped.
+        report: takes a line about a start that takes long.
 
     Raises:
         UsageError: it has ended, or is not ready after `READY_LIMIT`.
     """
-    end = time.monotonic() + READY_LIMIT
+    waiting = Waiting(f"the {kind} bridge", report)
     while not bridge.is_ready and not is_stopped():
         serve(_SERVING)
         status = bridge.poll()
-        if status is not None or time.monotonic() > end:
+        if status is not None or waiting.is_over():
             how = f"is not ready after {READY_LIMIT:g} s" if status is None else describe_exit(status)
             raise UsageError(f"the {kind} bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
     return bridge.is_ready

@@ -182,7 +182,7 @@ _TAIL = 2000  # bytes
 
 
 def run_briefly(
-    command: Sequence[str], environment: Mapping[str, str], timeout: float = 20.0
+    command: Sequence[str], environment: Mapping[str, str], timeout: float = 120.0
 ) -> subprocess.CompletedProcess[bytes] | None:
     """Run a program that asks about this machine; return None if it could not be started, or took too long.
 

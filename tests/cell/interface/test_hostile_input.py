@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.interface.action import TrajectoryAction
+from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.middleware.bus import MAX_LINES
-from cellwright.middleware.messages import Message
+from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
 from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
@@ -24,7 +26,7 @@ from cellwright.middleware.messages.osrf_gear import (
     SubmitTrayRequest,
     VacuumGripperControlRequest,
 )
-from cellwright.middleware.messages.standard import GoalID, JointTrajectory, String
+from cellwright.middleware.messages.standard import GoalID, JointTrajectory, String, Time
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.interface.goals import ACTION, goal
@@ -122,6 +124,7 @@ INPUTS = (
 
 @pytest.mark.slow
 @given(st.sampled_from(INPUTS).flatmap(lambda pair: st.tuples(st.just(pair[0]), messages(pair[1]))))
+@example((f"{ACTION}/goal", replace(goal(way(AHEAD)), goal_id=GoalID(Time(2**31 - 1, 2**32 - 1), "late"))))
 @settings(max_examples=150)
 def test_cell_survives_any_message(sent: tuple[str, Message]) -> None:
     topic, message = sent
@@ -158,12 +161,38 @@ def test_cell_survives_any_numbers_in_trajectory(
     SHARED.state_hash()
 
 
-def test_cancel_without_goals_changes_no_state() -> None:
-    cell = Cell(replace(WHOLE, bin_parts=()))
-    before = cell.state_hash()
+@pytest.mark.parametrize("sec", [-(2**31), 2**31 - 1])
+@pytest.mark.parametrize("offset", [0, 10 * NANOSECONDS])
+def test_goal_whose_stamp_exceeds_seconds_of_32_bits_is_answered(sec: int, offset: int) -> None:
+    """Nanoseconds above 10^9 carry into seconds; a clock that was not reset with the state adds to both."""
+    cell = Cell(ARM_ONLY)
+    sent = goal(way(AHEAD), "late")
+    sent.goal_id.stamp.sec, sent.goal_id.stamp.nanosec = sec, 2**32 - 1
+    statuses, results = Ear(cell, f"{ACTION}/status"), Ear(cell, f"{ACTION}/result")
+    publish(cell, f"{ACTION}/goal", sent)
+    (action,) = (each for each in cell.simulation.devices.values() if isinstance(each, TrajectoryAction))
+    state = action.get_state()
+    cell.simulation.clock.offset = offset
+    action.set_state(state)
     publish(cell, f"{ACTION}/cancel", GoalID(stamp(0), ""))
+    run(cell, 0.2)
+    assert [each.status.goal_id.id for each in results.messages] == ["late"]
+    assert statuses.messages
+    for message in (*statuses.messages, *results.messages):
+        to_cdr(message)
+
+
+def test_cancel_without_goals_changes_only_what_action_remembers() -> None:
+    cell = Cell(replace(WHOLE, bin_parts=()))
+    before, hash_before = cell.simulation.get_state(), cell.state_hash()
+    publish(cell, f"{ACTION}/cancel", GoalID(stamp(0), ""))
+    assert cell.state_hash() == hash_before
     publish(cell, f"{ACTION}/cancel", GoalID(stamp(5), "unheard of"))
-    assert cell.state_hash() == before
+    after = cell.simulation.get_state()
+    assert after["devices"].pop(FOLLOW) != before["devices"].pop(FOLLOW)
+    for state in (before, after):  # the status is latched
+        state["devices"]["/ariac"]["latched"].pop(f"{FOLLOW}/status", None)
+    assert after == before
 
 
 def test_last_command_of_flood_is_followed() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages import to_cdr
-from cellwright.middleware.messages.conversions import header, nanoseconds, shifted, stamp
+from cellwright.middleware.messages.conversions import header, nanoseconds, shifted, stamp, wrapped_stamp
 from cellwright.middleware.messages.osrf_gear import Proximity
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray, Time
 
@@ -29,6 +29,13 @@ def test_stamps_are_shifted_at_all_depths() -> None:
 def test_message_without_time_is_not_shifted(by: int) -> None:
     message = Proximity(header("frame"), True, 0.0, 1.0)
     assert to_cdr(shifted(message, by)) == to_cdr(message)
+
+
+@given(st.integers(-(1 << 70), 1 << 70))
+def test_stamp_from_outside_can_always_be_written(time: int) -> None:
+    wrapped = wrapped_stamp(time)
+    to_cdr(GoalID(wrapped, ""))
+    assert (nanoseconds(wrapped) - time) % (2**32 * 10**9) == 0
 
 
 @given(STAMPS, st.integers(1, 10**18))

@@ -21,7 +21,7 @@ from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import control_msgs
-from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
+from cellwright.middleware.messages.conversions import header, nanoseconds, trajectory_point, wrapped_stamp
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 from cellwright.util.errors import RejectedCommandError
 
@@ -81,7 +81,7 @@ class TrajectoryAction(Device):
         """Restore the state that `get_state` returned."""
         offset = self.simulation.clock.offset
         self._statuses = {
-            name: (GoalStatus(GoalID(stamp(stamp_ns + offset), name), code, text), ended)
+            name: (GoalStatus(GoalID(wrapped_stamp(stamp_ns + offset), name), code, text), ended)
             for name, stamp_ns, code, text, ended in state["goals"]
         }
         self._last_cancel = state["last cancel"] + offset if "last cancel" in state else 0
@@ -96,7 +96,7 @@ class TrajectoryAction(Device):
         # as in actionlib: an empty identifier or stamp is filled in, so that the goal can still be cancelled
         name = message.goal_id.id or self._generated_id(node)
         given = nanoseconds(message.goal_id.stamp)
-        goal_id = GoalID(stamp(given or self._message_time()), name)
+        goal_id = GoalID(wrapped_stamp(given or self._message_time()), name)
         if (known := self._recent().get(name)) is not None:
             self._take_known(goal_id, *known)
             return

@@ -51,6 +51,16 @@ def stamp(time: int = 0) -> Time:
     return Time(*divmod(time, NANOSECONDS))
 
 
+def wrapped_stamp(time: int) -> Time:
+    """Return a stamp that came from outside, in simulation time [ns], as a message.
+
+    Seconds beyond 32 bits wrap, so that it can be written: nanoseconds from outside may exceed a second, and a clock
+    that went on over a reset adds to stamps.
+    """
+    sec, nanosec = divmod(time, NANOSECONDS)
+    return Time((sec + _HALF_SECONDS) % (2 * _HALF_SECONDS) - _HALF_SECONDS, nanosec)
+
+
 def duration(time: int = 0) -> Duration:
     """Return a time span [ns] as a message; the nanoseconds of a negative one count upwards, as in ROS."""
     return Duration(*divmod(time, NANOSECONDS))
@@ -64,7 +74,7 @@ def nanoseconds(time: Time | Duration) -> int:
 def shifted(message: M, by: int) -> M:
     """Return a message with all its stamps shifted by a time [ns]; a stamp of zero means none, and stays.
 
-    Seconds beyond 32 bits wrap, so that any stamp can be shifted there and back.
+    Seconds wrap as in `wrapped_stamp`, so that any stamp can be shifted there and back.
     """
     if not by:
         return message
@@ -78,8 +88,7 @@ def _shifted_value(value: Any, by: int) -> Any:
     if isinstance(value, Time):
         if not (time := nanoseconds(value)):
             return value
-        sec, nanosec = divmod(time + by, NANOSECONDS)
-        return Time((sec + _HALF_SECONDS) % (2 * _HALF_SECONDS) - _HALF_SECONDS, nanosec)
+        return wrapped_stamp(time + by)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return shifted(value, by)
     return [_shifted_value(each, by) for each in value] if isinstance(value, list) else value

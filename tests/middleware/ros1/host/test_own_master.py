@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.middleware import child
 from cellwright.middleware.ros1.host import installation
 from cellwright.middleware.ros1.host.installation import Installation
 from cellwright.middleware.ros1.host.master import MasterClient, OwnMaster
@@ -99,11 +100,12 @@ def test_own_master_that_ends_at_once_is_reported_with_output(tmp_path: Path) ->
     made.stop()
 
 
-def test_own_master_that_never_answers_is_refused(tmp_path: Path) -> None:
+def test_own_master_that_never_answers_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(child, "READY_LIMIT", 0.5)
     silent = script(tmp_path / "rosmaster", "exec sleep 60")  # it shall just live on
     made = OwnMaster(silent, MasterClient("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match="does not answer"):
-        made.wait(never, limit=0.5)
+        made.wait(never)
     made.stop()
 
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
-from cellwright.middleware.child import Child, RestartDelay, describe_exit
+from cellwright.middleware.child import Child, RestartDelay, Waiting, describe_exit
 from cellwright.middleware.ros1.host.installation import HOW_TO_GET_IT, Installation
 from cellwright.util.errors import CellwrightError, UsageError
 
@@ -154,7 +154,6 @@ class MasterClient:
         return answer
 
 
-START_LIMIT = 15.0  # time [s] for a master to answer after its start
 _NAP = 0.02
 
 
@@ -184,18 +183,18 @@ class OwnMaster:
         self._rosout_again: float | None = None
         self._child: Child | None = self._start()
 
-    def wait(self, is_stopped: Callable[[], bool], *, limit: float = START_LIMIT) -> None:
+    def wait(self, is_stopped: Callable[[], bool]) -> None:
         """Wait until it answers, or `is_stopped`.
 
         Raises:
             UsageError: it ended, or did not answer in time.
         """
-        end = time.monotonic() + limit
+        waiting = Waiting(f"the ROS master that was started at {self._master.uri}", self._report)
         while not self._master.answers():
             if is_stopped():
                 return
             status = None if self._child is None else self._child.poll()
-            if status is not None or time.monotonic() > end:
+            if status is not None or waiting.is_over():
                 how = "does not answer" if status is None else describe_exit(status)
                 raise UsageError(f"the ROS master that was started at {self._master.uri} {how}: {self._last_line}")
             time.sleep(_NAP)

@@ -170,7 +170,7 @@ class Ros1:
             raise UsageError(f"the ROS master failed: {error}") from None
         except OSError as error:
             raise UsageError(f"the ROS 1 bridge could not be started: {error}") from None
-        self._was_ready = start_bridge(bridge, "ROS 1", serve, self._is_stopped)
+        self._was_ready = start_bridge(bridge, "ROS 1", serve, self._is_stopped, lambda line: self.report(line))
         return self._was_ready
 
     @property

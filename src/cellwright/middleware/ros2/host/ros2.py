@@ -137,7 +137,7 @@ class Ros2:
             bridge = self._start()
         except OSError as error:
             raise UsageError(f"the ROS 2 bridge could not be started: {error}") from None
-        self._was_ready = start_bridge(bridge, "ROS 2", serve, self._is_stopped)
+        self._was_ready = start_bridge(bridge, "ROS 2", serve, self._is_stopped, lambda line: self.report(line))
         return self._was_ready
 
     @property
