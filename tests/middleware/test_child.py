@@ -7,13 +7,13 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware import child as child_module
 from cellwright.middleware.child import Child, Lines, RestartDelay, describe_exit, start_bridge
 from cellwright.util.errors import UsageError
 from tests.processes import is_running
@@ -163,7 +163,7 @@ class Started:
 def wait_with_clock(monkeypatch: pytest.MonkeyPatch, ready_after: float, said: list[str]) -> bool:
     """Start a bridge that takes `ready_after` seconds on the wall clock, which each call moves by one."""
     now = iter(range(1_000_000))
-    monkeypatch.setattr(child_module.time, "monotonic", lambda: float(next(now)))
+    monkeypatch.setattr(time, "monotonic", lambda: float(next(now)))
     bridge: Any = Started(ready_after)
     return start_bridge(bridge, "ROS 2", lambda _seconds: None, lambda: False, said.append)
 

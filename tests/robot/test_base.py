@@ -39,7 +39,8 @@ def test_base_command_turns_and_moves_along_own_y_axis() -> None:
     [
         ((), "must have 2 numbers .got 0."),
         ((0.1,), "must have 2 numbers .got 1."),
-        ((0.1, 0.1, 0.1), "must have 2 numbers .got 3."),
+        ((0.1, 0.1, 0.1, 0.1), r"must have 2 numbers .got 4.: .*along y .m.; or 3: turn .rad., move along x and y .m."),
+        ((0.1, 0.1, math.nan), "must be finite"),
         ((0.0, math.nan), "must be finite"),
         ((math.inf, 0.0), "must be finite"),
         ((0.0, 10.1), "data must be between -10 and 10"),
@@ -69,6 +70,17 @@ def test_fixed_robot_has_no_base_topic() -> None:
     talk = Talk(fixed(two_arms()))
     with pytest.raises(UnknownNameError):
         talk.base(0.0, 0.1)
+
+
+def test_three_numbers_without_a_mode_are_distances_and_said_once() -> None:
+    talk = Talk()
+    for _ in range(2):
+        talk.base(QUARTER, 0.2, 0.1)
+    assert talk.node.base.pose.position == pytest.approx((0.2 - 0.1, 0.1 + 0.2, 0.5))
+    assert talk.node.base.pose.yaw == pytest.approx(math.pi)
+    (line,) = talk.lines
+    assert line.startswith("/io_teleop/target_base_move: 3 numbers are taken as turn [rad] and motion along x and y")
+    assert line.endswith("for speeds set base_command_mode: velocity in the robot configuration (logged once)")
 
 
 def test_delta_mode_takes_three_numbers() -> None:

@@ -8,8 +8,9 @@ commands of other threads go through the simulation's inbox.
 
 from __future__ import annotations
 
+import re
 from base64 import b64decode, b64encode
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, StrEnum
@@ -45,14 +46,18 @@ MAX_SOURCES = 256  # counted separately; all others share one count, which bound
 OTHERS = "others"
 MAX_LINES = 20  # reported in a second, over all sources; the rest is counted
 MAX_LINE_LENGTH = 1000  # characters; a line contains names and values from outside
+MAX_KINDS = 5  # reported in a second of one source
 _MAX_SOURCE_LENGTH = 400
+_VALUES = re.compile(r"[-+]?[0-9][0-9.e+-]*|'[^']*'|\"[^\"]*\"|\[[^]]*\]")
+"""Numbers, quoted names and lists in a reason, which change from message to message."""
 
 
 class Refusals:
     """Counter of refused input by source, with throttled reports.
 
-    It reports the first refusal of a source at once. It only counts those that follow within a second of simulation
-    time; the next report has their number. With many sources at once, some are only counted as well.
+    It reports the first refusal of its kind at once: of a source, for a reason whose numbers and quoted names do not
+    count. It only counts those of the same kind that follow within a second of simulation time; the next report about
+    the source has their number. With many sources or kinds at once, some are only counted as well.
 
     Args:
         now: returns simulation time [ns].
@@ -63,9 +68,11 @@ class Refusals:
         self._now = now
         self._report = report
         self._counts: Counter[str] = Counter()
-        self._reported: dict[str, int] = {}
+        self._recent: dict[tuple[str, str], int] = {}  # times of the newest lines [ns], by source and kind
         self._unreported: Counter[str] = Counter()
-        self._report_times: deque[int] = deque(maxlen=MAX_LINES)  # times of the newest lines [ns]
+        self.newest_report: str | None = None
+        """What the newest refusal added to its reason in its report, which may be empty; None if it was only counted.
+        A reader sets it back to None."""
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -78,21 +85,23 @@ class Refusals:
         return self._counts.total()
 
     def refuse(self, source: str, reason: str) -> None:
-        """Count a refusal, and report it unless one from the same source was reported less than a second ago."""
+        """Count a refusal, and report it unless one of its kind was reported less than a second ago."""
         source = _one_line(source, _MAX_SOURCE_LENGTH)
         if source not in self._counts and len(self._counts) >= MAX_SOURCES:
             source = OTHERS
         self._counts[source] += 1
         now = self._now()
-        last = self._reported.get(source)
-        if _is_recent(now, last) or (len(self._report_times) == MAX_LINES and _is_recent(now, self._report_times[0])):
+        self._recent = {each: then for each, then in self._recent.items() if _is_recent(now, then)}
+        kind = source, _VALUES.sub("", reason[:MAX_LINE_LENGTH])
+        of_source = sum(each == source for each, _ in self._recent)
+        if kind in self._recent or of_source >= MAX_KINDS or len(self._recent) >= MAX_LINES:
             self._unreported[source] += 1
+            self.newest_report = None
             return
-        self._report_times.append(now)
+        self._recent[kind] = now
         unreported = self._unreported.pop(source, 0)
-        self._reported[source] = now
-        more = f" (and {unreported} more since the last report)" if unreported else ""
-        self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{more}")
+        self.newest_report = f" (and {unreported} more since the last report)" if unreported else ""
+        self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{self.newest_report}")
 
     def warn(self, source: str, text: str) -> None:
         """Report a line about input that was accepted and is probably a mistake; at most one a second of a source."""
@@ -111,15 +120,14 @@ class Refusals:
         unreported = list(self._unreported.items())
         for source, count in unreported[:MAX_LINES]:
             self._report(f"refused {source}: {count} more since the last report")
-            self._reported[source] = self._now()
         if rest := unreported[MAX_LINES:]:
             self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
         self._unreported.clear()
 
 
-def _is_recent(now: int, then: int | None) -> bool:
+def _is_recent(now: int, then: int) -> bool:
     """True if less than a second has passed [ns], and time has not restarted since."""
-    return then is not None and 0 <= now - then < NANOSECONDS
+    return 0 <= now - then < NANOSECONDS
 
 
 def _one_line(text: str, max_length: int) -> str:
@@ -412,6 +420,8 @@ class Bus:
         self.refusals = Refusals(now, report)
         self.on_input: list[Callable[[ExternalInput], None]] = []
         """Called with all external input that has a handler, before it is handled, even if it is refused then."""
+        self.on_notice: list[Callable[[str], None]] = []
+        """Called with each line about input that was carried out only in part, or held back; refusals are apart."""
 
     def advertise(
         self,

@@ -29,7 +29,11 @@ _MEANING = {
 
 
 class Base(Device):
-    """Base of a robot; with the configuration key `base_command_mode`, a command is three numbers instead of two."""
+    """Base of a robot.
+
+    Two numbers are the original's command, three that of adopters: turn, forward, sideways. The configuration key
+    `base_command_mode` says whether the three are distances or speeds; then all commands have three.
+    """
 
     def __init__(self, config: RobotConfig) -> None:
         super().__init__("base")
@@ -54,21 +58,27 @@ class Base(Device):
     def command(self, data: Sequence[float]) -> None:
         """Execute a command: two or three numbers, with meaning and units by `mode`.
 
+        Without a mode three numbers are distances, as two are.
+
         Raises:
             RejectedCommandError: the numbers are invalid; nothing was changed.
         """
-        count = 2 if self.mode is BaseMode.ORIGINAL else 3
+        mode = self.mode
+        if mode is BaseMode.ORIGINAL and len(data) == 3:
+            mode = BaseMode.DELTA
+        count = 2 if mode is BaseMode.ORIGINAL else 3
         if len(data) != count:
-            raise RejectedCommandError(f"data must have {count} numbers (got {len(data)}): {_MEANING[self.mode]}")
+            also = f"; or 3: {_MEANING[BaseMode.DELTA]}" if mode is BaseMode.ORIGINAL else ""
+            raise RejectedCommandError(f"data must have {count} numbers (got {len(data)}): {_MEANING[mode]}{also}")
         if not all(map(math.isfinite, data)):
             raise RejectedCommandError(f"data must be finite (got {list(data)})")
         if any(abs(value) > MAX_STEP for value in data):
             raise RejectedCommandError(f"data must be between -{MAX_STEP:g} and {MAX_STEP:g} (got {list(data)})")
-        if self.mode is BaseMode.VELOCITY:
+        if mode is BaseMode.VELOCITY:
             self._velocity = (data[0], data[1], data[2])
             self._until = self.simulation.now + nanoseconds(TIMEOUT)
             self.set_stepping(True)
-        elif self.mode is BaseMode.DELTA:
+        elif mode is BaseMode.DELTA:
             self._move(data[0], data[1], data[2])
         else:
             self._move(data[0], 0.0, data[1])

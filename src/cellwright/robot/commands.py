@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config import BaseMode, RobotConfig
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
-from cellwright.robot.base import Base
+from cellwright.robot.base import MODE, Base
 from cellwright.robot.commander import CLEAR_STOP, Commander
 from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
 from cellwright.robot.servos import Array
@@ -165,6 +165,10 @@ class RobotCommands:
 
     def move_base(self, row: Endpoint, message: Any, node: str) -> None:
         """Turn and move the base."""
+        if len(message.data) == 3 and self._base.mode is BaseMode.ORIGINAL:
+            line = f"{row.name}: 3 numbers are taken as turn [rad] and motion along x and y [m]"
+            remedy = f"for speeds set {MODE}: velocity in the robot configuration (logged once)"
+            self._commander.notices.log_once(row.name, f"{line}; {remedy}")
         self._commander.take(row.name, node, 0, lambda: self._base.command(message.data.tolist()))
 
     def stop(self, _row: Endpoint, message: Any, node: str) -> None:

@@ -73,7 +73,7 @@ IO_TELEOP = (
           "Target poses of the arm tips: right, left; in the frame of `controller_indices.base`.",
           handler="target_ee_poses", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Availability.FREE_BASE,
-          "Turn of the base [rad], and motion along its own y axis [m].",
+          "Turn of the base [rad], and motion along its own y axis [m]; with three numbers along its x and y axes.",
           handler="move_base", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
           "True: hold at once, and ignore commands until the stop is cleared.", handler="stop", source=OWN),

@@ -109,9 +109,9 @@ class RobotNode:
             """Function that returns the time that messages carry [ns]."""
             gate = CommandGate(safety, now, message_time, lambda: clock.offset if is_simulated else 0)
             self.bus.on_input.append(gate.note_arrival)
-            self.commander = Commander(
-                self.driver, config.robot, safety, gate, Notices(now, report), config.max_accelerations
-            )
+            self.bus.on_notice.append(report)
+            notices = Notices(now, self._notify)
+            self.commander = Commander(self.driver, config.robot, safety, gate, notices, config.max_accelerations)
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
             caps = (safety.tip_speed or TIP_SPEED, safety.tip_turning or TIP_TURNING)
@@ -132,6 +132,10 @@ class RobotNode:
             bind(self.bus, self.simulation, table, handlers)
             self.simulation.reset()
             on_failure.pop_all()
+
+    def _notify(self, line: str) -> None:
+        for take in self.bus.on_notice:
+            take(line)
 
     def _add_devices(self) -> None:
         """Add the devices in order: sources of targets act before the commander."""

@@ -3,7 +3,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import MAX_LINE_LENGTH, MAX_LINES, MAX_SOURCES, OTHERS, Refusals
+from cellwright.middleware.bus import MAX_KINDS, MAX_LINE_LENGTH, MAX_LINES, MAX_SOURCES, OTHERS, Refusals
 
 SECOND = 10**9
 
@@ -36,18 +36,37 @@ def test_first_refusal_is_reported_at_once_and_flood_once_a_second() -> None:
     assert desk.lines[3:] == ["refused /arm: 499 more since the last report"]
 
 
-def test_refusals_of_two_sources_are_counted_separately() -> None:
+def test_refusals_of_two_sources_and_of_two_kinds_are_all_reported() -> None:
     desk = Desk()
     desk.refuse("/arm", "one")
     desk.refuse("/agv", "two")
-    desk.refuse("/arm", "three", at=SECOND - 1)
-    desk.refuse("/arm", "four", at=SECOND)
+    desk.refuse("/arm", "three", at=SECOND // 2)
+    desk.refuse("/arm", "one", at=SECOND - 1)
+    desk.refuse("/arm", "one", at=SECOND)
     assert desk.lines == [
         "refused /arm: one",
         "refused /agv: two",
-        "refused /arm: four (and 1 more since the last report)",
+        "refused /arm: three",
+        "refused /arm: one (and 1 more since the last report)",
     ]
-    assert desk.refusals.counts == {"/arm": 3, "/agv": 1}
+    assert desk.refusals.counts == {"/arm": 4, "/agv": 1}
+
+
+def test_refusals_that_differ_in_their_values_are_of_one_kind() -> None:
+    desk = Desk()
+    for number in range(50):
+        desk.refuse(reason=f"the position of 'joint_{number}' must be at most 1.5 (got {number}.25e-3, of {[number]})")
+    assert len(desk.lines) == 1
+
+
+def test_one_source_with_many_kinds_leaves_lines_to_others() -> None:
+    desk = Desk()
+    for letter in "abcdefghijklmnopqrstuvwxyz":
+        desk.refuse("/rude", letter)
+    desk.refuse("/arm", "no")
+    assert [line.split()[1] for line in desk.lines] == ["/rude:"] * MAX_KINDS + ["/arm:"]
+    desk.refuse("/rude", "again", at=SECOND)
+    assert desk.lines[-1] == f"refused /rude: again (and {26 - MAX_KINDS} more since the last report)"
 
 
 def test_refusal_after_restart_of_time_is_reported_at_once() -> None:

@@ -21,7 +21,7 @@ from cellwright.util.process import ChildProcess
 PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "relay.py"
 DECLARE = "relay:type"
 
-_START_TIME = 120.0  # [s], for its own start on a busy machine; it ends by itself if it finds no simulator
+_START_TIME = 120.0  # [s], for its own start on a busy machine; without a simulator it ends before
 _LEAVING = 2.0
 
 

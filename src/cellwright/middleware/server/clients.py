@@ -5,7 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, FrameKind
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, SAID, Decoder, Frame, FrameError, FrameKind
 from cellwright.util import errors
 from cellwright.util.errors import CellwrightError
 
@@ -103,6 +103,7 @@ class ClientConnection:
         self.node = ""  # its name; empty before HELLO
         self.encoding = ""  # of its messages: `cdr`, `ros1` or `ros2`
         self.has_key = False  # true if it has shown the server's key
+        self.wants_notices = False  # true if it asked for NOTICE frames
         self.subscriptions: dict[int, Callable[[], None]] = {}  # functions that end them, by number
         self.has_news = False
         """True if a message that is not quiet was sent to it since the answer to its last ADVANCE."""
@@ -224,11 +225,18 @@ class ClientConnection:
         self.connection.close()
 
 
-def refused_frame(number: int, error: BaseException) -> Frame:
-    """Return the REFUSED answer to a request, with the nearest class of error that every client knows."""
+def refused_frame(number: int, error: BaseException, said: str | None = None) -> Frame:
+    """Return the REFUSED answer to a request, with the nearest class of error that every client knows.
+
+    Args:
+        number: of the request.
+        error: its text is the reason.
+        said: what the report of the refusal added to the reason; None if it was only counted.
+    """
     kinds = type(error).__mro__
     known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
-    return Frame(FrameKind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
+    reason = str(error).encode(errors="replace")
+    return Frame(FrameKind.REFUSED, number, known.__name__, "" if said is None else SAID, said or "", reason)
 
 
 MAX_CLIENTS = 200
@@ -239,6 +247,9 @@ SLOW_CLIENT_TIMEOUT = 30.0
 
 MAX_INCOMPLETE = 64 << 20
 """Largest number of bytes of incomplete frames of all clients; beyond it the client with most is disconnected."""
+
+_BRIDGES = {f"ros{number}": f"the bridge to ROS {number}, or a subscriber there," for number in (1, 2)}
+"""Clients that users do not know by name, by the encoding that only they have."""
 
 _MAX_NAMED = 10  # disconnected clients, in one report
 _CHECK_PERIOD = 1.0  # wall time [s] between two checks for clients that are behind, stuck or silent
@@ -324,8 +335,15 @@ class ClientRegistry:
         for client in late:
             if client.name not in self._reported_late and len(self._reported_late) < _MAX_NAMED:
                 self._reported_late.add(client.name)
-                self._report(f"time stands while {client.name} is more than {LATE:g} s behind (reported once)")
+                late_one = _BRIDGES.get(client.encoding, client.name)
+                self._report(f"time stands while {late_one} is more than {LATE:g} s behind (reported once)")
         return True
+
+    def tell(self, line: str) -> None:
+        """Send a line to the clients that asked for notices."""
+        for client in self._clients:
+            if client.wants_notices and not client.is_leaving and not client.is_gone:
+                client.send(Frame(FrameKind.NOTICE, payload=line.encode(errors="replace")))
 
     def limit_incomplete(self) -> None:
         """Disconnect clients with the largest incomplete frames until all together are within `MAX_INCOMPLETE`."""

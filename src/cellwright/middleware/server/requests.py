@@ -172,10 +172,12 @@ class Requests:
         if not client.node:
             self._greet(client, frame)
             return
+        refusals = self._cell.bus.refusals
+        refusals.newest_report = None
         try:
             self._act(client, frame)
         except CellwrightError as error:
-            client.send(refused_frame(frame.number, error))
+            client.send(refused_frame(frame.number, error, refusals.newest_report))
         except FrameError:
             raise
         except Exception as error:  # a defect of Cellwright that one client found must not end the run of all others
@@ -227,6 +229,7 @@ class Requests:
             raise FrameError(f"encoding must be {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
         client.greet(node, encoding)
         client.has_key = self._is_key(greeting.get("key"))
+        client.wants_notices = greeting.get("notices") is True
         client.send(welcome_frame(self._cell, lockstep=self._lockstep))
 
     def _subscribe(self, client: ClientConnection, frame: Frame) -> None:

@@ -143,6 +143,8 @@ class Server:
         self.key = ""  # opens guarded services to a client that shows it; empty while there are none
         self._requests = Requests(cell, lockstep=lockstep)
         self._clients = ClientRegistry(report, self._requests.forget)
+        self._notices, self._tell = cell.bus.on_notice, self._clients.tell
+        self._notices.append(self._tell)
         self._turn = 0
         self._rests_until = 0.0
         self.lockstep = lockstep
@@ -254,6 +256,8 @@ class Server:
     def close(self, reason: str) -> None:
         """Send every client the reason of the end, and disconnect all."""
         self._listener.close()
+        if self._tell in self._notices:
+            self._notices.remove(self._tell)
         for client in self._clients:
             if client.node and not client.is_gone:
                 client.send(Frame(FrameKind.ENDED, payload=reason.encode()))

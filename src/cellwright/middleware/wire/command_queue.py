@@ -10,11 +10,12 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from typing import Callable, Mapping
 
 from cellwright.middleware.wire.connection import LinkClient
-from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
-from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind, advance, read_time
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog, nothing
+from cellwright.middleware.wire.frames import SAID, Frame, FrameError, FrameKind, advance, read_time
 
 COMMAND_QUEUE = 1000  # messages of a topic that may wait for the cell: each may command other joints
 WINDOW = 16
@@ -23,11 +24,25 @@ what the cell's server carries out of one client in a turn."""
 MAX_COMMAND_BYTES = 64 << 20  # bytes of them, even if their number has no limit
 
 
+def refusal_line(answer: Frame, name: str, sender: str = "") -> str:
+    """Return the line about a refusal that the cell has reported; empty if it refused nothing, or only counted it.
+
+    Args:
+        answer: the cell's answer.
+        name: topic, service or action, as its user named it.
+        sender: node of the user; empty if unknown.
+    """
+    if answer.kind is not FrameKind.REFUSED or answer.type != SAID:
+        return ""
+    source = f"{name} from {sender}" if sender else name
+    return f"refused {source}: {' '.join(answer.text().split())}{answer.node}"
+
+
 class CommandQueue:
     """Messages of one topic for the cell; at most `limit` of them wait.
 
-    In lockstep they are counted by sender, and `on_handed_over` is called after each message to the cell. `take` is for
-    any thread.
+    In lockstep they are counted by sender, and `on_handed_over` is called after each message to the cell. `log` takes
+    the lines about refused ones, without their senders if these `are_unknown`. `take` is for any thread.
     """
 
     def __init__(
@@ -39,14 +54,18 @@ class CommandQueue:
         *,
         limit: int | None = COMMAND_QUEUE,
         on_handed_over: Callable[[], None] | None = None,
+        log: Callable[[str], None] = nothing,
+        are_unknown: bool = False,
     ) -> None:
         self.name = name
+        self._log = log
+        self._are_unknown = are_unknown
         self._type = type_name
         self._link = link
         self._limit = limit
         self._on_handed_over = on_handed_over
         self._lock = threading.Lock()
-        self._waiting: deque[tuple[str, object, bytes]] = deque()
+        self._waiting: deque[tuple[str, object, bytes, str]] = deque()
         self._bytes = 0
         self._unanswered = 0
         self._counts: dict[str, tuple[object, int]] = {}
@@ -59,8 +78,11 @@ class CommandQueue:
             _, count = self._counts.get(sender, (None, 0))
             return count
 
-    def take(self, sender: str, data: bytes, connection: object = None) -> None:
-        """Take a message of a node; its count starts again with another `connection`."""
+    def take(self, sender: str, data: bytes, connection: object = None, name: str = "") -> None:
+        """Take a message of a node; its count starts again with another `connection`.
+
+        `name` is that of the topic for the sender, if it is another one than for the cell.
+        """
         with self._lock:
             dropped = 0
             while self._waiting and self._is_full(len(data)):
@@ -68,7 +90,7 @@ class CommandQueue:
                 self._bytes -= len(oldest[2])
                 self._count(oldest[0], oldest[1])  # in lockstep time must not wait for it
                 dropped += 1
-            self._waiting.append((sender, connection, data))
+            self._waiting.append((sender, connection, data, name))
             self._bytes += len(data)
             self._hand_over()
         self._drops.count(self.name, dropped)
@@ -81,11 +103,12 @@ class CommandQueue:
     def _hand_over(self) -> None:
         """Send the cell the messages that have waited longest; under the lock."""
         while self._waiting and self._unanswered < WINDOW:
-            sender, connection, data = self._waiting.popleft()
+            sender, connection, data, name = self._waiting.popleft()
             self._bytes -= len(data)
             try:
+                answered = partial(self._answered, name or self.name, "" if self._are_unknown else sender)
                 self._link.request(
-                    FrameKind.PUBLISH, self._answered, name=self.name, type=self._type, node=sender, payload=data
+                    FrameKind.PUBLISH, answered, name=self.name, type=self._type, node=sender, payload=data
                 )
             except FrameError:
                 self._count(sender, connection)
@@ -101,8 +124,10 @@ class CommandQueue:
             self._counts[sender] = (connection, count + 1 if before is connection else 1)
             self._on_handed_over()
 
-    def _answered(self, _frame: Frame) -> None:
-        """Send the next message after an answer; the cell itself reports refusals."""
+    def _answered(self, name: str, sender: str, answer: Frame) -> None:
+        """Send the next message after an answer."""
+        if line := refusal_line(answer, name, sender):
+            self._log(line)
         with self._lock:
             self._unanswered -= 1
             self._hand_over()

@@ -178,7 +178,8 @@ class LinkClient:
     """Connection of a node to a cell; a MissingError if there is no answer, or it is not a cell's.
 
     Any thread may send requests; the loop's thread delivers answers and messages. It calls `on_end` once, with the
-    reason if the cell has ended, and with None if the connection broke.
+    reason if the cell has ended, and with None if the connection broke. It calls `on_notice` with each line about input
+    that the cell ignored, limited or held.
     """
 
     def __init__(
@@ -188,9 +189,11 @@ class LinkClient:
         node: str,
         on_end: Callable[[str | None], None],
         encoding: str = "ros1",
+        on_notice: Callable[[str], None] = nothing,
     ) -> None:
         self._loop = loop
         self._on_end = on_end
+        self._on_notice = on_notice
         self._is_behind: Callable[[], bool] = lambda: False
         self._decoder = Decoder()
         self._lock = threading.Lock()
@@ -254,7 +257,7 @@ class LinkClient:
         self._connection.close()
 
     def _greet(self, connection: socket.socket, node: str, encoding: str) -> dict[str, Any]:
-        connection.sendall(hello(node, encoding).encode())
+        connection.sendall(hello(node, encoding, notices=True).encode())
         while True:
             data = connection.recv(_PIECE)
             if not data:
@@ -280,6 +283,8 @@ class LinkClient:
                 listener(frame.payload)
         elif frame.kind is FrameKind.PING:
             self._answer(frame.number)
+        elif frame.kind is FrameKind.NOTICE:
+            self._on_notice(frame.text())
         elif frame.kind is FrameKind.ENDED:
             self._end(frame.text())
         else:

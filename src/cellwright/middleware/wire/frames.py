@@ -19,9 +19,10 @@ The client (a program or a bridge) opens with HELLO, and the cell answers WELCOM
 | DONE | of the request | | |
 | ANSWER | of the call | | response |
 | DATA | of the call | | response in JSON and bytes, see `data_frame`; from services of the server alone |
-| REFUSED | of the request | name of the error's class in `cellwright.util.errors` | the reason, UTF-8 |
+| REFUSED | of the request | name of the error's class in `cellwright.util.errors` | the reason, UTF-8; see below |
 | TIME | of the request | | simulation time [ns], see `read_time` |
 | PING | of the cell's choice, above 0 | | |
+| NOTICE | 0 | | a line about what was ignored, limited or held, UTF-8; only to clients that asked for it in HELLO |
 | ENDED | 0 | | the reason, UTF-8; nothing follows |
 
 Messages, requests and responses have the encoding that the client named in its HELLO: CDR, ROS 1, or ROS 2, which is
@@ -29,6 +30,9 @@ CDR but for the packages in `VALUE_PACKAGES`. The client chooses
 the numbers of its connection, and must not reuse one that is in use. An empty node stands for the client's own.
 ADVANCE is for a cell in lockstep, where nothing else advances time. It ends early with a message of a subscription that
 is not `quiet`. There an answer may take simulation time: DONE announces this, and ANSWER with the same number follows.
+
+The type of a REFUSED is `SAID` if the cell has reported the refusal to its user, and not only counted it. What
+the report added to the reason, as the number of refusals before, stands in its node.
 
 PING measures how far a client is behind: it answers PONG when it has handled all earlier frames. A client requests
 PINGs by a PONG of its own. In real time, simulation time stands while such a client is late with its answer, within
@@ -46,6 +50,8 @@ from typing import Any, Dict, Iterator, Tuple
 PROTOCOL = 1
 QUIET = "quiet"
 """In place of the type in SUBSCRIBE: the client only records messages and does not react, so time may go on."""
+SAID = "said"
+"""Type of a REFUSED whose reason was reported."""
 VALUE_PACKAGES = ("actionlib_msgs", "control_msgs")
 """Packages whose messages are JSON objects in the encoding `ros2`: their fields differ between distributions."""
 MAX_FRAME_BYTES = 16 << 20  # bytes of the longest frame that is accepted; no message of a cell comes near
@@ -78,6 +84,7 @@ class FrameKind(IntEnum):
     ENDED = 71
     PING = 72
     DATA = 73
+    NOTICE = 74
 
 
 class FrameError(Exception):
@@ -197,15 +204,18 @@ def _decoded(data: bytes) -> Frame:
         raise FrameError(f"invalid frame: {error}") from None
 
 
-def hello(node: str, encoding: str, key: str = "") -> Frame:
+def hello(node: str, encoding: str, key: str = "", *, notices: bool = False) -> Frame:
     """Return the first frame of a client.
 
     Args:
         node: name of the client.
         encoding: of messages, `cdr`, `ros1` or `ros2`.
         key: opens services that are guarded; the cell's own page has it.
+        notices: asks for NOTICE frames.
     """
-    request = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
+    request: Dict[str, Any] = {"protocol": PROTOCOL, "node": node, "encoding": encoding}  # noqa: UP006
+    if notices:
+        request["notices"] = True
     if key:
         request["key"] = key
     return Frame(FrameKind.HELLO, payload=json.dumps(request).encode())

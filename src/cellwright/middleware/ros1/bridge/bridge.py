@@ -33,6 +33,7 @@ from cellwright.middleware.ros1.bridge.node import (
     begin_node,
     limit_messages,
     listen_on_loopback,
+    log_to_rosout,
     run_process,
     stop_by,
     stop_deferred,
@@ -83,7 +84,7 @@ class Bridge:
 
     def _begin(self) -> None:
         listen_on_loopback()
-        self._link = LinkClient(self._loop, self._address, self._node, self._cell_ended)
+        self._link = LinkClient(self._loop, self._address, self._node, self._cell_ended, on_notice=log_to_rosout)
         welcome = self._link.welcome
         in_lockstep = bool(welcome["lockstep"])
         master = Master(self._node)
@@ -160,6 +161,7 @@ class Bridge:
                 topic,
                 limit=None if in_lockstep else COMMAND_QUEUE,
                 on_handed_over=(lambda: self._loop.call(self._look_at_steps)) if in_lockstep else None,
+                log=log_to_rosout,
             )
             for topic in topics
             if topic["direction"] == "in"
@@ -174,7 +176,7 @@ class Bridge:
             self._steps.look()
 
     def _services(self, services: list[dict[str, Any]]) -> list[RosService]:
-        found = [cell_service(self._loop, self._link, service) for service in services]
+        found = [cell_service(self._loop, self._link, service, log_to_rosout) for service in services]
         if self._sent is not None:
             self._steps = StepQueue(self._loop, self._link, self._commands)
             handler = StepService(self._steps, self._sent).handle

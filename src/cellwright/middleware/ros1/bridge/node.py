@@ -17,8 +17,10 @@ from urllib.parse import urlparse
 import rosgraph
 import rospy
 import rospy.core
+import rospy.impl.rosout
 import rospy.names
 from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler
+from rosgraph_msgs.msg import Log
 from rospy.exceptions import TransportException
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.tcpros_pubsub import TCPROSSub
@@ -174,6 +176,15 @@ def begin_node(name: str) -> None:
     rospy.names._set_caller_id(f"{namespace}/unnamed")  # instead of ROS_NAMESPACE at rospy's import
     with stop_deferred():
         rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
+
+
+def log_to_rosout(line: str) -> None:
+    """Publish a warning on /rosout; rospy's own functions would also print it."""
+    publisher = rospy.impl.rosout._rosout_pub
+    if publisher is not None:
+        message = Log(level=Log.WARN, name=rospy.get_name(), msg=line)
+        message.header.stamp = rospy.Time.now()
+        publisher.publish(message)
 
 
 def run_process(

@@ -20,9 +20,9 @@ from rospy.impl.tcpros_base import get_tcpros_server_address
 
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_TYPE, DeliveryCounter, read_step_request, step_response
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes
-from cellwright.middleware.wire.command_queue import Step, StepQueue
+from cellwright.middleware.wire.command_queue import Step, StepQueue, refusal_line
 from cellwright.middleware.wire.connection import BufferedConnection, LinkClient
-from cellwright.middleware.wire.event_loop import EventLoop
+from cellwright.middleware.wire.event_loop import EventLoop, nothing
 from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Frame, FrameError, FrameKind
 
 NO_ANSWER = "ServiceFailedError"  # error of a service without an answer; it is reported without a reason
@@ -121,8 +121,10 @@ class Caller:
         self._service.handler(self, request)
 
 
-def cell_service(loop: EventLoop, link: LinkClient, service: dict[str, Any]) -> RosService:
-    """Return a service that WELCOME describes, which forwards everything to the cell."""
+def cell_service(
+    loop: EventLoop, link: LinkClient, service: dict[str, Any], log: Callable[[str], None] = nothing
+) -> RosService:
+    """Return a service that WELCOME describes, which forwards everything to the cell; `log` takes its refusals."""
     name, type_name = service["name"], service["type"]
 
     def handle(caller: Caller, request: bytes) -> None:
@@ -132,6 +134,8 @@ def cell_service(loop: EventLoop, link: LinkClient, service: dict[str, Any]) -> 
             elif frame.kind is FrameKind.ANSWER:
                 caller.respond(True, frame.payload)
             else:
+                if line := refusal_line(frame, name, caller.node):
+                    log(line)
                 caller.respond(False, b"" if frame.name == NO_ANSWER else one_line(frame.text()))
 
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import uuid
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from rclpy.action import CancelResponse, GoalResponse
@@ -12,6 +13,7 @@ from rclpy.action import CancelResponse, GoalResponse
 from cellwright.middleware.ros2.bridge.coroutines import Answer
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
+from cellwright.middleware.wire.command_queue import refusal_line
 from cellwright.middleware.wire.connection import LinkClient
 from cellwright.middleware.wire.event_loop import report
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
@@ -36,12 +38,13 @@ class TrajectoryAction:
         self._results: dict[str, Answer] = {}
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
+        self._log = ros.log
         for name in names:
             ros.receiver.offer(
                 self._class,
                 relative(name),
                 self._execute,
-                goal_callback=self._take_goal,
+                goal_callback=partial(self._take_goal, ros.full_name(name)),
                 cancel_callback=self._take_cancel,
             )
 
@@ -50,13 +53,17 @@ class TrajectoryAction:
         for result in list(self._results.values()):
             result.give(None)
 
-    async def _take_goal(self, goal: Any) -> GoalResponse:
+    async def _take_goal(self, action: str, goal: Any) -> GoalResponse:
+        """Take a goal; ROS 2 gives a client no reason for a rejection, so it goes to /rosout."""
         name = uuid.uuid4().hex
         self._results[name] = Answer()
         answered = Answer()
         try:
             self._publish("goal", {"goal_id": {"id": name}, "goal": values_of(goal)}, answered.give)
-            is_accepted = (await answered).kind is FrameKind.DONE
+            answer = await answered
+            is_accepted = answer.kind is FrameKind.DONE
+            if line := refusal_line(answer, action):
+                self._log(line)
         except FrameError as error:
             report(f"{self._name}: {error}")
             is_accepted = False

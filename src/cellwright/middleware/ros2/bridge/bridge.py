@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import signal
 import sys
 import types
@@ -44,6 +45,7 @@ ROS1_ONLY = "controller_manager_msgs/"
 
 ENDED, ANSWERED = 0, 3
 
+_NAME = re.compile(r"/[\w/]+")
 _LOOK_PERIOD = 0.05  # time between two looks for subscribers [s]
 
 
@@ -74,7 +76,7 @@ class Bridge:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._loop.stop(ENDED))
         self._loop.wake_by_signals()
-        self._link = LinkClient(self._loop, self._address, self._name, self._cell_ended, "ros2")
+        self._link = LinkClient(self._loop, self._address, self._name, self._cell_ended, "ros2", self._log_notice)
         parameters = self._ask(PARAMETERS, {})
         state = self._ask(CONTROL, {"action": "state"})
         self._has = {FEATURES: self._ask(FEATURES, {}) or {}}
@@ -160,6 +162,14 @@ class Bridge:
             latched = quality(is_reliable=True, is_transient_local=True, depth=1)
             self._description = ros.node.create_publisher(String, relative(DESCRIPTION), latched)
             self._description.publish(String(data=description))
+
+    def _log_notice(self, line: str) -> None:
+        """Publish a line of the cell on /rosout, with the names that its topics have in ROS 2."""
+        ros = self._ros
+        if ros is None:
+            return
+        names = {each["name"]: ros.full_name(self._named(each)[0]) for each in self._link.welcome["topics"]}
+        ros.log(_NAME.sub(lambda found: names.get(found[0], found[0]), line))
 
     def _look(self) -> None:
         for publication in self._publications:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
+from rcl_interfaces.msg import Log
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -20,6 +21,10 @@ from cellwright.middleware.ros2.bridge.receiver import Receiver
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 
 SIGN_OFF_TIMEOUT = 5.0  # time for the node to leave the graph [s]; then the process ends without
+
+
+_WARN = 30  # level of rcl_interfaces/Log, whose constant is a number in some distributions, and bytes in others
+_LOGGED = 100  # lines that a late reader of /rosout gets
 
 
 def relative(name: str) -> str:
@@ -62,6 +67,8 @@ class RosNode:
             self.node: Any = rclpy.create_node(base[2], namespace=base[0] or None)
         except Exception as error:  # rclpy has no common class of errors
             raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
+        latched = quality(is_reliable=True, is_transient_local=True, depth=_LOGGED)
+        self._rosout = self.node.create_publisher(Log, "/rosout", latched)
         self.receiver = Receiver(self.node)
         self.group = ReentrantCallbackGroup()
         self.executor = SingleThreadedExecutor()
@@ -78,6 +85,11 @@ class RosNode:
         """Return the name of a service in the graph, after namespace and remapping rules."""
         name: str = self.node.resolve_service_name(relative(service))
         return name
+
+    def log(self, line: str) -> None:
+        """Publish a warning on /rosout; rclpy's own logger would also print it."""
+        stamp = self.node.get_clock().now().to_msg()
+        self._rosout.publish(Log(stamp=stamp, level=_WARN, name=self.node.get_logger().name, msg=line))
 
     def start(self) -> None:
         """Begin to call callbacks."""

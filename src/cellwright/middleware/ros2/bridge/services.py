@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from rclpy.serialization import deserialize_message
@@ -18,7 +19,7 @@ from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, 
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
 from cellwright.middleware.ros2.bridge.receiver import Respond
 from cellwright.middleware.ros2.bridge.topics import CommandTopic, Publication, as_bytes
-from cellwright.middleware.wire.command_queue import MESSAGE_TIMEOUT, Step, StepQueue
+from cellwright.middleware.wire.command_queue import MESSAGE_TIMEOUT, Step, StepQueue, refusal_line
 from cellwright.middleware.wire.connection import LinkClient
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
@@ -62,14 +63,17 @@ class CellService:
         self._calls = calls
         self._class = interface_class(self._type, "srv")
         self._failures = ThrottledLog(loop, "{count} x {subject}")
+        self._log = ros.log
         for name in names:
-            ros.receiver.serve(self._class, relative(name), self._serve)
+            ros.receiver.serve(self._class, relative(name), partial(self._serve, ros.full_service_name(name)))
 
-    def _serve(self, request: Any, respond: Respond) -> None:
+    def _serve(self, name: str, request: Any, respond: Respond) -> None:
         data = as_bytes(request, self._type)
-        self._calls.ask(self._name, self._type, data, lambda answer: respond(self._response(answer)))
+        self._calls.ask(self._name, self._type, data, lambda answer: respond(self._response(name, answer)))
 
-    def _response(self, answer: Frame) -> Any:
+    def _response(self, name: str, answer: Frame) -> Any:
+        if line := refusal_line(answer, name):
+            self._log(line)
         if answer.kind is not FrameKind.ANSWER:
             return self._failed(self._class.Response(), answer)
         if is_values(self._type):

@@ -126,7 +126,7 @@ class CommandTopic(CommandQueue):
         sender: str,
         **more: Any,
     ) -> None:
-        super().__init__(loop, link, topic["name"], topic["type"], **more)
+        super().__init__(loop, link, topic["name"], topic["type"], log=ros.log, are_unknown=True, **more)
         wanted = topic["qos"]
         self._sender = sender
         self._node = ros.node
@@ -137,16 +137,17 @@ class CommandTopic(CommandQueue):
         message_class = interface_class(topic["type"], "msg")
         for name in names:
             numbers = PublisherNumbers(partial(ros.node.count_publishers, ros.full_name(name)))
-            take = partial(self._take, numbers)
+            take = partial(self._take, numbers, ros.full_name(name))
             ros.receiver.subscribe(message_class, relative(name), take, qos, raw=not self._is_values)
 
     def count_publishers(self) -> int:
         """Return the number of nodes that may command it."""
         return sum(self._node.count_publishers(name) for name in self._names)
 
-    def _take(self, numbers: PublisherNumbers, message: Any, number: int) -> None:
+    def _take(self, numbers: PublisherNumbers, name: str, message: Any, number: int) -> None:
         self._losses.count(self.name, numbers.note(number))
-        self.take(self._sender, json.dumps(values_of(message)).encode() if self._is_values else message)
+        data = json.dumps(values_of(message)).encode() if self._is_values else message
+        self.take(self._sender, data, name=name)
 
 
 def as_bytes(message: Any, type_name: str) -> bytes:
