@@ -45,7 +45,6 @@ def test_joint_and_link_names_map_to_indices(robot: AssembledRobot) -> None:
     assert robot.joint_name2id_dict == {name: index for index, name in enumerate(names)}
     assert robot.joint_id2name_dict == dict(enumerate(names))
     assert robot.link_name2id_dict == {f"{name}_link": index for index, name in enumerate(names)}
-    assert robot.robot_id == 0
     states = robot.joint_states()
     assert states.names == [name for name in names if name != "tip"]
     assert states.positions == pytest.approx([0, 0.5, 0, 0, 0, 0], abs=1e-6)

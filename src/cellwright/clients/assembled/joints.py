@@ -68,6 +68,8 @@ class RobotJoints:
         self._process = process
         self.table = [_joint(row) for row in described["joints"]]
         self._movable = [joint for joint in self.table if joint.type != "fixed"]
+        self.movable = [joint.index for joint in self._movable]  # indices of joints that are not fixed
+        self._links = {joint.link: joint.index for joint in self.table}
         self._places = {joint.index: place for place, joint in enumerate(self._movable)}
 
     def move(self, indices: Indices, positions: Numbers) -> None:
@@ -93,6 +95,10 @@ class RobotJoints:
         """Return the present poses of link frames, in the world or in the frame of a link; -1 is the root link."""
         poses: list[Pose] = self._process.ask(services.STATE_SERVICE, links=list(indices), frame=frame)["links"]
         return poses
+
+    def link_index(self, name: str) -> int:
+        """Return the index of a link; -1 for the root link."""
+        return self._links.get(name, -1)
 
     def range_of(self, index: int) -> tuple[float, float]:
         """Return the limits of a joint [rad; m]."""

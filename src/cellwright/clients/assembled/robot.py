@@ -9,6 +9,7 @@ from typing import Any, Mapping, Sequence
 from cellwright.clients.assembled import process as services
 from cellwright.clients.assembled.joints import Indices, JointStates, Lookup, Numbers, Pose, RobotJoints, index_table
 from cellwright.clients.assembled.process import RobotProcess
+from cellwright.clients.assembled.pybullet_calls import RobotId, answer_in_pybullet
 from cellwright.util.errors import UsageError
 
 
@@ -215,7 +216,8 @@ class AssembledRobot:
         physics_clent_id: of the original's engine (and spelt as there); kept as an attribute.
 
     Attributes:
-        robot_id: always 0: there is one robot.
+        robot_id: the robot in calls of PyBullet. Of a program's PyBullet, `getNumJoints`, `getJointInfo` and
+            `getJointState` answer for it; all others raise an error that says what to use.
         joint_name2id_dict: index of each joint, fixed ones included.
         joint_id2name_dict: name of each joint.
         link_name2id_dict: index of each link but the root, which is -1.
@@ -258,7 +260,6 @@ class AssembledRobot:
         self.configs = configs
         self.physics_clent_id = physics_clent_id
         self.with_ee_constraint = with_ee_constraint
-        self.robot_id = 0
         if self.without_gui is None:
             self.without_gui = bool(configs.get("without_gui", True)) if isinstance(configs, dict) else True
         order = {
@@ -277,6 +278,8 @@ class AssembledRobot:
     def _assemble(self, described: Mapping[str, Any]) -> None:
         self._joints = RobotJoints(self._process, described)
         joints = self._joints
+        self.robot_id = RobotId(joints)
+        answer_in_pybullet()
         names = {joint.name: joint.index for joint in joints.table}
         self.joint_name2id_dict: Lookup[int] = Lookup("joint", names)
         self.joint_id2name_dict: Lookup[str] = Lookup("joint index", {index: name for name, index in names.items()})
