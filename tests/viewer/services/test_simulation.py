@@ -23,9 +23,10 @@ from cellwright.middleware.bus import PendingResponse
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.viewer.services.control import Control, Reset
 from cellwright.viewer.services.entity_services import EntityServices
-from cellwright.viewer.services.simulation import MAX_PENDING_STEPS, SimulationServices
+from cellwright.viewer.services.simulation import MAX_PENDING_STEPS, PAUSED, PLAYING, SimulationServices
 from cellwright.viewer.services.simulation_requests import (
     ALL,
+    ALREADY_THERE,
     BOX,
     FAILED,
     HULL,
@@ -369,6 +370,28 @@ def test_calls_that_wait_for_steps_are_limited() -> None:
     services.cell.step()
     assert all(each.response["result"]["result"] == OK for each in waiting)
     assert isinstance(services("StepSimulation", steps=1), PendingResponse)
+
+
+def test_running_steps_can_be_resumed_for_good() -> None:
+    services = Services()
+    services.rate.pause()
+    pending = services("StepSimulation", steps=2)
+    assert services("GetSimulationState")["state"]["state"] == PLAYING
+    assert services.code("SetSimulationState", state={"state": PLAYING})[0] == OK
+    assert not services.rate.is_paused
+    assert services.code("SetSimulationState", state={"state": PLAYING})[0] == ALREADY_THERE
+    for _ in range(2):
+        services.cell.step()
+    assert pending.response["result"]["result"] == OK
+
+
+def test_pause_interrupts_steps() -> None:
+    services = Services()
+    services.rate.pause()
+    pending = services("StepSimulation", steps=100)
+    services.cell.step()
+    assert services.code("SetSimulationState", state={"state": PAUSED})[0] == OK
+    assert pending.response["result"] == {"result": FAILED, "error_message": "the simulation was paused meanwhile"}
 
 
 def test_reset_interrupts_steps() -> None:

@@ -180,7 +180,8 @@ class SimulationServices:
             raise RequestError(INCORRECT_STATE, "a world is being loaded")
         if wanted not in (STOPPED, PLAYING, PAUSED, QUITTING):
             raise RequestError(UNKNOWN_STATE, f"state must be from 0 to 3 (got {wanted})")
-        if wanted == self._state:
+        is_stepping = self._control.rate_control.is_paused and self._state == PLAYING
+        if wanted == self._state and not is_stepping:  # steps that run are PLAYING, and may be resumed for good
             raise RequestError(ALREADY_THERE, "the simulation is in this state already")
         if wanted == QUITTING:
             self._stop.request("a client ended the simulation")
@@ -190,6 +191,8 @@ class SimulationServices:
             self._control.control({"action": "reset"})
         else:
             self._control.control({"action": "resume" if wanted == PLAYING else "pause"})
+            if wanted == PAUSED:
+                self._interrupt("paused")  # their steps do not come
         return answer()
 
     def reset(self, request: Scope) -> Answer:
@@ -281,9 +284,9 @@ class SimulationServices:
         self._pending.remove(pending)
         pending.answer(response)
 
-    def _interrupt(self) -> None:
+    def _interrupt(self, what: str = "reset") -> None:
         for pending in list(self._pending):
-            self._settle(pending, answer(FAILED, "the simulation was reset meanwhile"))
+            self._settle(pending, answer(FAILED, f"the simulation was {what} meanwhile"))
 
 
 def _world(name: str) -> Answer:

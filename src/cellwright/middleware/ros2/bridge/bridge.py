@@ -26,7 +26,7 @@ if __name__ == "__main__":
 from std_msgs.msg import String
 
 from cellwright.middleware.ros2.bridge.actions import TrajectoryAction
-from cellwright.middleware.ros2.bridge.graph import TypeWatch
+from cellwright.middleware.ros2.bridge.graph import NAMESAKE_PATIENCE, GraphWatch
 from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process, split_arguments
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
@@ -57,9 +57,19 @@ class Bridge:
         node: absolute name of the node.
         names: other names in ROS 2 for names of the cell.
         arguments: rclpy's.
+        is_restarted: another bridge may have been killed, whose node the graph still has for some time.
     """
 
-    def __init__(self, address: tuple[str, int], node: str, names: dict[str, list[str]], arguments: list[str]) -> None:
+    def __init__(
+        self,
+        address: tuple[str, int],
+        node: str,
+        names: dict[str, list[str]],
+        arguments: list[str],
+        *,
+        is_restarted: bool = False,
+    ) -> None:
+        self._is_restarted = is_restarted
         self._address = address
         self._names = names
         self._name = node
@@ -89,7 +99,8 @@ class Bridge:
         self._parameters = NodeParameters(ros, self._link, parameters, state.get("speed"))
         self._describe(ros, description_of(parameters))
         topics = [*(each.name for each in self._publications), *self._commands]
-        self._watch = TypeWatch(ros, self._loop, [name for each in topics for name in self._names.get(each, [each])])
+        names_here = [name for each in topics for name in self._names.get(each, [each])]
+        self._watch = GraphWatch(ros, self._loop, names_here, NAMESAKE_PATIENCE if self._is_restarted else 0.0)
         ros.start()
         if not self._link.welcome["lockstep"]:
             self._link.keep_up(lambda: False)
@@ -195,6 +206,7 @@ if __name__ == "__main__":
     parser.add_argument(
         "--names", metavar="JSON", type=json.loads, default={}, help="lists of names in ROS 2, by name of the cell"
     )
+    parser.add_argument("--restarted", action="store_true", help="another bridge has run for this cell")
     own, for_rclpy = split_arguments(sys.argv[1:])
     options = parser.parse_args(own)
-    Bridge(options.connect, options.name, options.names, for_rclpy).run()
+    Bridge(options.connect, options.name, options.names, for_rclpy, is_restarted=options.restarted).run()

@@ -108,7 +108,7 @@ class Ros2:
         self._bridge: BridgeProcess | None = None
         self._delay = RestartDelay()
         self._again = 0.0
-        self._was_ready = False
+        self._was_ready = self._has_started = False
         self._address = ("", 0)
 
     def __enter__(self) -> Self:
@@ -177,6 +177,9 @@ class Ros2:
 
     def _start(self) -> BridgeProcess:
         arguments = [f"--name={self._node}", f"--names={json.dumps(self._names)}"]
+        if self._has_started:
+            arguments.append("--restarted")
+        self._has_started = True
         if self.options.arguments:
             arguments += ["--ros-args", *self.options.arguments]
         self._bridge = BridgeProcess(
