@@ -233,6 +233,19 @@ def test_competition_score_equals_scorer(
     assert alone == score.orders[0].kits[0]
 
 
+def test_open_kit_has_points_of_waiting_tray_until_agv_departs() -> None:
+    cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS)))
+    start(cell)
+    run(cell, 1.1)
+    waiting = cell.competition.evidence().orders[0].kits[0].unsent
+    assert [(each.tray, each.score.total) for each in waiting or ()] == [("agv1", 6.0)]
+    cell.agvs[1].send("order_0_kit_7")  # of no order: it drives off with the parts
+    run(cell, 0.5)
+    assert cell.competition.evidence().orders[0].kits[0].unsent == waiting
+    run(cell, 0.5)
+    assert cell.competition.evidence().orders[0].kits[0].unsent == ()
+
+
 def test_wanted_parts_on_one_tray_announce_next_order() -> None:
     """Wanted parts are those of the next order. One tray must hold them; faulty ones do not count."""
     disks = (KitObject("disk_part", Pose((0.1, -0.1, 0.0))), KitObject("disk_part", Pose((-0.1, -0.1, 0.0))))

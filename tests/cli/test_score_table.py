@@ -1,13 +1,23 @@
 """Tests of the score table: it fits, and shows each lost point with its reason."""
 
 import io
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
 
 from cellwright.cell.kitting.attainable import AttainableKit, AttainablePart
-from cellwright.cell.kitting.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, OFF_TRAY, REASONS, KitEvidence, kit_evidence
+from cellwright.cell.kitting.evidence import (
+    NO_PARTS,
+    NOT_ANNOUNCED,
+    NOT_SUBMITTED,
+    OFF_TRAY,
+    REASONS,
+    KitEvidence,
+    kit_evidence,
+)
 from cellwright.cell.kitting.fates import Fate, FateKind
+from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.cell.kitting.kit_score import (
     BonusVerdict,
     ExtraObject,
@@ -17,6 +27,7 @@ from cellwright.cell.kitting.kit_score import (
     PartFinding,
     Verdict,
 )
+from cellwright.cell.kitting.unsent import UnsentTray
 from cellwright.cli import summary
 from cellwright.util.pose import Pose
 
@@ -103,6 +114,18 @@ def test_kit_without_score_lists_its_parts(is_announced: bool) -> None:
     cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
     assert rows[-1].split() == ["piston_rod_part", "-", "0", "0", *cause.split()]
     assert list(summary.kit_lines(found)) == ["", f"  {cause}: {REASONS[cause]}"]
+
+
+def test_kit_never_submitted_says_what_its_trays_would_have_earned() -> None:
+    score = KitScore("kit", is_submitted=True, parts=(part(Verdict.TOO_FAR), part(Verdict.MISSING)))
+    tray = UnsentTray("agv2", (TrayObject("bin7|piston_rod_part_5", "piston_rod_part", False, Pose()),), score)
+    lines = list(summary.kit_lines(replace(unjudged(is_announced=True), unsent=(tray,))))
+    assert lines[1:] == [
+        "  not submitted: its kit was never submitted",
+        "    agv2's tray held 1 piston_rod_part; as this kit it would have earned 1 of 6",
+        "      points (there 1, pose 0, bonus 0)",
+    ]
+    assert list(summary.kit_lines(replace(unjudged(is_announced=True), unsent=())))[2:] == [f"    {NO_PARTS}"]
 
 
 def test_each_loss_has_a_reason() -> None:

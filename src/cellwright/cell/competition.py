@@ -59,6 +59,7 @@ class Competition(Device):
         self._conveyor = conveyor
         self._population = population
         self._trays = dict(trays)
+        self._agvs = dict(agvs)
         self._gripper = gripper
         parts.on_removed.append(lambda part, cause: self._handling.remove(part.name, cause))
         for tray in trays.values():
@@ -90,7 +91,8 @@ class Competition(Device):
 
     def evidence(self) -> Evidence:
         """Return the score at this moment, with the evidence for each point earned or lost."""
-        return evidence(self.trial, self.score(), self.process_time, fates=self.fates())
+        trays = {each.tray.link: self.tray_objects(each.tray) for each in self._agvs.values() if each.holds_unsent_kit}
+        return evidence(self.trial, self.score(), self.process_time, fates=self.fates(), trays=trays)
 
     def fates(self) -> dict[str, tuple[Fate | None, ...]]:
         """Return the fates of the parts that judged kits lack, by kit type, for each ordered part."""

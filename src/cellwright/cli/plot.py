@@ -23,8 +23,8 @@ def plot(
     """Plot a recording over simulation time, on one page.
 
     For a cell: the score with events, the parts on the trays and the referee's verdicts, the arm's joints and their
-    targets, the tool's height and path, and the times of commands. For a robot: its joints by group and their targets,
-    the tips of its arms, its safety events, and the source of its commands over time.
+    targets, the tool's height and path, collisions, and the times of commands. For a robot: its joints by group and
+    their targets, the tips of its arms, its safety events, and the source of its commands over time.
 
         cellwright run lesson --record run.mcap
         cellwright plot run.mcap

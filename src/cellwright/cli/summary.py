@@ -282,7 +282,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
         ("sensors", f"cost {evidence.system_cost:g} $"),
         *(("finals", line) for line in _final(final)),
         *(("collision", collision.sentence()) for collision in result.collisions[:_MAX_COLLISIONS]),
-        ("", f"and {more} more collisions" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
+        ("", f"and {more} more" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
         ("simulated", f"{result.simulated:.1f} s in {result.wall:.1f} s: {result.real_time_factor:.1f} x real time"),
         ("state hash", result.state_hash),
         ("versions", ", ".join(f"{name} {version}" for name, version in known[:3])),
@@ -324,6 +324,8 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
                 )
                 for (kind, sentence), count in known.items():  # counts of each outcome; indented, below the reason
                     yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
+            if cause == NOT_SUBMITTED:
+                yield from (f"  {sentence}" for sentence in kit.unsent_sentences())
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
     if summary := kit.attainable.summary():

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import MAX_JOINTS, draw_joints, joints_to_draw
-from cellwright.recording.plots.tracks import JointTrack
+from cellwright.recording.plots.tracks import JointTrack, Span
 
 TIMES = np.linspace(0.0, 10.0, 101)
 
@@ -48,3 +48,11 @@ def test_joint_has_solid_position_and_dashed_target() -> None:
     assert [text.get_text() for text in axes.texts] == ["elbow", "free", "dashed: target"] or {
         text.get_text() for text in axes.texts
     } == {"elbow", "free", "dashed: target"}
+
+
+def test_collisions_are_marked_and_explained_beside_targets() -> None:
+    axes = Figure().add_subplot()
+    draw_joints(axes, "arm", [moving("elbow", 1.0)], [Span(2.0, 3.0, "forearm / bin8")])
+    (crosses,) = [line for line in axes.lines if line.get_marker() == "x"]
+    assert np.asarray(crosses.get_xdata()).tolist() == [2.0]
+    assert "dashed: target   \N{MULTIPLICATION SIGN} grey: collision" in [text.get_text() for text in axes.texts]

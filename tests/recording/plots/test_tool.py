@@ -1,6 +1,7 @@
 """Path of a tool: from above, and its height."""
 
 import numpy as np
+import pytest
 from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import draw_from_above, draw_height
@@ -55,3 +56,34 @@ def test_legend_of_two_tools_has_their_names() -> None:
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["right tip", "left tip"]
     assert axes.get_title(loc="left") == "Heights of the tools" or axes.get_title() == "Heights of the tools"
+
+
+COLLISIONS = (Span(3.0, 3.2, "forearm / bin8"), Span(7.0, 9.0, "wrist 2 / camera frame 2"))
+
+
+def test_collisions_are_shaded_named_and_in_legend_of_height() -> None:
+    axes = Figure().add_subplot()
+    axes.set_xlim(0.0, 10.0)
+    draw_height(axes, [path(0)], COLLISIONS)
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["suction on", "carries a part", "collision"]
+    (crosses,) = [line for line in axes.lines if line.get_marker() == "x"]
+    assert np.asarray(crosses.get_xdata()).tolist() == [3.0, 7.0]
+    grey = [patch.get_extents() for patch in axes.patches if patch.get_alpha()]
+    shaded = [axes.transData.inverted().transform(box.get_points())[:, 0].tolist() for box in grey]
+    assert shaded == [pytest.approx([3.0, 3.2]), pytest.approx([7.0, 9.0])]
+    assert {text.get_text() for text in axes.texts} >= {each.label for each in COLLISIONS}
+
+
+def test_view_from_above_marks_tool_where_collisions_began() -> None:
+    axes = Figure().add_subplot()
+    draw_from_above(axes, [path(0)], COLLISIONS)
+    assert [float(np.asarray(line.get_xdata())[0]) for line in axes.lines if line.get_marker() == "X"] == [3.0, 7.0]
+
+
+def test_without_collisions_nothing_is_marked() -> None:
+    axes = Figure().add_subplot()
+    draw_height(axes, [path(0)])
+    draw_from_above(axes, [path(0)])
+    assert not {"x", "X"} & {line.get_marker() for line in axes.lines}

@@ -107,6 +107,11 @@ class Agv(Device):
         self._setpoints.hold(self._station)
         self.set_stepping(False)
 
+    @property
+    def holds_unsent_kit(self) -> bool:
+        """True if what lies on its tray is not submitted yet: it stands at its station."""
+        return self.state in ("ready_to_deliver", "preparing_to_deliver")
+
     def send(self, kit_type: str) -> bool:
         """Request delivery of its tray as a kit of this type; return False unless it is ready."""
         if self.state != "ready_to_deliver":

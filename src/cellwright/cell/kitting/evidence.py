@@ -5,13 +5,14 @@ and orders that were never announced, with the points attainable there.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from cellwright.cell.kitting.attainable import AttainableKit, AttainablePart, AttainableScore, attainable_score
 from cellwright.cell.kitting.fates import Fate
+from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.kit_score import (
     MAX_DISTANCE,
     MAX_YAW_DIFFERENCE,
@@ -23,6 +24,7 @@ from cellwright.cell.kitting.kit_score import (
     Verdict,
 )
 from cellwright.cell.kitting.scorer import GameScore, OrderScore, TrialScore, system_cost
+from cellwright.cell.kitting.unsent import UnsentTray, unsent_trays
 from cellwright.config.layout import TRAY_PLATE
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import seconds
@@ -30,6 +32,7 @@ from cellwright.engine.clock import seconds
 NOT_SUBMITTED = "not submitted"
 NOT_ANNOUNCED = "not announced"
 OFF_TRAY = "off tray"
+NO_PARTS = "no part lay on a waiting tray"
 
 MAX_TILT = 2.0 * math.acos(MIN_QUATERNION_DOT)
 """Largest accepted turn of a part about any axis [rad]; `MIN_QUATERNION_DOT` as an angle."""
@@ -105,18 +108,31 @@ class PartEvidence:
 
 @dataclass(frozen=True, slots=True)
 class KitEvidence:
-    """Evidence of one kit: attainable points, the referee's score, and each ordered part."""
+    """Evidence of one kit: attainable points, the referee's score, and each ordered part.
+
+    Attributes:
+        unsent: for a kit of an announced order that was not submitted, the waiting trays with parts; else None.
+    """
 
     attainable: AttainableKit
     score: KitScore
     parts: tuple[PartEvidence, ...]
+    unsent: tuple[UnsentTray, ...] | None = None
+
+    def unsent_sentences(self) -> Iterator[str]:
+        """Yield a sentence for each tray that waited with parts while the kit was open, or one that none did."""
+        if self.unsent is not None:
+            yield from (each.sentence() for each in self.unsent)
+            if not self.unsent:
+                yield NO_PARTS
 
     @property
     def bonus_sentence(self) -> str:
-        """Explanation of the bonus, earned or not."""
+        """Explanation of the bonus, earned or not; for a kit without a submission, why there is none."""
         match self.score.bonus:
             case None:
-                return REASONS[self.parts[0].cause] if self.parts else ""
+                why = [REASONS[self.parts[0].cause]] if self.parts else []
+                return "; ".join([*why, *self.unsent_sentences()])
             case BonusVerdict.EARNED:
                 return "the tray held exactly what was ordered"
             case lost:
@@ -191,6 +207,7 @@ def evidence(
     *,
     attainable: AttainableScore | None = None,
     fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
+    trays: Mapping[str, TrayContents] | None = None,
 ) -> Evidence:
     """Return the evidence for a score of the trial that was played.
 
@@ -200,6 +217,7 @@ def evidence(
         process_time: time from the start to the end of the game [ns].
         attainable: the attainable points, if known already.
         fates: fates of the parts that judged kits lack, by kit type; see `kit_evidence`.
+        trays: contents of the trays at their stations, by link, for kits that were not submitted; None if unknown.
     """
     attainable = attainable or attainable_score(trial)
     announced = {order.order_id: order for order in score.orders}
@@ -224,7 +242,23 @@ def evidence(
         )
         for order in (*score.orders, *silent)
     )
+    if trays is not None:
+        orders = tuple(_with_trays(order, trial, trays) for order in orders)
     return Evidence(orders, attainable, score.part_travel_time, process_time, system_cost(trial.sensors))
+
+
+def _with_trays(found: OrderEvidence, trial: Trial, trays: Mapping[str, TrayContents]) -> OrderEvidence:
+    """Return the evidence of an order with the trays that wait for its kits that were not submitted."""
+    kits = {kit.kit_type: kit for order in trial.orders for kit in order.kits}
+    if not found.is_announced:
+        return found
+    return replace(
+        found,
+        kits=tuple(
+            kit if kit.score.is_submitted else replace(kit, unsent=unsent_trays(kits[kit.score.kit_type], trays))
+            for kit in found.kits
+        ),
+    )
 
 
 def evidence_to_json(found: Evidence) -> dict[str, Any]:
@@ -258,6 +292,7 @@ def kit_to_json(found: KitEvidence) -> dict[str, Any]:
         "out_of_reach": list(attainable.reasons()),
         "parts": [_part_to_json(part) for part in found.parts],
         "extras": [{"name": each.name, "type": each.type, "reason": str(each.reason)} for each in score.extras],
+        "unsent": None if found.unsent is None else [each.as_json() for each in found.unsent],
     }
 
 

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cellwright.recording.plots.tracks import Array, JointTrack, PlotData, ScoreTrack, Span, ToolTrack, TrackedTrayPart
+from cellwright.recording.plots.tracks import (
+    Array,
+    JointTrack,
+    Mark,
+    PlotData,
+    ScoreTrack,
+    Span,
+    ToolTrack,
+    TrackedTrayPart,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,8 +141,8 @@ def joints_to_draw(tracks: Sequence[JointTrack]) -> list[JointTrack]:
     return [track for track in moving if any(track is each for each in largest)]
 
 
-def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack]) -> None:
-    """Draw joints of one group and one unit; the time limits of the axes are set."""
+def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack], collisions: Sequence[Span] = ()) -> None:
+    """Draw joints of one group and one unit, and the collisions; the time limits of the axes are set."""
     drawn = joints_to_draw(tracks)
     for track, colour in zip(drawn, COLOURS, strict=False):
         if len(track.targets):
@@ -149,8 +158,21 @@ def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack]) -> None:
     axes.margins(y=0.08)
     named = [(track.name, float(track.positions[-1]), colour) for track, colour in zip(drawn, COLOURS, strict=False)]
     name_at_the_end(axes, named)
-    if any(len(track.targets) for track in drawn):
-        axes.text(1.0, 1.03, "dashed: target", transform=axes.transAxes, ha="right", fontsize=7, color=FAINT)
+    mark_collisions(axes, collisions)
+    legend = ["dashed: target"] if any(len(track.targets) for track in drawn) else []
+    legend += ["\N{MULTIPLICATION SIGN} grey: collision"] if collisions else []
+    axes.text(1.0, 1.03, "   ".join(legend), transform=axes.transAxes, ha="right", fontsize=7, color=FAINT)
+
+
+def mark_collisions(axes: Axes, collisions: Sequence[Span], label: str | None = None) -> None:
+    """Shade the periods of collisions, with a cross above the begin of each: a short one is narrower than a pixel."""
+    for span in collisions:
+        axes.axvspan(span.begin, span.end, color=FAINT, alpha=0.25, linewidth=0)
+    if collisions:
+        begins = [span.begin for span in collisions]
+        look: dict[str, Any] = {"marker": "x", "markersize": 4.5, "markeredgewidth": 1.2, "linestyle": ""}
+        where = axes.get_xaxis_transform()
+        axes.plot(begins, [0.97] * len(begins), color=INK, transform=where, clip_on=False, label=label, **look)
 
 
 _LABEL_ROWS = 4  # rows of labels, for events close in time
@@ -172,21 +194,23 @@ def draw_score(axes: Axes, score: ScoreTrack, data: PlotData) -> None:
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.set_title("Score")
     axes.set_ylabel("points")
-    _label_marks(axes, data)
-
-
-def _label_marks(axes: Axes, data: PlotData) -> None:
-    """Write the labels of marks at their times, in rows without overlaps."""
-    width = max(data.end - data.begin, 1e-9)
-    free = [data.begin - width] * _LABEL_ROWS
-    for mark in sorted(data.marks, key=lambda mark: mark.time):
+    for mark in data.marks:
         axes.axvline(mark.time, color=FAINT, linewidth=0.6)
+    _label_marks(axes, data.marks)
+
+
+def _label_marks(axes: Axes, marks: Sequence[Mark]) -> None:
+    """Write the labels of marks at their times, in rows without overlaps; the time limits of the axes are set."""
+    first, last = axes.get_xlim()
+    width = last - first
+    free = [first - width] * _LABEL_ROWS
+    for mark in sorted(marks, key=lambda mark: mark.time):
         needed = 0.0095 * len(mark.label) * width
-        is_late = mark.time + needed > data.end
+        is_late = mark.time + needed > last
         begin = mark.time - needed if is_late else mark.time
         row = next((row for row in range(_LABEL_ROWS) if free[row] <= begin), None)
         if row is None:
-            continue  # only its line is drawn: no row has room for the label
+            continue  # it is drawn without its label: no row has room
         free[row] = begin + needed + 0.01 * width
         axes.annotate(
             mark.label,
@@ -207,8 +231,11 @@ _LEGEND = 60  # maximum characters of a legend beside the title
 _POINTS = 20_000  # maximum points of a path from above, which cannot be thinned by time
 
 
-def draw_from_above(axes: Axes, tools: Sequence[ToolTrack]) -> None:
-    """Draw paths from above: x to the right and y up, or y to the left and x up if that fits the page better."""
+def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[Span] = ()) -> None:
+    """Draw paths from above: x to the right and y up, or y to the left and x up if that fits the page better.
+
+    A cross is where the first tool was when a collision began.
+    """
     extent = np.ptp(np.concatenate([tool.positions[:, :2] for tool in tools]), axis=0)
     across, up = (1, 0) if extent[1] > extent[0] else (0, 1)
     for tool, colour in zip(tools, COLOURS, strict=False):
@@ -225,6 +252,8 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack]) -> None:
             _dot(axes, tool, span.begin, (across, up), "^", "picked up")
             if span.end < tool.times[-1]:
                 _dot(axes, tool, span.end, (across, up), "v", "let go")
+    for span in collisions:
+        _dot(axes, tools[0], span.begin, (across, up), "X", "collision")
     axes.set_title("Tool from above" if len(tools) == 1 else "Tools from above")
     axes.set_xlabel(f"{'xy'[across]} [m] in {tools[0].frame}")
     axes.set_ylabel(f"{'xy'[up]} [m]")
@@ -235,8 +264,8 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack]) -> None:
     _legend(axes)
 
 
-def draw_height(axes: Axes, tools: Sequence[ToolTrack]) -> None:
-    """Draw heights over time, with bars below for suction and for a carried part."""
+def draw_height(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[Span] = ()) -> None:
+    """Draw heights over time, with bars below for suction and for a carried part, and the collisions by name."""
     for tool, colour in zip(tools, COLOURS, strict=False):
         has_cup = bool(tool.on or tool.attached)
         times, height = thinned(tool.times, tool.positions[:, 2])
@@ -248,6 +277,11 @@ def draw_height(axes: Axes, tools: Sequence[ToolTrack]) -> None:
     axes.margins(y=0.12)
     axes.set_title("Tool height" if len(tools) == 1 else "Heights of the tools")
     axes.set_ylabel("z [m]")
+    if collisions:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.9 * (high - low))  # room for their names above the curves
+    mark_collisions(axes, collisions, "collision")
+    _label_marks(axes, [Mark(span.begin, span.label) for span in collisions])
     _legend(axes)
 
 

@@ -133,8 +133,10 @@ def _panels(data: PlotData, name: str) -> list[_Panel]:
         case "tool" if any(len(each.times) for each in data.tools):
             tools = [each for each in data.tools if len(each.times)]
             return [
-                _Panel(1.25, lambda axes: charts.draw_height(axes, tools)),
-                _Panel(_FROM_ABOVE, lambda axes: charts.draw_from_above(axes, tools), is_over_time=False),
+                _Panel(1.9 if data.collisions else 1.25, lambda axes: charts.draw_height(axes, tools, data.collisions)),
+                _Panel(
+                    _FROM_ABOVE, lambda axes: charts.draw_from_above(axes, tools, data.collisions), is_over_time=False
+                ),
             ]
         case "commands" if charts.command_rows(data):
             return [_Panel(0.17 * charts.command_rows(data) + 0.1, lambda axes: charts.draw_commands(axes, data))]
@@ -154,5 +156,6 @@ def _joints(data: PlotData) -> list[_Panel]:
     for group, tracks in moving:
         is_one = len(tracks) == 1
         title = f"{group}: {tracks[0].name}" if is_one and len(data.joints[group]) > 1 else group
-        drawn.append(_Panel(0.9 if is_one else 1.7, partial(charts.draw_joints, group=title, tracks=tracks)))
+        draw = partial(charts.draw_joints, group=title, tracks=tracks, collisions=data.collisions)
+        drawn.append(_Panel(0.9 if is_one else 1.7, draw))
     return drawn

@@ -129,6 +129,7 @@ class PlotData:
         trays: names of the trays.
         score: score over time; None for what has no score.
         marks: orders, kits and the like.
+        collisions: of the arm, each with its link and obstacle as label.
         states: periods of each state, by name of the state machine.
         warning: what is wrong with the recording; empty for a complete one.
     """
@@ -143,6 +144,7 @@ class PlotData:
     tray_parts: Sequence[TrackedTrayPart] = ()
     score: ScoreTrack | None = None
     marks: Sequence[Mark] = ()
+    collisions: Sequence[Span] = ()
     states: dict[str, list[Span]] = field(default_factory=dict)
     commands: Sequence[CommandTrack] = ()
     warning: str = ""

@@ -130,3 +130,11 @@ def test_kit_event_gives_verdict_of_each_part() -> None:
 def test_incomplete_log_line_is_refused(value: object) -> None:
     with pytest.raises(MessageError):
         taken(text(0.0, EVENT, value))
+
+
+def test_collisions_of_log_have_times_and_names() -> None:
+    facts = {"link": "wrist_2_link", "obstacle": "camera frame 2", "begin": 0.1, "end": 0.4, "deviation": 0.2}
+    (found,) = taken(event(0.4, kind="collision", **facts)).collisions
+    assert (found.begin, found.end, found.label) == (0.1, 0.4, "wrist 2 / camera frame 2")
+    with pytest.raises(MessageError):
+        taken(event(0.4, kind="collision", **{**facts, "begin": "soon"}))

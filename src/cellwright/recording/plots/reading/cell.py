@@ -96,6 +96,7 @@ class CompetitionReader:
         self.result: dict[str, Any] = {}
         """The last line of the log; empty without one."""
         self.marks: list[Mark] = []
+        self.collisions: list[Span] = []
         self.states = Spans()
         self.verdicts: list[tuple[float, str, dict[str, str]]] = []
         """Of each judged kit: time [s], tray, and verdict of each part by name."""
@@ -153,6 +154,11 @@ class CompetitionReader:
                     self.marks.append(Mark(when, str(event["order_id"])))
                 case "kit":
                     self._take_kit(event, when)
+                case "collision":
+                    link = str(event["link"]).removesuffix("_link").replace("_", " ")
+                    self.collisions.append(
+                        Span(_finite(event["begin"]), _finite(event["end"]), f"{link} / {event['obstacle']}")
+                    )
                 case "trial over":
                     self.marks.append(Mark(when, str(event["reason"])))
                 case "result":

@@ -40,6 +40,7 @@ def _cell(recording: RecordingFile) -> PlotData:
         tray_parts=trays.parts(end, competition.verdicts),
         score=competition.score(),
         marks=competition.marks,
+        collisions=competition.collisions,
         states={"competition": states} if states else {},
         commands=commands.tracks(),
         warning=warning,
