@@ -61,16 +61,6 @@ def test_line_is_printed_without_markup() -> None:
     assert out.getvalue() == "[red] is no markup, and nothing is folded\n"
 
 
-def test_table_has_columns_and_rows() -> None:
-    out = StringIO()
-    columns = {"name": output.FOLD, "figure": output.RIGHT, "more": output.WHOLE}
-    Console(file=out, width=40).print(output.table(columns, [("a", "1", "x y"), ("b", "22")]))
-    lines = [line.rstrip() for line in out.getvalue().splitlines()]
-    assert lines[0].split() == ["name", "figure", "more"]
-    assert [line.split() for line in lines[2:]] == [["a", "1", "x", "y"], ["b", "22"]]
-    assert lines[2].index("1") == lines[3].index("22") + 1
-
-
 def test_unwritable_result_file_is_reported(tmp_path: Path) -> None:
     assert output.write_result(tmp_path / "a.txt", "done") == []
     assert (tmp_path / "a.txt").read_text() == "done"

@@ -29,6 +29,7 @@ from cellwright.cell.kitting.kit_score import (
 )
 from cellwright.cell.kitting.unsent import UnsentTray
 from cellwright.cli import summary
+from cellwright.cli.tables import print_table
 from cellwright.util.pose import Pose
 
 LONG = "populate_conveyor|piston_rod_part_clone_123"
@@ -54,7 +55,7 @@ def unjudged(*, is_announced: bool) -> KitEvidence:
 
 def printed(found: KitEvidence, width: int = 80) -> list[str]:
     console = Console(file=io.StringIO(), width=width, highlight=False)
-    summary.show_kit_table(console, found)
+    print_table(console, summary.kit_table(found))
     text = console.file.getvalue()  # type: ignore[attr-defined]
     return [line.rstrip() for line in text.splitlines()]
 

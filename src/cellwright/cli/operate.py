@@ -16,13 +16,13 @@ import typer
 from rich.console import Console
 from rich.live import Live
 from rich.progress import BarColumn, Progress, TextColumn
-from rich.table import Table
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OUTPUT, AsJson
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option, ros_arguments
-from cellwright.cli.output import RIGHT, WHOLE, echo, print_line, table, warn, write_result
+from cellwright.cli.output import echo, print_line, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.tables import FOLD, RIGHT, FittedTable, print_table, table
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.session import NodeClient
@@ -215,7 +215,7 @@ def warn_of_unknown(limits: JointLimits) -> None:
 _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 
 
-def figures_table(exercises: Sequence[Exercise]) -> Table:
+def figures_table(exercises: Sequence[Exercise]) -> FittedTable:
     """Return a table of the figures of all joints, a line each."""
     has_steps = any(each.tracking.step for each in exercises)
     headings = ["RMS", "max", "delay", *(["rise", "settling", "overshoot", "rest"] if has_steps else [])]
@@ -224,7 +224,7 @@ def figures_table(exercises: Sequence[Exercise]) -> Table:
         figures = each.tracking
         row = [each.trace.joint, f"{figures.rms:.4f}", f"{figures.worst:.4f}", _milliseconds(figures.delay)]
         rows.append([*row, *(_step(figures.step) if has_steps else [])])
-    columns = {"joint": WHOLE, **dict.fromkeys(headings, RIGHT)}
+    columns = {"joint": FOLD, **dict.fromkeys(headings, RIGHT)}
     return table(columns, rows, box=None, header_style="bold", show_edge=True, pad_edge=True)
 
 
@@ -434,7 +434,7 @@ def _show(console: Console, exercises: Sequence[Exercise]) -> None:
         show_plot(console, each)
         console.print()
     if exercises:
-        console.print(figures_table(exercises))
+        print_table(console, figures_table(exercises))
     for each in exercises:
         if each.note:
             print_line(console, f"{each.trace.joint}: {each.note}", "yellow")

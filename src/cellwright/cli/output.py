@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import typer
-from rich import box
-from rich.console import Console, RenderableType
+from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
-from rich.table import Table
-from rich.text import Text
 
 from cellwright.util.errors import printable
 from cellwright.util.files import write_atomic
@@ -50,25 +47,6 @@ def print_files(console: Console, name: str, files: Iterable[object]) -> None:
     """Print a line for each written file of a kind, such as `picture`."""
     for file in files:
         print_entry(console, name, str(file))
-
-
-FOLD: Mapping[str, Any] = {"overflow": "fold"}
-RIGHT: Mapping[str, Any] = {"justify": "right", "no_wrap": True}
-WHOLE: Mapping[str, Any] = {"no_wrap": True}
-"""Columns of a table: names that may be broken, figures, words that stay whole."""
-
-
-def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[RenderableType]], **settings: Any) -> Table:
-    """Return a table with a line below its headings; texts have no markup.
-
-    `settings` are those of the table, each column has its own.
-    """
-    result = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
-    for heading, column in columns.items():
-        result.add_column(heading, **column)
-    for row in rows:
-        result.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
-    return result
 
 
 def write_result(file: Path, content: str | bytes) -> list[str]:

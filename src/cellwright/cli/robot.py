@@ -9,14 +9,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import ROBOT_HELP, XacroArguments
 from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.config.robot.config import UNUSED, RobotConfig
 from cellwright.config.robot.groups import groups_of, parent_index, robot_document
 from cellwright.config.robot.model import Joint, JointType, RobotModel
@@ -87,7 +86,7 @@ def show_robot(config: RobotConfig) -> None:
     whole = joint_table(config)
     needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
     is_narrow = needed > console.width
-    _print(console, joint_table(config, is_narrow=True) if is_narrow else whole)
+    print_table(console, joint_table(config, is_narrow=True) if is_narrow else whole)
     console.print()
     notes = _notes(config)
     if is_narrow:
@@ -111,7 +110,7 @@ def joint_counts(robot: RobotModel) -> str:
     return f"{len(robot.joints)} joints{listed and f': {listed}'}"
 
 
-def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
+def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> FittedTable:
     """Return a table with a row for each joint, in the order of indices; a narrow table leaves out effort and speed."""
     columns = {"#": RIGHT, "joint": FOLD, "type": WHOLE, "link": FOLD, "on": RIGHT, "lower": RIGHT, "upper": RIGHT}
     columns |= {} if is_narrow else {"effort": RIGHT, "speed": RIGHT}
@@ -143,7 +142,7 @@ def show_bundled(*, as_json: bool) -> None:
         counts = (len(config.robot.joints), commanded_count(config.robot), len(config.arms), len(config.grippers))
         rows.append([Text(name), *map(str, counts)])
     columns = {"robot": WHOLE, **dict.fromkeys(("joints", "commanded", "arms", "grippers"), RIGHT)}
-    _print(_console(), table(columns, rows))
+    print_table(_console(), table(columns, rows))
 
 
 def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) -> list[str | Text]:
@@ -200,14 +199,6 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
 
 def _console() -> Console:
     return Console(highlight=False, width=None if sys.stdout.isatty() else _MAX_WIDTH)
-
-
-def _print(console: Console, content: Table) -> None:
-    """Print a table without the blanks that fill up its lines."""
-    with console.capture() as capture:
-        console.print(content)
-    for line in capture.get().splitlines():
-        console.file.write(f"{line.rstrip()}\n")
 
 
 def _figure(number: float) -> str:

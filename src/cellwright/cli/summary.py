@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,9 +15,6 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO
 
 from rich.console import Console
-from rich.measure import Measurement
-from rich.segment import Segments
-from rich.table import Table
 from rich.text import Text
 
 from cellwright.cell.cell import Cell
@@ -37,7 +33,8 @@ from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
 from cellwright.cli.arguments import video_sentence
 from cellwright.cli.main import NOT_DONE
-from cellwright.cli.output import WHOLE, ShowProgress, print_entry, print_files, progress_bar, table, warn
+from cellwright.cli.output import ShowProgress, print_entry, print_files, progress_bar, warn
+from cellwright.cli.tables import FOLD, WHOLE, FittedTable, print_table, table
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
 from cellwright.running.run.targets import cell_result, subscribe
@@ -257,8 +254,6 @@ def show_files(
 
 
 _MAX_COLLISIONS = 5
-_MAX_WIDTH = 10_000  # columns
-_TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave the table 80 columns wide
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
@@ -294,22 +289,13 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
             print_entry(console, name, text)
 
 
-def kit_table(kit: KitEvidence) -> Table:
+def kit_table(kit: KitEvidence) -> FittedTable:
     """Return a table with a row for each ordered part, with the part found for it and its points."""
-    columns: dict[str, dict[str, Any]] = {"part": {**WHOLE}, "found": {**WHOLE}}
-    rows = [_part_cells(part) for part in kit.parts]
-    for place, heading in enumerate(("off mm", "turn mrad", "there", "pose"), 2):
-        words = [*heading.split(), *(str(row[place]) for row in rows)]
-        columns[heading] = {"justify": "right", "min_width": max(map(len, words))}  # only the heading is broken
-    return table({**columns, "lost": WHOLE}, rows, collapse_padding=True)
-
-
-def show_kit_table(console: Console, kit: KitEvidence) -> None:
-    """Print the table of a kit; it is wider than the console if a word of a name would have to be cut."""
-    rows = kit_table(kit)
-    needed = Measurement.get(console, console.options.update(max_width=_MAX_WIDTH), rows).minimum
-    options = console.options.update(width=max(console.width, needed))
-    console.print(Segments(console.render(rows, options)), soft_wrap=True, end="")
+    figures: dict[str, Mapping[str, Any]] = {
+        each: {"justify": "right"} for each in ("off mm", "turn mrad", "there", "pose")
+    }
+    columns = {"part": FOLD, "found": FOLD, **figures, "lost": WHOLE}
+    return table(columns, map(_part_cells, kit.parts), collapse_padding=True)
 
 
 def loss_lines(kit: KitEvidence) -> Iterator[str]:
@@ -362,7 +348,7 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
     else:
         title += Text(f"{kit.score.total:g} of {kit.attainable.maximum:g} points", style="bold")
     console.print("\n", title, "\n", sep="", soft_wrap=True)
-    show_kit_table(console, kit)
+    print_table(console, kit_table(kit))
     for line in kit_lines(kit):
         console.print(line, markup=False, soft_wrap=True)
 
@@ -384,26 +370,12 @@ def _final(score: TrialScore | None) -> Iterator[str]:
     yield f"{score.total:.2f} = {' + '.join(terms)}"
 
 
-def _part_cells(part: PartEvidence) -> list[str | Text]:
-    kind = _broken(part.attainable.type, _TYPE_WIDTH)
+def _part_cells(part: PartEvidence) -> list[str]:
+    kind = part.attainable.type
     fit = None if part.finding is None else part.finding.fit
     lost = "" if part.cause == Verdict.PLACED else part.cause
     points = [f"{part.presence:g}", f"{part.pose:g}"]
     if fit is None:
         return [kind, "-", "", "", *points, lost]
     off, turned = f"{fit.distance * 1e3:.1f}", f"{fit.yaw_difference * 1e3:.0f}"
-    return [kind, _broken(fit.object_name, _NAME_WIDTH), off, turned, *points, lost]
-
-
-def _broken(name: str, width: int) -> Text:
-    """Return a name in lines of a width if its words allow it: broken behind its origin, then behind `_`."""
-    lines: list[str] = []
-    for piece in [name] if len(name) <= width else re.split(r"(?<=\|)", name):
-        line = ""
-        for word in re.split(r"(?<=_)", piece):
-            if line and len(line) + len(word) > width:
-                lines.append(line)
-                line = ""
-            line += word
-        lines.append(line)
-    return Text("\n".join(filter(None, lines)))
+    return [kind, fit.object_name, off, turned, *points, lost]

@@ -12,15 +12,15 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import LOCKSTEP_HELP, NETWORK, OUTPUT, ROBOT_HELP, SIMULATION, SPEED_HELP
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, echo, progress_bar, table
+from cellwright.cli.output import echo, progress_bar
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import load_robot
 from cellwright.engine.rate_control import RateControl
@@ -77,7 +77,7 @@ def show_motion_report(console: Console, report: MotionReport) -> None:
     against = recorded if report.reference else "joint by joint, since it has no recorded motion"
     output.print_line(console, f"{report.robot} in its node, {against}")
     console.print()
-    console.print(findings_table(report))
+    print_table(console, findings_table(report))
     if report.reference:
         console.print(_PERCENT, markup=False)
     for finding in report.findings:
@@ -90,7 +90,7 @@ def show_motion_report(console: Console, report: MotionReport) -> None:
     console.print(f"passed      {good} of {len(report.findings)}", markup=False)
 
 
-def findings_table(report: MotionReport) -> Table:
+def findings_table(report: MotionReport) -> FittedTable:
     """Return a table with a row for each finding."""
     rows = []
     for finding in report.findings:

@@ -13,7 +13,7 @@ from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
 from cellwright.cli.main import flag
-from cellwright.cli.output import RIGHT, WHOLE
+from cellwright.cli.tables import FOLD, RIGHT, print_table, table
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.config.trial.difficulty import difficulties
 from cellwright.config.trial.gear2017 import load_trial
@@ -71,10 +71,10 @@ def _show(listed_trials: dict[str, Trial], sensors: dict[str, Trial]) -> None:
     headings = {name: _heading(name) for name in listed_trials}
     for heading in dict.fromkeys(headings.values()):
         names = [name for name in listed_trials if headings[name] == heading]
-        columns = {"trial": {**WHOLE, "width": _NAME_WIDTH}, "limit": RIGHT, "orders; - difficulties": {"ratio": 1}}
+        columns = {"trial": {**FOLD, "min_width": _NAME_WIDTH}, "limit": RIGHT, "orders; - difficulties": FOLD}
         rows = [(name, _limit(listed_trials[name]), "\n".join(_lines(listed_trials[name]))) for name in names]
-        look = {"title_justify": "left", "title_style": "bold", "box": None, "padding": (0, 2, 0, 0)}
-        console.print(output.table(columns, rows, title=heading, **look, show_edge=True, pad_edge=True))
+        output.print_line(console, heading, "bold")
+        print_table(console, table(columns, rows, box=None, padding=(0, 2, 0, 0)))
         console.print()
     for name, trial in sensors.items():
         counts = Counter(sensor.type for sensor in trial.sensors)

@@ -5,12 +5,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console, RenderableType
+from rich.console import Console
+from rich.text import Text
 
 from cellwright.cli import options
 from cellwright.cli.arguments import AsJson
 from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, argument, flag, option
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, table
+from cellwright.cli.output import print_entry, print_line
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, print_table, table
 from cellwright.running.evaluation.comparison import Comparison, Pair, read_evaluation
 from cellwright.running.evaluation.measures import MEASURES, Change
 from cellwright.running.evaluation.summary import range_text, with_interval
@@ -66,12 +68,12 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
         print_entry(console, "AB"[side], f"{names[side]}, agent {document['agents'][side]}: {words}, {done}")
     console.print()
     figures = dict.fromkeys(("pairs", "A", "B", "B - A", "95 %", "better", "worse"), RIGHT)
-    rows: list[list[RenderableType]] = []
+    rows: list[list[str | Text]] = []
     for each in found.trials():
         means = [f"{each.before:.4g}", f"{each.after:.4g}", f"{each.difference:+.3g}", range_text(each.interval)]
         rows.append([each.trial, str(each.pairs), *means, str(each.better), str(each.worse)])
-    console.print(table({"trial": FOLD, **figures}, rows))
-    measured: list[list[RenderableType]] = [
+    print_table(console, table({"trial": FOLD, **figures}, rows))
+    measured: list[list[str | Text]] = [
         [each.trial, measure.label, *_measured(each.measures[measure.name], measure.scale)]
         for each in found.trials()
         for measure in MEASURES
@@ -80,7 +82,7 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
     if measured:
         console.print()
         figures = dict.fromkeys(("pairs", "A", "B", "B - A", "95 %"), RIGHT)
-        console.print(table({"trial": FOLD, "figure": WHOLE, **figures}, measured))
+        print_table(console, table({"trial": FOLD, "figure": WHOLE, **figures}, measured))
     turned = found.turned
     for pair in turned[:_MAX_TURNED]:
         print_line(console, f"  {_turn(pair)}")

@@ -9,12 +9,12 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, flag
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, echo, print_entry, print_line, table, write_result
+from cellwright.cli.output import echo, print_entry, print_line, write_result
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
 from cellwright.running.evaluation.process import DISK_FULL
@@ -113,11 +113,11 @@ def show_summary(
 ) -> None:
     """Print a row for each trial, and a line for each run that did not pass or not repeat."""
     console.print()
-    console.print(summary_table(results))
+    print_table(console, summary_table(results))
     if rows := summary.measure_rows(summary.summarize(results)):
         console.print()
         figures = dict.fromkeys(("mean", "95 %", "spread"), RIGHT)
-        console.print(table({"trial": FOLD, "figure": WHOLE, **figures}, rows))
+        print_table(console, table({"trial": FOLD, "figure": WHOLE, **figures}, rows))
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
     short = [(result, reason) for result, reason in short if reason]
     _print_first(console, [f"{result.name}: {reason}" for result, reason in short])
@@ -144,7 +144,7 @@ def _print_first(console: Console, lines: Sequence[str]) -> None:
         console.print(f"  and {len(lines) - _MAX_REASONS} more")
 
 
-def summary_table(results: Sequence[Result]) -> Table:
+def summary_table(results: Sequence[Result]) -> FittedTable:
     """Return a table with a row for each trial."""
     figures = dict.fromkeys(("runs", "mean", "95 %", "min", "max", "reach"), RIGHT)
     rows = []
@@ -153,4 +153,4 @@ def summary_table(results: Sequence[Result]) -> Table:
         points = [f"{number:.4g}" for number in (each.mean, each.min, each.max, each.reachable)]
         points.insert(1, summary.range_text(each.mean_interval))
         rows.append([each.trial, str(each.runs), *points, outcomes])
-    return table({"trial": FOLD, **figures, "outcomes": {}}, rows)
+    return table({"trial": FOLD, **figures, "outcomes": FOLD}, rows)

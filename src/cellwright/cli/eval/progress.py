@@ -7,10 +7,10 @@ from typing import Self
 
 from rich.console import Console, Group
 from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
-from cellwright.cli.output import RIGHT, print_line, table
+from cellwright.cli.output import print_line
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, table
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.engine import Running
 from cellwright.running.evaluation.job import Job
@@ -70,19 +70,20 @@ class EvalProgress:
         # the moving lines stand above: if there are more trials than lines, the end of the table is out of sight
         return Group(Text(), self._runs(), Text(), self._trials())
 
-    def _trials(self) -> Table:
+    def _trials(self) -> FittedTable:
         rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
         failed = Counter(result.trial for result in self._results if result.has_failed)
         for each in summary.summarize(self._results):
             figures = [f"{each.mean:.4g}", f"{each.min:.4g}", f"{each.share:.0%}", str(failed[each.trial] or "")]
             rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
-        return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "failed"), RIGHT)}, rows.values())
+        return table({"trial": FOLD, **dict.fromkeys(("done", "mean", "min", "share", "failed"), RIGHT)}, rows.values())
 
-    def _runs(self) -> Table:
-        grid = Table(box=None, show_header=False, pad_edge=False)
+    def _runs(self) -> FittedTable:
+        rows = []
         for each in self._running:
             limit = each.job.trial.time_limit
             end = f" of {limit:g}" if limit > 0 else ""
             cells = (f"{each.simulated:.0f}{end} s", f"{each.points:g} points", f"{each.wall:.0f} s")
-            grid.add_row(Text(printable(each.job.name)), *cells, style="cyan")
-        return grid
+            rows.append([Text(printable(cell), "cyan") for cell in (each.job.name, *cells)])
+        columns = {"run": FOLD, **dict.fromkeys(("simulated", "points", "wall"), WHOLE)}
+        return table(columns, rows, box=None, show_header=False)

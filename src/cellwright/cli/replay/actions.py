@@ -9,14 +9,14 @@ from typing import Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import output
 from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, progress_bar, table
+from cellwright.cli.output import print_entry, print_line, progress_bar
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.ros2.host import Ros2Options
@@ -84,14 +84,14 @@ def show_contents(console: Console, contents: dict[str, Any]) -> None:
     needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
     if not console.is_terminal:
         console.width = max(console.width, needed)  # nothing is folded in a file or through a pipe
-    console.print(_topics(contents, is_narrow=needed > console.width))
+    print_table(console, _topics(contents, is_narrow=needed > console.width))
     console.print()
     for name, text in _notes(contents):
         if text:
             print_entry(console, name, " ".join(text.split()))
 
 
-def _topics(contents: dict[str, Any], *, is_narrow: bool = False) -> Table:
+def _topics(contents: dict[str, Any], *, is_narrow: bool = False) -> FittedTable:
     """Return a table with a row for each topic with messages; a narrow table leaves out the packages of types."""
     rows: list[list[str | Text]] = []
     for topic in contents["topics"]:
