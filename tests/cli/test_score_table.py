@@ -83,7 +83,7 @@ def test_table_in_80_columns_cuts_nothing(verdict: Verdict, off_plate: float) ->
     [
         (
             "populate_conveyor|hydraulic_manifold_bracket_left_part_clone_12",
-            ["populate_conveyor|", "hydraulic_manifold_", "bracket_left_part_clone_", "12"],
+            ["populate_conveyor|", "hydraulic_manifold_", "bracket_left_part_", "clone_12"],
         ),
         ("bin7|anamewithoutawordinwhichitcouldbebroken", ["bin7|", "anamewithoutawordinwhichitcouldbebroken"]),
     ],

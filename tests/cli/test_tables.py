@@ -42,7 +42,8 @@ _WORD = re.compile(r"[+-]?\d[\d.]*(?:e[+-]?\d+)?|[^\W\d_]+")
 def lines_of(table: tables.FittedTable, width: int = WIDTH) -> list[str]:
     console = Console(file=StringIO(), width=width, highlight=False)
     tables.print_table(console, table)
-    return console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    text: str = console.file.getvalue()  # type: ignore[attr-defined]
+    return text.splitlines()
 
 
 def check(lines: Sequence[str], cells: Iterable[str], width: int = WIDTH) -> None:

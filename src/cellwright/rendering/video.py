@@ -10,6 +10,7 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP, PictureRequest
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.video_options import RATE, VideoOptions, check_video_size
+from cellwright.rendering.video_pace import VideoPace
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from cellwright.util.pose import Vector3
 
@@ -54,6 +55,8 @@ class Video:
         """Count of the frames dropped since others still waited; the previous one is shown longer instead."""
         self.error = ""
         """Reason why it ended early; empty otherwise."""
+        self.pace: VideoPace | None = None
+        """Counts the frames, if set."""
         self._options, self._lamp = options, lamp
         self._worker = RenderWorker(scene, max_pending=_WAITING)
         self._repeats = 0
@@ -89,6 +92,8 @@ class Video:
             self._worker.wait_for_room()
         elif self.taken and not self._worker.has_room:
             self.dropped += 1
+            if self.pace is not None:
+                self.pace.count_dropped()
             self._repeats += 1
             return False
         options = self._options
@@ -118,5 +123,7 @@ class Video:
         while self._waiting and self._waiting[0].done() and not self.error:
             try:
                 self._waiting.popleft().result()
+                if self.pace is not None:
+                    self.pace.count_drawn()
             except RenderingError as error:
                 self.error = str(error)

@@ -1,16 +1,18 @@
 """Video of a run or of a served node: frames at exact simulation times, without effect on the run."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
-from cellwright.engine.clock import PeriodicCallback
+from cellwright.engine.clock import NANOSECONDS, PeriodicCallback
 from cellwright.middleware.bus import Node
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import RATE, VideoOptions, period_of
+from cellwright.rendering.video_pace import VideoPace
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.pose import Vector3
 
@@ -44,6 +46,7 @@ class VideoRecorder:
         lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
+        self._options = options
         self._capture = SceneCapture.of(served)
         self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
@@ -57,6 +60,18 @@ class VideoRecorder:
         self._watch: PeriodicCallback | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""
+
+    def expect(self, end: int | None, report: Callable[[str], None]) -> None:
+        """Report how long drawing takes, and its progress, if that is minutes.
+
+        Args:
+            end: latest simulation time [ns] of the video's end; None if no end is known.
+            report: receives lines for people.
+        """
+        options, frames = self._options, None
+        if end is not None:
+            frames = math.ceil(max(0, end - self._served.simulation.now) / (self._period * NANOSECONDS)) + 1
+        self._video.pace = VideoPace(options, frames, report, is_bound=True)
 
     def start(self) -> None:
         """Take the first frame now, and the others as time passes."""

@@ -33,6 +33,21 @@ def tiny(cellwright: CommandLine) -> CommandLine:
 
 @QUICK_WORKERS
 @pytest.mark.slow
+def test_only_recordings_of_failures_are_kept(tiny: CommandLine) -> None:
+    work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--jobs", "1", "--record-failed")
+    recordings = Path("evaluation/recordings")
+    assert tiny(*work, "--min-score", "6").status == 0
+    assert list(recordings.iterdir()) == []
+    assert tiny(*work, "--min-score", "7", "--fresh").status == 1
+    (kept,) = recordings.iterdir()
+    with RecordingFile(kept) as recording:
+        assert recording.is_complete
+    ran = tiny(*work, "--record")
+    assert (ran.status, ran.err) == (2, "error: --record keeps all recordings; leave out it or --record-failed\n")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
 def test_good_agent_passes_and_resumes(tiny: CommandLine) -> None:
     work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--jobs", "1")
     ran = tiny(*work, "--min-score", "100%", "--record")

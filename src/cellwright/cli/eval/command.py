@@ -1,8 +1,9 @@
 """Command `cellwright eval`: runs of a program in many trials."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,7 +28,7 @@ from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.eval.watch import page_beside
 from cellwright.cli.main import argument, flag, option
 from cellwright.cli.options import N
-from cellwright.cli.output import print_line
+from cellwright.cli.output import print_line, warn
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
@@ -35,13 +36,14 @@ from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.engine import Engine, Running
 from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest, repeated
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, log_name, make_jobs, models_digest, repeated
 from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED
-from cellwright.running.evaluation.merge import PLAN_NAME, plan_of, plan_text
+from cellwright.running.evaluation.merge import PLAN_NAME, RECORDINGS, plan_of, plan_text
 from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
 from cellwright.running.evaluation.process import MEBIBYTE, RunLimits, usable_processors
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.running.evaluation.shard import Shard
+from cellwright.running.evaluation.summary import Threshold, shortcoming
 from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
 from cellwright.running.evaluation.tracking import Tracking, parameters_of
 
@@ -128,6 +130,9 @@ def evaluate(
     record: Annotated[
         bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
     ] = False,
+    record_failed: Annotated[
+        bool, flag("--record-failed", "As --record, but keep only the recordings of runs that do not pass.", OUTPUT)
+    ] = False,
     as_table: AsTable = False,
     log: Annotated[
         list[str] | None, option("TRACKER", "Log the evaluation to `mlflow` or `wandb` as one run; repeatable.", OUTPUT)
@@ -166,6 +171,8 @@ def evaluate(
     if over not in (None, "socket"):
         options.refuse(f"--over {over}: give socket")
     threshold = threshold_of(min_score)
+    if record and record_failed:
+        options.refuse("--record keeps all recordings; leave out it or --record-failed")
     require_table(as_table)
     page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
     with options.errors_of("--log"):
@@ -208,11 +215,26 @@ def evaluate(
                 tracking.forget()
             unwritten = write_beside(out / PLAN_NAME, plan_text(plan))
             stack.enter_context(page_beside(out, min_score or "", page, console, stays=not as_json))
-            results, failures = _work(own, store, limits, workers, console, tracking, ray=ray, records=record)
+            kept = partial(_drop_recording, out, threshold) if record_failed else None
+            records = record or record_failed
+            results, failures = _work(
+                own, store, limits, workers, console, tracking, ray=ray, records=records, judge_recording=kept
+            )
         left, failures = len(own) - len(results), [*unwritten, *failures]
         conclude(
             out, results, failures, threshold, console, left=left, as_table=as_table, as_json=as_json, tracking=tracking
         )
+
+
+def _drop_recording(out: Path, threshold: Threshold | None, result: Result) -> None:
+    """Remove the recording of a run that passed."""
+    if shortcoming(result, threshold):
+        return
+    file = (out / RECORDINGS / log_name(result.trial, result.seed, result.key)).with_suffix(".mcap")
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        warn(f"{file}: cannot be removed: {error.strerror or error}")
 
 
 def _work(
@@ -225,6 +247,7 @@ def _work(
     *,
     ray: str | None,
     records: bool,
+    judge_recording: Callable[[Result], None] | None,
 ) -> tuple[list[Result], list[str]]:
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
@@ -232,6 +255,8 @@ def _work(
         def take(result: Result) -> None:
             progress.take(result)
             tracking.take(result)
+            if judge_recording is not None:
+                judge_recording(result)
 
         def show_jobs(running: Sequence[Running]) -> None:
             progress.show_jobs(running)

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from cellwright.cli import output
 from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
-from cellwright.cli.output import print_entry, print_line, progress_bar
+from cellwright.cli.output import echo, print_entry, print_line, progress_bar
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
@@ -33,6 +33,7 @@ from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import VideoOptions, period_of
+from cellwright.rendering.video_pace import VideoPace
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
 from cellwright.running.run import PageOptions, ServerOptions, Session, versions
 from cellwright.running.run.playback import PlaybackTarget
@@ -286,6 +287,7 @@ def film_recording(
     lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
     video = Video(options, scene, lamp=lamp, warn=warn)
     period, number = period_of(options.speed) * NANOSECONDS, 0
+    video.pace = VideoPace(options, math.ceil((end - begin) / period) + 1, partial(echo, err=True))
     try:
         time = begin - 1
         while time < end and not video.error:

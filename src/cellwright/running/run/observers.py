@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
+from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
 from cellwright.rendering.scene import Scene, SceneFrame
@@ -103,6 +104,7 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
     numbered = replace(options, file=session.numbered_file(options.file))
     waits = session.lockstep or session.rate.speed is None
     film = session.target.film(numbered, waits=waits, report=session.report)
+    film.expect(_latest_end(session), session.notice)
     film.start()
     try:
         yield
@@ -111,6 +113,14 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
     assert session.result is not None
     session.result.videos.append(made)
     session.result.is_complete = session.result.is_complete and film.is_whole
+
+
+def _latest_end(session: SessionState) -> int | None:
+    """Return the simulation time [ns] at which the run ends at the latest; None if it has no end."""
+    ends = [session.stop.deadline]
+    if isinstance(session.target, CellTarget) and (limit := session.target.node.trial.time_limit) > 0:
+        ends.append(nanoseconds(limit))
+    return None if (end := min(ends)) == NEVER else end
 
 
 class Quality(StrEnum):

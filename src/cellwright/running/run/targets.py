@@ -135,6 +135,7 @@ class SessionState(ABC):
     video: VideoOptions | None
     log: Path | None
     report: Callable[[str], None]
+    notice: Callable[[str], None]
     on_reset: list[Callable[[int], object]]
     """Called with the old time [ns] when a run has started again under way."""
     node: Any = None
