@@ -70,7 +70,7 @@ def test_bundled_agent_on_trial_without_arm_is_refused_with_remedy(cellwright: C
     assert (ran.status, ran.out) == (2, "")
     assert ran.err == (
         "error: final01: the trial has no arm, and agent lesson requires one; "
-        "add a file with one, such as: cellwright run final01 kitter_sensors\n"
+        "add a file with one, such as: cellwright run final01+kitter_sensors\n"
     )
 
 
@@ -80,8 +80,9 @@ def test_own_agent_on_trial_without_arm_gets_warning(cellwright: CommandLine, ag
     assert ran.err.startswith("warning: final01: the trial has no arm; add a file")
 
 
-def test_final_with_bundled_sensors_runs(cellwright: CommandLine, agents: str) -> None:
-    ran = cellwright("run", "final01", "kitter_sensors", "--agent", f"{agents}:Ends", "--no-picture", "--json")
+@pytest.mark.parametrize("names", [("final01+kitter_sensors",), ("final01", "kitter_sensors")])
+def test_final_with_bundled_sensors_runs(names: tuple[str, ...], cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", *names, "--agent", f"{agents}:Ends", "--no-picture", "--json")
     assert ran.status == 0
     assert "warning" not in ran.err
     assert json.loads(ran.out)["trial"] == "final01"

@@ -92,6 +92,36 @@ def test_states(run, recording):
     assert "1 passed" in done.stdout, done.stdout
 
 
+def test_marker_joins_files_sets_values_and_varies(tmp_path: Path) -> None:
+    text = """
+from cellwright.config.trial.catalogue import find_trial
+
+more = pytest.mark.trial(["final01", "kitter_sensors"], vary=True, set="time_limit=60", servo="precise")
+
+@more
+@pytest.mark.seeds(1, 2)
+def test_cell(cell, trial_seed):
+    assert (cell.trial.has_arm, cell.trial.time_limit, cell.servo, cell.seed) == (True, 60.0, "precise", trial_seed)
+
+@pytest.mark.trial("final01", files="kitter_sensors", until=0.1, set=["time_limit=60"])
+def test_files(recording, run):
+    assert [name.rpartition("/")[2] for name in recording.header["files"]] == ["final01.yaml", "kitter_sensors.yaml"]
+    assert recording.header["overrides"] == ["time_limit=60"]
+
+poses = {}
+
+@pytest.mark.trial("final01+kitter_sensors", vary=True)
+@pytest.mark.seeds(1, 2)
+def test_seeds_vary(cell, trial_seed):
+    poses[trial_seed] = [part.pose for part in cell.trial.bin_parts]
+
+def test_they_differed():
+    assert poses[1] != poses[2]
+"""
+    done = run_pytest(project(tmp_path, text), "-q")
+    assert "6 passed" in done.stdout, done.stdout
+
+
 def test_failed_test_names_its_recording(tmp_path: Path) -> None:
     text = """
 @pytest.mark.trial("lesson", until=0.1)
@@ -111,6 +141,9 @@ def test_bins(recording):
         ("", "no trial is chosen"),
         ("@pytest.mark.trial('lesso', until=0.1)", "did you mean lesson"),
         ("@pytest.mark.trial('lesson', untill=0.1)", "unexpected keyword argument 'untill'"),
+        ("@pytest.mark.trial('lesson', servo='exact', until=0.1)", r"servo must be one of .* \(got 'exact'\)"),
+        ("@pytest.mark.trial('lesson', set='time_limi=5', until=0.1)", "did you mean time_limit"),
+        ("@pytest.mark.trial(cellwright.Trial('x'), files='lesson')", "need a trial by name or file"),
         ("@pytest.mark.trial('lesson', agent=Crashing)", r"the agent crashed at 0 s\n(?s:.*)no such bin"),
         ("@pytest.mark.trial('lesson')", "a run without an agent needs an end"),
         ("@pytest.mark.seeds('1')\n@pytest.mark.trial('lesson')", r"seeds must be whole numbers \(got \('1',\)\)"),
@@ -118,6 +151,8 @@ def test_bins(recording):
 )
 def test_mistake_fails_the_test_with_a_remedy(marks: str, error: str, tmp_path: Path) -> None:
     text = f"""
+import cellwright
+
 class Crashing:
     def run(self, client):
         raise RuntimeError("no such bin")

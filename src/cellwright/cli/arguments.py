@@ -28,8 +28,8 @@ SIMULATION, END, OUTPUT, NETWORK = "Simulation", "End", "Output", "Network"
 
 TRIAL = argument(
     "TRIAL",
-    "A bundled trial, such as `lesson`, or a YAML file; several are joined, as by the 2017 launcher: "
-    "`final01 kitter_sensors`.",
+    "A bundled trial, such as `lesson`, or a YAML file; files that are joined, as by the 2017 launcher: "
+    "`final01+kitter_sensors`.",
 )
 
 AGENT_HELP = "Agent: `kitter`, `lesson`, or your own as `path.py:Class` or `module:Class`"

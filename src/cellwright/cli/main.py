@@ -29,7 +29,11 @@ Reasons: time limit, --until came first, agent gave up or crashed, below --min-s
 BAD_INPUT = 2
 """The input is not valid; nothing has been started."""
 INCONCLUSIVE = 3
-"""A comparison shows neither a loss nor that there is none: more seeds would tell."""
+"""Nothing could be judged.
+
+A comparison shows neither a loss nor that there is none, and more seeds would tell; or no trial
+has an order.
+"""
 TRY_AGAIN = 75
 """Runs are left without a result, because the machine failed or a signal came; the same command continues.
 
@@ -56,6 +60,8 @@ def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | Non
     """Return the exit status of a run; a run without an agent is done when it has reached its `--until`."""
     from cellwright.running.run import Outcome  # slow to load, and other commands need the figures above alone
 
+    if result.outcome is Outcome.NO_ORDER:
+        return INCONCLUSIVE
     if min_score is not None and result.score.total < min_score:
         return NOT_DONE
     is_done = result.outcome is Outcome.DONE or (result.outcome is Outcome.UNTIL and not has_agent)

@@ -24,6 +24,7 @@ from cellwright.clients.client.session import parse_address
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.joining import find_files, refuse_several_trials
 from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.rendering.camera import Camera, camera_of
 from cellwright.running.run import CellTarget
@@ -82,8 +83,15 @@ def in_range(option: str, value: N, low: float, high: float, remedy: str, text: 
 
 
 def paths(files: Sequence[str]) -> list[Path]:
-    """Return the paths of a trial's files; names are those of bundled trials."""
-    return [_path(file) for file in files]
+    """Return the paths of a trial's files: of one name, of names joined by `+`, or of several that are joined.
+
+    Raises:
+        UsageError: there is no such file, or two names could be two trials.
+    """
+    found = [find_files(file, _path) for file in files]
+    if len(files) > 1:
+        refuse_several_trials(files, found)
+    return [path for each in found for path in each]
 
 
 def _path(file: str) -> Path:

@@ -136,7 +136,7 @@ def run_served(
             output.print_entry(console, "pace", output.pace_text(result.pace))
     pictures = Pictures(camera, [], output.warn)
     # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
-    if picture is not None and (result.outcome is Outcome.DONE or not session.stop.is_requested):
+    if picture is not None and (result.outcome in (Outcome.DONE, Outcome.NO_ORDER) or not session.stop.is_requested):
         with progress_bar(console, f"drawing {picture}", 1.0) as show:
             pictures.take(picture, session.node, show)
     return summary.show_files(

@@ -30,7 +30,7 @@ def trials(as_json: Annotated[bool, flag("--json", "Print the list as JSON.")] =
     The finals and most others have no arm and no sensors, as in the competition, where each team brought its own. Add a
     file that has them; the bundled ones are at the end of the list.
 
-        cellwright run final01 kitter_sensors
+        cellwright run final01+kitter_sensors
     """
     listed_trials = {name: _load(name) for name in bundled()} | _plugin_trials()
     sensors = {name: _load(name) for name in bundled_sensors()}

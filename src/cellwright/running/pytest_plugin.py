@@ -6,23 +6,28 @@ Cellwright until a test needs a run.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast, get_args
 
 import pytest
 
 if TYPE_CHECKING:
     from cellwright.cell.cell import Cell
     from cellwright.clients.agents.agent import Agent
+    from cellwright.config.trial.joining import TrialName
     from cellwright.config.trial.trial import Trial
     from cellwright.recording.replay.opened import Recording
     from cellwright.running.run import RunResult
+    from cellwright.running.run.headless import CellOfTrial
 
 _TRIAL = (
-    "trial(trial, agent=None, until=None): trial of the fixtures cell, run and recording: its name, path or object. "
-    "agent works in a run: a class or a name. until: simulation time [s] at which a run stops."
+    "trial(trial, agent=None, until=None, vary=False, set=(), files=(), servo=None): trial of the fixtures cell, run "
+    "and recording: its name, path, object or a list of files to join. agent works in a run: a class or a name. until: "
+    "simulation time [s] at which a run stops. vary: the seed varies the cell. set: values that replace those of the "
+    "files, as KEY=VALUE. files: more files to join, such as one with sensors. servo: servo profile of the arm."
 )
 _SEEDS = "seeds(*seeds): repeats the test with each seed of the trial."
 _FILE = pytest.StashKey[Path]()
@@ -62,15 +67,30 @@ def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
 class _Request(NamedTuple):
     """Run that a test needs; equal requests share one run."""
 
-    trial: Trial | str | Path
+    trial: Trial | tuple[str | Path, ...]
     agent: Agent | type[Agent] | str | None = None
     until: float | None = None
+    vary: bool = False
+    overrides: tuple[str, ...] = ()
+    servo: Any = None
     seed: int | None = None
 
     @property
     def key(self) -> tuple[object, ...]:
         """Value that is equal for equal runs; objects are equal to themselves alone."""
-        return *(value if isinstance(value, str | Path) else id(value) for value in self[:2]), *self[2:]
+        return *(value if isinstance(value, str | tuple) else id(value) for value in self[:2]), *self[2:]
+
+    @property
+    def name(self) -> str:
+        """Name of the trial for people."""
+        return "+".join(map(str, self.trial)) if isinstance(self.trial, tuple) else self.trial.name
+
+    @property
+    def cell(self) -> CellOfTrial:
+        """The cell of the trial."""
+        from cellwright.running.run.headless import CellOfTrial
+
+        return CellOfTrial(self.trial, self.seed, self.vary, self.overrides, self.servo)
 
 
 class _Runs:
@@ -87,11 +107,10 @@ class _Runs:
         return self._results[request.key]
 
     def _run(self, request: _Request) -> RunResult:
-        from cellwright.running.run import RunOptions, run_trial
+        from cellwright.running.run import RunOptions
 
         path = self._folder / f"run_{len(self._results) + 1}.mcap"
-        options = RunOptions(until=request.until)
-        return run_trial(request.trial, request.agent, seed=request.seed, record=path, options=options)
+        return request.cell.run(request.agent, path, RunOptions(until=request.until))
 
 
 @pytest.fixture(scope="session")
@@ -109,12 +128,7 @@ def trial_seed(request: pytest.FixtureRequest) -> int | None:
 @pytest.fixture
 def cell(request: pytest.FixtureRequest, trial_seed: int | None) -> Iterator[Cell]:
     """A new cell of the marked trial, at time 0; the agent of the marker does not work in it."""
-    from cellwright.cell.cell import Cell
-    from cellwright.config.trial.trial import Trial
-    from cellwright.running.run import load_trial
-
-    trial = _requested(request, trial_seed).trial
-    made = Cell(trial if isinstance(trial, Trial) else load_trial(trial), seed=trial_seed)
+    made = _requested(request, trial_seed).cell.make(_warn)
     with closing(made.simulation):
         yield made
 
@@ -144,12 +158,12 @@ def _finished(request: pytest.FixtureRequest, runs: _Runs, seed: int | None) -> 
     try:
         result = runs.result(wanted)
     except CellwrightError as error:
-        pytest.fail(f"trial {wanted.trial}: {error}", pytrace=False)
+        pytest.fail(f"trial {wanted.name}: {error}", pytrace=False)
     request.node.stash[_FILE] = result.recordings[0]
     if result.outcome in (Outcome.CRASHED, Outcome.UNSTABLE):
-        pytest.fail(f"trial {wanted.trial}: {result.outcome} at {result.simulated:g} s\n{result.error}", pytrace=False)
+        pytest.fail(f"trial {wanted.name}: {result.outcome} at {result.simulated:g} s\n{result.error}", pytrace=False)
     if not result.is_recorded:
-        pytest.fail(f"trial {wanted.trial}: the recording is incomplete; free space on the disk", pytrace=False)
+        pytest.fail(f"trial {wanted.name}: the recording is incomplete; free space on the disk", pytrace=False)
     return result
 
 
@@ -165,7 +179,43 @@ def _requested(request: pytest.FixtureRequest, seed: int | None) -> _Request:
 
 
 def _described(
-    trial: Trial | str | Path, agent: Agent | type[Agent] | str | None = None, until: float | None = None
+    trial: Trial | TrialName,
+    agent: Agent | type[Agent] | str | None = None,
+    until: float | None = None,
+    *,
+    vary: bool = False,
+    files: str | Path | Sequence[str | Path] = (),
+    servo: str | None = None,
+    **more: Any,
 ) -> _Request:
-    """Return the run of the marker's arguments."""
-    return _Request(trial, agent, until)
+    """Return the run of the marker's arguments; `set` is among `more`, since Python has a type of this name.
+
+    Raises:
+        TypeError: an argument is unknown, or does not go with the others.
+    """
+    overrides = more.pop("set", ())
+    if more:
+        raise TypeError(f"unexpected keyword argument {next(iter(more))!r}")
+    from cellwright.config.trial.trial import ServoProfile
+
+    profiles = get_args(ServoProfile)
+    if servo not in (None, *profiles):
+        raise TypeError(f"servo must be one of {', '.join(profiles)} (got {servo!r})")
+    named: Trial | tuple[str | Path, ...]
+    if isinstance(trial, str | Path | list | tuple):
+        named = (*_listed(trial), *_listed(files))
+    elif files or overrides:
+        raise TypeError("files and set need a trial by name or file (got an object)")
+    else:
+        named = cast("Trial", trial)
+    return _Request(named, agent, until, vary, tuple(map(str, _listed(overrides))), servo)
+
+
+def _listed(value: str | Path | Sequence[str | Path]) -> Sequence[str | Path]:
+    return [value] if isinstance(value, str | Path) else value
+
+
+def _warn(line: object) -> None:
+    from cellwright.running.run import DescriptionWarning
+
+    warnings.warn(str(line), DescriptionWarning, stacklevel=2)

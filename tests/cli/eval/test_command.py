@@ -116,7 +116,7 @@ def test_fresh_runs_again_what_has_a_result(tiny: CommandLine) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 def test_agent_that_crashes_in_one_of_two_trials_fails(tiny: CommandLine) -> None:
-    Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
+    Path("other.yaml").write_text(f"{TRIAL}\ntime_limit: 1\n")
     ran = tiny("eval", "tiny.yaml", "other.yaml", "--with", "sensors.yaml", "--agent", "programs.py:Crash", "--json")
     assert ran.status == 1
     assert [each["trial"] for each in json.loads(ran.out)["results"]] == ["tiny", "other"]
@@ -166,9 +166,48 @@ def test_invalid_input_starts_nothing(arguments: list[str], message: str, tiny: 
 def test_trials_of_same_name_are_distinguished(tiny: CommandLine) -> None:
     for folder in ("a", "b"):
         Path(folder).mkdir()
-        Path(folder, "tiny.yaml").write_text(f"time_limit: {ord(folder)}\n")
+        Path(folder, "tiny.yaml").write_text(f"{TRIAL}\ntime_limit: {ord(folder)}\n")
     ran = tiny("eval", "a/tiny.yaml", "b/tiny.yaml", "a/tiny.yaml", "--agent", "programs.py:GiveUp", "--json")
     assert [each["trial"] for each in json.loads(ran.out)["trials"]] == ["a/tiny.yaml", "b/tiny.yaml"]
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_trial_without_order_is_neither_a_pass_nor_counted(tiny: CommandLine) -> None:
+    Path("empty.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
+    ran = tiny("eval", "empty.yaml", "--agent", "programs.py:Deliver", "--json")
+    assert ran.status == 3
+    document = json.loads(ran.out)
+    (run,) = document["results"]
+    assert (run["outcome"], run["passed"], run["shortcoming"]) == ("no_order", False, "the trial has no order")
+    assert (document["passed"], document["unjudged"], document["share"]) == (0, 1, None)
+    assert "passed      0 of 0 runs" in ran.err
+    assert "not judged, and not counted: empty" in ran.err
+    junit = ElementTree.fromstring(Path("evaluation", "junit.xml").read_bytes())
+    assert (junit.get("failures"), junit.get("skipped")) == ("0", "1")
+    assert junit.find(".//skipped") is not None
+    assert "not judged" in Path("evaluation", "report.html").read_text(encoding="utf-8")
+
+
+def test_file_without_order_beside_a_trial_is_refused_with_the_joined_name(tiny: CommandLine) -> None:
+    ran = tiny("eval", "tiny.yaml", "sensors.yaml", "--agent", "programs.py:Deliver")
+    assert (ran.status, Path("evaluation").exists()) == (2, False)
+    assert ran.err == (
+        "error: sensors.yaml: has no order, and is no trial beside others; to join it, write such as "
+        "tiny.yaml+sensors.yaml\n"
+    )
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_joined_files_are_one_trial_with_a_command_that_repeats_it(tiny: CommandLine) -> None:
+    Path("limit.yaml").write_text("time_limit: 77\n")
+    ran = tiny("eval", "tiny.yaml+limit.yaml", "tiny.yaml", "--agent", "programs.py:GiveUp", "--json")
+    joined, alone = json.loads(ran.out)["results"]
+    assert (joined["trial"], alone["trial"]) == ("tiny.yaml+limit.yaml", "tiny.yaml")
+    assert joined["command"].startswith("cellwright run tiny.yaml+limit.yaml+kitter_sensors --agent ")
+    again = tiny(*joined["command"].split()[1:], "--no-picture", "--json")
+    assert json.loads(again.out)["state_hash"] == joined["state_hash"]
 
 
 def test_summary_fits_terminal_and_lists_worst_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -182,7 +182,7 @@ def test_digest_of_user_model_is_the_same_in_another_folder(tmp_path: Path) -> N
 def test_command_of_job_repeats_run(folder: Path) -> None:
     trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
     (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)
-    assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"
+    assert job.command == "cellwright run 'one two.yaml+more.yaml' --agent robot.py:Robot --seed 7 --vary"
 
 
 def test_digest_ignores_broken_link_and_folder(tmp_path: Path) -> None:

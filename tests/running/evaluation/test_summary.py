@@ -16,6 +16,8 @@ from cellwright.running.evaluation.summary import (
     Repeat,
     Threshold,
     are_same,
+    mean_share,
+    passed_count,
     passed_interval,
     range_text,
     real_time_factor,
@@ -45,9 +47,26 @@ def test_invalid_thresholds_are_refused(text: str) -> None:
         Threshold.read(text)
 
 
-def test_trial_without_attainable_points_has_full_share() -> None:
-    assert result(0.0, reachable=0.0).share == 1.0
-    assert Threshold.read("100%").is_reached(result(0.0, reachable=0.0))
+NO_ORDER = result(0.0, trial="empty", reachable=0.0, outcome="no_order", reason="the trial has no order")
+
+
+def test_run_without_points_to_earn_is_no_pass_and_has_no_share() -> None:
+    done = result(0.0, reachable=0.0)
+    assert (done.share, done.is_unjudged, NO_ORDER.is_unjudged) == (0.0, True, True)
+    assert shortcoming(done, None) == "no point can be earned in this trial"
+    assert shortcoming(NO_ORDER, Threshold.read("0")) == "the trial has no order"
+    assert not result(0.0, reachable=0.0, outcome="crashed").is_unjudged
+
+
+def test_runs_without_points_to_earn_count_in_no_share_and_no_interval() -> None:
+    judged = [result(6.0, seed=1), result(3.0, seed=2, simulated=9.0)]
+    mixed = [*judged, NO_ORDER]
+    assert mean_share(mixed) == mean_share(judged)
+    assert passed_count(mixed, None) == (2, 2)
+    assert share_interval(mixed) == share_interval(judged)
+    assert passed_interval(mixed, None) == passed_interval(judged, None)
+    assert [each.share for each in summarize(mixed)][1] is None
+    assert mean_share([NO_ORDER]) is None
 
 
 def test_shortcoming_gives_the_reason() -> None:

@@ -168,13 +168,13 @@ def test_run_without_agent_or_end_is_refused() -> None:
     assert (result.outcome, result.steps, result.competition_state) == (Outcome.UNTIL, 125, "init")
 
 
-def test_trial_without_orders_is_done_at_once() -> None:
+def test_trial_without_orders_ends_at_once_and_is_not_done() -> None:
     def wait(client: Client) -> None:
         client.start_competition()
         client.wait_until(lambda: client.competition_state == "done")
 
     result = work(wait, Cell(BARE))
-    assert result.outcome is Outcome.DONE
+    assert result.outcome is Outcome.NO_ORDER
     assert result.simulated == pytest.approx(0.1)
 
 

@@ -32,6 +32,7 @@ from cellwright.cli.output import print_line, warn
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.joining import joined_name, split_names
 from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.engine import Engine, Running
@@ -58,7 +59,12 @@ _LIMITS, _TRUST = "Limits of each run", "Programs that you do not trust"
 
 def evaluate(
     trials: Annotated[
-        list[str], argument("TRIAL", "Bundled trials, such as `lesson`, and YAML files; each is a separate trial.")
+        list[str],
+        argument(
+            "TRIAL",
+            "Bundled trials, such as `lesson`, and YAML files. Each is a separate trial; files of one are joined as "
+            "`final01+kitter_sensors`.",
+        ),
     ],
     agent: Annotated[str, option("AGENT", f"{AGENT_HELP}.", SIMULATION)] = "kitter",
     joined: Annotated[
@@ -165,8 +171,8 @@ def evaluate(
         cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
 
     Exit status: 0 every run is done, not below --min-score, and repeatable (--repeat); 1 some are not; 2 bad input, and
-    nothing was started. With 75 runs are left: a signal came, or the machine failed, such as by a full disk. The same
-    command continues.
+    nothing was started; 3 no run is at fault, but some have no order. With 75 runs are left: a signal came, or the
+    machine failed, such as by a full disk. The same command continues.
     """
     if over not in (None, "socket"):
         options.refuse(f"--over {over}: give socket")
@@ -296,10 +302,13 @@ def _trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep]
     """Read the trials once: their errors are printed before anything starts."""
     entries = []
     for name in dict.fromkeys(names):
-        has_arm = load_trial(options.paths([name])).trial.has_arm
-        parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
+        alone = load_trial(options.paths([name])).trial
+        if not alone.orders and len(names) > 1:
+            others = joined_name([*(other for other in names if other != name), name][-2:])
+            options.refuse(f"{name}: has no order, and is no trial beside others; to join it, write such as {others}")
+        parts = [*split_names(name), *(joined or ([] if alone.has_arm else [ARM_AND_SENSORS]))]
         swept = variants(sweeps, name if len(names) > 1 else "")
-        trials = options.load_variants(parts, swept)
+        trials = options.load_variants([joined_name(parts)], swept)
         check_effect(sweeps, trials)
         if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
             requested_backend()  # an unknown backend is reported once, and not by every run
@@ -310,7 +319,7 @@ def _trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep]
     return [
         EvaluatedTrial(
             variant_name(trial.name if how_often[trial.name] == 1 else name, overrides),
-            tuple(path.resolve() for path in options.paths(parts)),
+            tuple(path.resolve() for path in options.paths([joined_name(parts)])),
             attainable.total,
             attainable.maximum,
             trial.time_limit,

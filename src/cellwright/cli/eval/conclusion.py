@@ -4,7 +4,6 @@ import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from statistics import fmean
 from typing import Annotated, NoReturn
 
 import typer
@@ -12,7 +11,7 @@ from rich.console import Console
 
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
-from cellwright.cli.main import DONE, NOT_DONE, TRY_AGAIN, flag
+from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, TRY_AGAIN, flag
 from cellwright.cli.output import echo, print_entry, print_line, write_result
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation import summary
@@ -78,8 +77,10 @@ def conclude(
     failures += write_beside(out / "report.html", report(results, threshold, repeats, pictures))
     if as_table:
         failures += write_beside(out / TABLE_NAME, parquet_table(ended))
-    reasons = [*(summary.shortcoming(result, threshold) for result in results), *(each.difference for each in repeats)]
-    status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else DONE
+    reasons = [summary.shortcoming(result, threshold) for result in results if not result.is_unjudged]
+    reasons += [each.difference for each in repeats]
+    otherwise = INCONCLUSIVE if any(result.is_unjudged for result in results) else DONE
+    status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else otherwise
     document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)
     failures += write_beside(out / "summary.json", document + "\n")
     show_summary(console, results, threshold, repeats)
@@ -121,11 +122,14 @@ def show_summary(
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
     short = [(result, reason) for result, reason in short if reason]
     _print_first(console, [f"{result.name}: {reason}" for result, reason in short])
-    passed = f"{len(results) - len(short)} of {len(results)} runs"
-    print_entry(console, "passed", summary.with_interval(passed, summary.passed_interval(results, threshold)))
-    if results:
-        share = f"{fmean(result.share for result in results):.0%} of the attainable points"
-        print_entry(console, "share", summary.with_interval(share, summary.share_interval(results)))
+    count, judged = summary.passed_count(results, threshold)
+    passed = summary.with_interval(f"{count} of {judged} runs", summary.passed_interval(results, threshold))
+    print_entry(console, "passed", passed)
+    if (share := summary.mean_share(results)) is not None:
+        words = f"{share:.0%} of the attainable points"
+        print_entry(console, "share", summary.with_interval(words, summary.share_interval(results)))
+    if unjudged := summary.unjudged_sentence(results):
+        print_entry(console, "note", unjudged)
     if repeats:
         different = [repeat for repeat in repeats if repeat.difference]
         _print_first(console, [f"{repeat.first.name} is not repeatable: {repeat.difference}" for repeat in different])

@@ -74,7 +74,12 @@ class EvalProgress:
         rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
         failed = Counter(result.trial for result in self._results if result.has_failed)
         for each in summary.summarize(self._results):
-            figures = [f"{each.mean:.4g}", f"{each.min:.4g}", f"{each.share:.0%}", str(failed[each.trial] or "")]
+            figures = [
+                f"{each.mean:.4g}",
+                f"{each.min:.4g}",
+                "-" if each.share is None else f"{each.share:.0%}",
+                str(failed[each.trial] or ""),
+            ]
             rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
         return table({"trial": FOLD, **dict.fromkeys(("done", "mean", "min", "share", "failed"), RIGHT)}, rows.values())
 

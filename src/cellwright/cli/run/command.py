@@ -23,6 +23,7 @@ from cellwright.cli.summary import RunProgress, show_files, show_result
 from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.joining import joined_name
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.backend import requested_backend
@@ -160,9 +161,9 @@ def run(
         # no agent: the cell alone, with a picture of the belt after ten seconds
         cellwright run lesson --agent none --until 10 --camera belt
 
-    Exit status: 0 done; 1 not done, or a requested file is incomplete; 2 bad input, and nothing was started. Not done
-    are runs that end by a time limit, by --until before the agent, by a signal, by an agent that gave up or crashed, or
-    below --min-score.
+    Exit status: 0 done; 1 not done, or a requested file is incomplete; 2 bad input, and nothing was started; 3 the
+    trial has no order. Not done are runs that end by a time limit, by --until before the agent, by a signal, by an
+    agent that gave up or crashed, or below --min-score.
     """
     threshold = options.min_score(min_score)
     if connect is not None:
@@ -311,10 +312,10 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
 
 def _warn_of_missing_arm(trial: str, files: Sequence[str], agent: str) -> None:
     """Warn about a trial without an arm. Only a user's own program may have a use for it."""
-    joined = [*files, bundled_sensors()[0]]
-    remedy = f"add a file with one, such as: {shlex.join(['cellwright', 'run', *joined])}"
+    joined = joined_name([*files, bundled_sensors()[0]])
+    remedy = f"add a file with one, such as: {shlex.join(['cellwright', 'run', joined])}"
     try:
-        load_trial(options.paths(joined))
+        load_trial(options.paths([joined]))
     except CellwrightError:  # not every text can be continued by another one
         remedy = "add one to the file, such as `arm: {type: ur10}`, and sensors"
     if agent in BUNDLED:

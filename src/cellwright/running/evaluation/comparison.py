@@ -106,7 +106,7 @@ class Comparison:
         Raises:
             UsageError: they have no run in common, or a trial that is not the same in both.
         """
-        others = {_identity(result): result for result in after}
+        others = {_identity(result): result for result in after if result.is_scored}
         pairs = tuple(Pair(each, others[_identity(each)]) for each in before if _identity(each) in others)
         for pair in pairs:
             if pair.before.reachable != pair.after.reachable:

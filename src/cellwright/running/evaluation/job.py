@@ -14,6 +14,7 @@ from typing import Any
 from cellwright._package import FOLDER
 from cellwright.clients.agents.agent import BUNDLED
 from cellwright.config.parsing.overrides import Override
+from cellwright.config.trial.joining import joined_name
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation.imports import imported_files, module_files
 from cellwright.running.run import versions
@@ -80,7 +81,8 @@ class Job:
         more = ["--vary"] if self.vary else []
         more += [word for each in self.trial.overrides for word in ("--set", str(each))]
         more += ["--over", self.over, "--lockstep"] if self.over else []
-        return shlex.join(["cellwright", "run", *files, "--agent", self.agent, "--seed", str(self.seed), *more])
+        words = ["cellwright", "run", joined_name(files), "--agent", self.agent, "--seed", str(self.seed), *more]
+        return shlex.join(words)
 
     @property
     def log_name(self) -> str:

@@ -33,9 +33,10 @@ from cellwright.running.evaluation.summary import (
     Threshold,
     by_trial,
     kit_words,
+    mean_share,
+    passed_count,
     passed_interval,
     share_interval,
-    shortcoming,
     worst_first,
 )
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError, UsageError, printable
@@ -190,10 +191,11 @@ class EvaluationSource:
         listed = failures[:MAX_FAILURES]
         self._figures = {
             "failed": sum(each.has_failed for each in results),
-            "passed": sum(not shortcoming(each, self._threshold) for each in results),
+            "passed": passed_count(results, self._threshold)[0],
+            "judged": passed_count(results, self._threshold)[1],
             "requirement": "" if self._threshold is None else f"done, with at least {self._threshold}",
             "passed_interval": passed_interval(results, self._threshold),
-            "share": fmean(each.share for each in results) if results else None,
+            "share": mean_share(results),
             "share_interval": share_interval(results),
             "trials": self._trials(results),
             "failures": _labels(listed),

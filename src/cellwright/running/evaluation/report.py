@@ -4,7 +4,6 @@ import base64
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape as escape_markup
-from statistics import fmean
 from typing import Any
 
 from cellwright.running.evaluation.result import OUTCOMES, Result
@@ -14,7 +13,9 @@ from cellwright.running.evaluation.summary import (
     TrialSummary,
     done_interval,
     kit_words,
+    mean_share,
     measure_rows,
+    passed_count,
     passed_interval,
     range_text,
     real_time_factor,
@@ -270,12 +271,15 @@ def _count(number: int, thing: str) -> str:
 
 
 def _tiles(results: Sequence[Result], threshold: Threshold | None) -> Iterator[str]:
-    share = fmean(each.share for each in results) if results else 0.0
-    passed = sum(not shortcoming(each, threshold) for each in results)
+    share = mean_share(results)
+    passed, count = passed_count(results, threshold)
     failed = sum(each.has_failed for each in results)
-    yield _tile(f"{share:.1%}", with_interval("of the attainable points", share_interval(results)), _grade(share))
+    percent, grade = ("-", "") if share is None else (f"{share:.1%}", _grade(share))
+    yield _tile(percent, with_interval("of the attainable points", share_interval(results)), grade)
     words = with_interval("runs passed", passed_interval(results, threshold))
-    yield _tile(f"{passed} of {len(results)}", words, "good" if passed == len(results) else "bad")
+    yield _tile(f"{passed} of {count}", words, "good" if passed == count > 0 else "bad")
+    if unjudged := sum(each.is_unjudged for each in results):
+        yield _tile(str(unjudged), "not judged, and not counted: no order with points to earn")
     words = with_interval("runs completed", done_interval(results))
     yield _tile(str(sum(each.is_done for each in results)), words)
     yield _tile(str(failed), "failed: crashed, unstable, killed or over a limit", "bad" if failed else "")
@@ -331,11 +335,16 @@ def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     numbers = [f"{number:.4g}" for number in (summary.mean, summary.min, summary.max, summary.reachable)]
     numbers.insert(1, range_text(summary.mean_interval))
     cells = "".join(f'<td class="n">{number}</td>' for number in numbers)
-    passed = f"{summary.passed} of {summary.runs}, {range_text(summary.passed_interval, 100.0, ' %')}"
+    share = '<td class="n">-</td>'
+    if summary.share is not None:
+        share = f'<td class="n {_grade(summary.share)}">{summary.share:.0%}</td>'
+    passed = "not judged"
+    if summary.share is not None:
+        passed = f"{summary.passed} of {summary.runs}, {range_text(summary.passed_interval, 100.0, ' %')}"
     name = escape(summary.trial).replace(".", ".<wbr>")  # a long key may go on in the next line
     return (
         f"<tr><td><b>{name}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"
-        f'<td class="n {_grade(summary.share)}">{summary.share:.0%}</td><td class="n tight">{passed}</td>'
+        f'{share}<td class="n tight">{passed}</td>'
         f'<td class="tight">{escape(outcomes)}</td>'
         f'<td class="n">{summary.real_time_factor:.1f}</td></tr>'
     )
@@ -352,13 +361,22 @@ def _legend() -> str:
 
 def _runs(results: Sequence[Result], threshold: Threshold | None, pictures: Mapping[str, bytes]) -> Iterator[str]:
     for number, result in enumerate(worst_first(results)):
-        is_open = " open" if number < _OPEN and (shortcoming(result, threshold) or result.share < 1.0) else ""
+        loses = not result.is_unjudged and (shortcoming(result, threshold) or result.share < 1.0)
+        is_open = " open" if number < _OPEN and loses else ""
         inside = _inside(result, threshold, pictures.get(result.key, b""))
         yield f"<details{is_open}>{_head(result, threshold)}\n{inside}</details>"
 
 
 def _head(result: Result, threshold: Threshold | None) -> str:
-    kind = "bad" if not result.is_done else "fair" if shortcoming(result, threshold) else "good"
+    kind = (
+        "fair"
+        if result.is_unjudged
+        else "bad"
+        if not result.is_done
+        else "fair"
+        if shortcoming(result, threshold)
+        else "good"
+    )
     meter = (
         f'<div class="meter"><i class="{_grade(result.share)}" style="width:{max(0.0, result.share):.1%}"></i></div>'
     )
@@ -374,7 +392,8 @@ def _inside(result: Result, threshold: Threshold | None, picture: bytes) -> str:
     parts = []
     reason = shortcoming(result, threshold)
     if reason:
-        parts.append(f'<p class="bad">{escape(reason)}</p>')
+        kind = "fair" if result.is_unjudged else "bad"
+        parts.append(f'<p class="{kind}">{escape(reason)}</p>')
     if picture:
         source = f"data:image/png;base64,{base64.b64encode(picture).decode()}"
         parts.append(f'<img class="state" alt="The cell at the end of the run" src="{source}">')

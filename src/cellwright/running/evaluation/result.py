@@ -229,9 +229,19 @@ class Result:
         return not self.is_lost or self.limits == limits
 
     @property
+    def is_scored(self) -> bool:
+        """True if there were points to earn; other runs show nothing, and do not count in shares and intervals."""
+        return self.reachable > 0.0
+
+    @property
+    def is_unjudged(self) -> bool:
+        """True if nothing went wrong in a run without points to earn, such as one without an order."""
+        return not self.is_scored and (self.is_done or self.outcome == Outcome.NO_ORDER.name.lower())
+
+    @property
     def share(self) -> float:
-        """Share of the reachable points; 1 for a trial that has none."""
-        return self.points / self.reachable if self.reachable > 0 else 1.0
+        """Share of the reachable points; 0 for a trial that has none."""
+        return self.points / self.reachable if self.is_scored else 0.0
 
     @property
     def ending(self) -> str:

@@ -77,7 +77,7 @@ class StateReporter:
 
 def loses_points(result: Result) -> bool:
     """Return whether a run has less than all attainable points, or was not done: its last state is kept."""
-    return not result.is_done or result.share < 1.0
+    return not result.is_unjudged and (not result.is_done or result.share < 1.0)
 
 
 def state_file(folder: Path, log_name: str) -> Path:

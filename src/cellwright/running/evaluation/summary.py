@@ -79,12 +79,37 @@ class Threshold:
 
 
 def shortcoming(result: Result, threshold: Threshold | None) -> str:
-    """Return why a run did not pass, in one line; empty if it did."""
+    """Return why a run did not pass, in one line; empty if it did. A run without points to earn does not."""
     if not result.is_done:
         return result.reason
+    if not result.is_scored:
+        return "no point can be earned in this trial"
     if threshold is not None and not threshold.is_reached(result):
         return f"{result.points:g} of {result.reachable:g} points, below the required {threshold}"
     return ""
+
+
+def scored(results: Iterable[Result]) -> list[Result]:
+    """Return the runs that had points to earn: these alone count in shares, intervals and passes."""
+    return [result for result in results if result.is_scored]
+
+
+def mean_share(results: Iterable[Result]) -> float | None:
+    """Return the mean share of the attainable points; None if no run has points to earn."""
+    shares = [result.share for result in scored(results)]
+    return fmean(shares) if shares else None
+
+
+def passed_count(results: Iterable[Result], threshold: Threshold | None) -> tuple[int, int]:
+    """Return how many runs passed, and how many could have."""
+    found = [not shortcoming(result, threshold) for result in scored(results)]
+    return sum(found), len(found)
+
+
+def unjudged_sentence(results: Iterable[Result]) -> str:
+    """Return which trials were not judged, in a sentence; empty if there is none."""
+    names = dict.fromkeys(result.trial for result in results if result.is_unjudged)
+    return f"not judged, and not counted: {', '.join(names)} (no order with points to earn)" if names else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +166,7 @@ class TrialSummary:
         best: points of its orders if all of them could be reached.
         mean: mean of the points; a run without a report counts as 0.
         mean_interval: 95 % interval of the mean; None for one run, or if all runs are the same.
-        share: mean over reachable.
+        share: mean over reachable; None if there are no points to earn.
         share_interval: 95 % interval of the share.
         done: runs that brought the competition to its end.
         done_interval: 95 % interval of their share of the runs.
@@ -159,7 +184,7 @@ class TrialSummary:
     mean_interval: Interval | None
     min: float
     max: float
-    share: float
+    share: float | None
     share_interval: Interval | None
     done: int
     done_interval: Interval | None
@@ -193,14 +218,14 @@ def _summary(trial: str, group: Sequence[Result], threshold: Threshold | None) -
         reachable=group[0].reachable,
         best=group[0].best,
         mean=fmean(points),
-        mean_interval=score_interval([points], group[0].reachable) if is_sample else None,
+        mean_interval=score_interval([points], group[0].reachable) if is_sample and group[0].is_scored else None,
         min=min(points),
         max=max(points),
-        share=fmean(result.share for result in group),
+        share=mean_share(group),
         share_interval=share_interval(group),
         done=sum(result.is_done for result in group),
         done_interval=done_interval(group),
-        passed=sum(not shortcoming(result, threshold) for result in group),
+        passed=passed_count(group, threshold)[0],
         passed_interval=passed_interval(group, threshold),
         outcomes=dict(Counter(result.outcome for result in group)),
         measures=statistics(group, are_sample=is_sample),
@@ -243,7 +268,7 @@ def share_interval(results: Sequence[Result]) -> Interval | None:
 
     None without results, if a trial has one run alone, or if all runs of each trial are the same.
     """
-    groups = by_trial(results).values()
+    groups = by_trial(scored(results)).values()
     if not any(map(_is_sample, groups)):
         return None
     return score_interval([[result.share for result in group] for group in groups], 1.0)
@@ -260,9 +285,10 @@ def done_interval(results: Sequence[Result]) -> Interval | None:
 
 
 def _rate_interval(results: Sequence[Result], is_success: Callable[[Result], bool]) -> Interval | None:
-    if not any(map(_is_sample, by_trial(results).values())):
+    counted = scored(results)
+    if not any(map(_is_sample, by_trial(counted).values())):
         return None
-    return rate_interval(sum(map(is_success, results)), len(results))
+    return rate_interval(sum(map(is_success, counted)), len(counted))
 
 
 def with_interval(text: str, interval: Interval | None) -> str:
@@ -304,9 +330,10 @@ def summary_document(
         "exit_status": status,
         "min_score": None if threshold is None else str(threshold),
         "runs": len(results),
-        "passed": sum(not shortcoming(result, threshold) for result in results),
+        "passed": passed_count(results, threshold)[0],
+        "unjudged": sum(result.is_unjudged for result in results),
         "passed_interval": passed_interval(results, threshold),
-        "share": fmean(result.share for result in results) if results else None,
+        "share": mean_share(results),
         "share_interval": share_interval(results),
         "versions": versions(),
         "repeats": [repeat.as_json() for repeat in repeats],
@@ -328,9 +355,10 @@ def junit(results: Sequence[Result], threshold: Threshold | None, repeats: Seque
     """Return the JUnit file: a test case for each run and each repetition, in a class for each trial."""
     short = [shortcoming(result, threshold) for result in results]
     differences = [repeat.difference for repeat in repeats]
-    failures = sum(map(bool, [*short, *differences]))
+    skipped = sum(result.is_unjudged for result in results)
+    failures = sum(map(bool, [*short, *differences])) - skipped
     tests = len(results) + len(repeats)
-    counts = {"tests": str(tests), "failures": str(failures), "errors": "0", "skipped": "0"}
+    counts = {"tests": str(tests), "failures": str(failures), "errors": "0", "skipped": str(skipped)}
     wall = sum(result.wall for result in [*results, *(repeat.second for repeat in repeats)])
     times = {"time": f"{wall:.3f}"}
     suites = ElementTree.Element("testsuites", counts | times)
@@ -348,12 +376,16 @@ def junit(results: Sequence[Result], threshold: Threshold | None, repeats: Seque
 
 def _properties(results: Sequence[Result], threshold: Threshold | None) -> Iterator[tuple[str, str]]:
     """Yield names and values of the figures over many runs: shares in percent, means in points."""
-    if results:
-        yield "share", f"{fmean(result.share for result in results):.1%}"
+    if (share := mean_share(results)) is not None:
+        passed, count = passed_count(results, threshold)
+        yield "share", f"{share:.1%}"
         yield "share, 95 % interval", range_text(share_interval(results), 100.0, " %")
-        yield "passed", f"{sum(not shortcoming(result, threshold) for result in results)} of {len(results)}"
+        yield "passed", f"{passed} of {count}"
         yield "passed, 95 % interval", range_text(passed_interval(results, threshold), 100.0, " %")
     for each in summarize(results, threshold):
+        if each.share is None:
+            yield each.trial, "not judged: no order with points to earn"
+            continue
         yield f"{each.trial}: mean", f"{each.mean:.4g}"
         yield f"{each.trial}: mean, 95 % interval", range_text(each.mean_interval)
         yield f"{each.trial}: passed", f"{each.passed} of {each.runs}"
@@ -370,7 +402,9 @@ def _add_case(suite: ElementTree.Element, result: Result, reason: str, suffix: s
         suite, "testcase", {"classname": _clean(result.trial), "name": name, "time": f"{result.wall:.3f}"}
     )
     evidence = "\n".join(evidence_lines(result))
-    if reason:
+    if reason and result.is_unjudged and not suffix:
+        ElementTree.SubElement(case, "skipped", {"message": _clean(f"not judged: {reason}")})
+    elif reason:
         failure = ElementTree.SubElement(case, "failure", {"message": _clean(reason), "type": _clean(result.outcome)})
         failure.text = _clean(evidence)
     ElementTree.SubElement(case, "system-out").text = _clean(evidence)

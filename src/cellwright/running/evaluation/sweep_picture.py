@@ -29,8 +29,12 @@ _CAP = 4.0  # [px] half the width of an interval's ends
 _LOGARITHMIC_FROM = 50.0  # the largest value over the smallest
 
 
-def sweep_picture(summaries: Sequence[TrialSummary]) -> str:
-    """Return the picture and its legend as HTML; empty unless one key alone is swept, and its values are numbers."""
+def sweep_picture(results: Sequence[TrialSummary]) -> str:
+    """Return the picture and its legend as HTML; empty unless one key alone is swept, and its values are numbers.
+
+    Trials without points to earn have no place in it.
+    """
+    summaries = [each for each in results if each.share is not None]
     key = _swept_key(summaries)
     series: dict[str, list[tuple[float, TrialSummary]]] = {}
     for each in summaries if key else ():
@@ -116,7 +120,7 @@ def _grid(key: str, texts: Mapping[float, str], x: Callable[[float], float]) -> 
 
 def _curve(points: Sequence[tuple[float, TrialSummary]], x: Callable[[float], float], index: int, shift: float) -> str:
     ordered = sorted(points, key=lambda point: point[0])
-    line = " ".join(f"{x(number) + shift:.1f},{_y(each.share):.1f}" for number, each in ordered)
+    line = " ".join(f"{x(number) + shift:.1f},{_y(each.share or 0.0):.1f}" for number, each in ordered)
     parts = [f'<polyline class="curve s{index}" points="{line}"></polyline>']
     for number, each in ordered:
         at = x(number) + shift
@@ -133,9 +137,9 @@ def _curve(points: Sequence[tuple[float, TrialSummary]], x: Callable[[float], fl
                 )
             ]
         runs = f"{each.runs} run{'' if each.runs == 1 else 's'}"
-        title = escape(f"{each.trial}: {each.share:.1%} of the attainable points{interval}; {runs}")
+        title = escape(f"{each.trial}: {each.share or 0.0:.1%} of the attainable points{interval}; {runs}")
         parts.append(
-            f'<circle class="dot s{index}" cx="{at:.1f}" cy="{_y(each.share):.1f}" r="5">'
+            f'<circle class="dot s{index}" cx="{at:.1f}" cy="{_y(each.share or 0.0):.1f}" r="5">'
             f"<title>{title}</title></circle>"
         )
     return "".join(parts)

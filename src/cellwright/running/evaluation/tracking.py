@@ -80,17 +80,18 @@ def final_metrics(
     Names are `overall/share`, or the name of a trial and a figure, such as `lesson/points`; ends of 95 % intervals have
     `_low` and `_high` behind. Quantities are in points, s, m and rad, rates and shares from 0 to 1.
     """
-    passed = [not summary.shortcoming(result, threshold) for result in results]
     metrics: dict[str, float] = {"overall/runs": len(results), "overall/exit_status": status}
-    if results:
-        share = fmean(result.share for result in results)
+    if (share := summary.mean_share(results)) is not None:
+        passed, count = summary.passed_count(results, threshold)
         metrics |= _with_ends("overall/share", share, summary.share_interval(results))
-        metrics |= _with_ends("overall/passed", fmean(passed), summary.passed_interval(results, threshold))
+        metrics |= _with_ends("overall/passed", passed / count, summary.passed_interval(results, threshold))
     if repeats:
         metrics["overall/repeatable"] = fmean(not repeat.difference for repeat in repeats)
     trials = summary.summarize(results, threshold)
     for prefix, each in zip(_prefixes(each.trial for each in trials), trials, strict=True):
         metrics[f"{prefix}/runs"] = each.runs
+        if each.share is None:
+            continue
         metrics |= _with_ends(f"{prefix}/points", each.mean, each.mean_interval)
         metrics |= _with_ends(f"{prefix}/share", each.share, each.share_interval)
         metrics |= _with_ends(f"{prefix}/passed", each.passed / each.runs, each.passed_interval)
@@ -147,7 +148,7 @@ class Tracking:
         self._parameters = parameters
         self._is_new = False
         self._threshold = threshold
-        self._done, self._failed, self._shares = 0, 0, 0.0
+        self._done, self._failed, self._scored, self._shares = 0, 0, 0, 0.0
         self._warned = -_WARNING_PERIOD
         self._trackers: dict[str, TrackerProcess] = {}
         for name in dict.fromkeys(names):  # they load their packages meanwhile
@@ -215,8 +216,9 @@ class Tracking:
     def take(self, result: Result) -> None:
         """Count a new result; the next `update` logs it."""
         self._done += 1
+        self._scored += result.is_scored
         self._shares += result.share
-        self._failed += bool(summary.shortcoming(result, self._threshold))
+        self._failed += not result.is_unjudged and bool(summary.shortcoming(result, self._threshold))
 
     def update(self) -> str:
         """Log the progress if there is some, at most once a second; return a warning in one line, at most one a minute.
@@ -258,7 +260,7 @@ class Tracking:
     def _progress(self) -> dict[str, float]:
         if not self._done:
             return {}
-        share = self._shares / self._done
+        share = self._shares / max(1, self._scored)
         return {"progress/done": self._done, "progress/share": share, "progress/failed": self._failed}
 
     def _stored(self, group: str) -> dict[str, str]:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.variation import vary
 from cellwright.clients.agents.agent import Agent
+from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial import gear2017
-from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.trial import Trial
+from cellwright.config.trial.joining import TrialName, find_files
+from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.running.run.options import RecordOptions, RunOptions
 from cellwright.running.run.result import RunResult
 from cellwright.running.run.session import Session, warn_at_runtime
 from cellwright.running.run.targets import CellTarget, cell_result, warn_of
+from cellwright.util.errors import UsageError
 
 
 def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
@@ -42,7 +47,7 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
 
 
 def run_trial(
-    trial: Trial | str | Path,
+    trial: Trial | TrialName,
     agent: Agent | type[Agent] | str | None = "kitter",
     *,
     seed: int | None = None,
@@ -58,7 +63,8 @@ def run_trial(
         ('UNTIL', 50)
 
     Args:
-        trial: the trial, its name, or the path of its file.
+        trial: the trial, its name, or the path of its file; several are joined, as in
+            `"final01+kitter_sensors"` or a list.
         agent: works the cell: an object with a method `run(client)` or its class, the name of a bundled agent, or
             `"path.py:Class"`. None for no agent; `options` then holds the time to stop at.
         seed: seed of all random streams; None takes the trial's own.
@@ -75,23 +81,69 @@ def run_trial(
         AgentError: there is no such agent, or it cannot be made. The result holds what it raises at work.
         UsageError: there is neither an agent nor a time to stop at.
     """
-    path = None if isinstance(trial, Trial) else find_trial(trial)
-    lines: list[object] = []
+    return CellOfTrial(trial, seed).run(agent, record, options)
 
-    def make() -> Cell:
-        if isinstance(trial, Trial):
-            return Cell(trial, seed=seed)
-        loaded = gear2017.load_trial([find_trial(trial)])
-        lines.extend(loaded.warnings)
-        return Cell(loaded.trial, seed=seed)
 
-    recorded = (
-        None if record is None else RecordOptions([Path(record)], {"agent": _name_of(agent)}, report=warn_at_runtime)
-    )
-    target = CellTarget(make, lambda: [] if path is None else [path])
-    with Session(target, record=recorded, options=options) as session:
-        warn_of(lines, 3)
-        return cell_result(session.run(agent))
+@dataclass(frozen=True)
+class CellOfTrial:
+    """Cell of a trial, and how it differs from the trial's files.
+
+    Example:
+        >>> CellOfTrial("lesson", overrides=("time_limit=60",)).make().trial.time_limit
+        60.0
+
+    Attributes:
+        trial: the trial, its name, or the path of its file; several are joined.
+        seed: seed of all random streams; None takes the trial's own.
+        is_varied: whether the seed varies the trial.
+        overrides: values that replace those of the files, as `KEY=VALUE`.
+        servo: servo profile of the arm; None takes the file's.
+    """
+
+    trial: Trial | TrialName
+    seed: int | None = None
+    is_varied: bool = False
+    overrides: Sequence[str] = ()
+    servo: ServoProfile | None = None
+
+    def make(self, on_warning: Callable[[object], None] = lambda _warning: None) -> Cell:
+        """Return a new cell; `on_warning` receives the warnings for the files' author.
+
+        Raises:
+            DescriptionError: the trial's file is not valid.
+            UsageError: an override is not KEY=VALUE, or the trial is an object, which takes none.
+        """
+        trial = self.trial
+        if not isinstance(trial, Trial):
+            loaded = gear2017.load_trial(find_files(trial), overrides=list(map(Override.read, self.overrides)))
+            for warning in loaded.warnings:
+                on_warning(warning)
+            trial = loaded.trial
+        elif self.overrides:
+            raise UsageError(
+                f"{self.overrides[0]}: a trial that is an object takes no overrides; give its name or file"
+            )
+        if self.is_varied:
+            trial = vary(trial, trial.settings.seed if self.seed is None else self.seed)
+        return Cell(trial, seed=self.seed, servo=self.servo)
+
+    def run(
+        self,
+        agent: Agent | type[Agent] | str | None,
+        record: str | Path | None = None,
+        options: RunOptions | None = None,
+    ) -> RunResult:
+        """Run the trial headless; see `run_trial`."""
+        files = [] if isinstance(self.trial, Trial) else find_files(self.trial)
+        lines: list[object] = []
+        target = CellTarget(lambda: self.make(lines.append), lambda: files)
+        recorded = None
+        if record is not None:
+            about = {"agent": _name_of(agent)}
+            recorded = RecordOptions([Path(record)], about, is_varied=self.is_varied, report=warn_at_runtime)
+        with Session(target, record=recorded, options=options) as session:
+            warn_of(lines, 4)
+            return cell_result(session.run(agent))
 
 
 def _name_of(agent: Agent | type[Agent] | str | None) -> str:

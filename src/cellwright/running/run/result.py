@@ -178,6 +178,7 @@ class Outcome(StrEnum):
     """
 
     DONE = "done"
+    NO_ORDER = "the trial has no order"
     TIME_LIMIT = "time limit"
     GAVE_UP = "the agent ended before the orders were complete"
     CRASHED = "the agent crashed"
@@ -255,9 +256,14 @@ class RunResult(SessionResult):
 
 
 def final_outcome(cell: Cell, *, otherwise: Outcome) -> Outcome:
-    """Return the outcome of a run that came to its end: that of the competition, or `otherwise`."""
+    """Return the outcome of a run that came to its end: that of the competition, or `otherwise`.
+
+    A competition without an order ends at once, and shows nothing.
+    """
     if cell.competition.state != "done":
         return otherwise
+    if not cell.trial.orders:
+        return Outcome.NO_ORDER
     return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
 
 

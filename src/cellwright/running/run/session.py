@@ -22,7 +22,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import bundled as bundled_robots
 from cellwright.config.robot.robots import find_robot, is_robot_file
 from cellwright.config.trial.catalogue import bundled as bundled_trials
-from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.joining import TrialName, find_files
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.loop import SimulationLoop, StopCondition
@@ -127,7 +127,7 @@ class Session(SessionState):
 
     def __init__(
         self,
-        target: str | Path | Trial | Cell | RobotConfig | RobotNode | Target,
+        target: TrialName | Trial | Cell | RobotConfig | RobotNode | Target,
         *,
         seed: int | None = None,
         until: float | None = None,
@@ -577,13 +577,15 @@ def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = Fals
         return CellTarget(lambda: target)
     if isinstance(target, Trial):
         return CellTarget(lambda: Cell(target, seed=seed))
+    if isinstance(target, list | tuple):
+        return CellTarget(lambda: Cell(load_trial(target), seed=seed), lambda: find_files(target))
     if isinstance(target, str | Path):
         if Path(target).suffix.lower() in RECORDINGS:
             from cellwright.running.run.playback import PlaybackTarget
 
             return PlaybackTarget(Path(target))
         if not is_robot(target):
-            return CellTarget(lambda: Cell(load_trial(target), seed=seed), lambda: [find_trial(target)])
+            return CellTarget(lambda: Cell(load_trial(target), seed=seed), lambda: find_files(target))
     from cellwright.running.run.robots import RobotTarget
 
     if isinstance(target, str | Path):

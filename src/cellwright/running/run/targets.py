@@ -26,7 +26,7 @@ from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.robot import robots
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.trial import gear2017
-from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.joining import TrialName, find_files
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.loop import SimulationLoop, StopCondition
@@ -62,20 +62,23 @@ class DescriptionWarning(UserWarning):
     """A warning for a file's author that stops nothing, as `path:line: key: message`."""
 
 
-def load_trial(*sources: str | Path, text: str | None = None, overrides: Sequence[str] = ()) -> Trial:
+def load_trial(*sources: TrialName, text: str | None = None, overrides: Sequence[str] = ()) -> Trial:
     """Load a trial by its name or its files, or from a text. Notes for its author come as `DescriptionWarning`.
 
     Example:
         >>> import cellwright
         >>> cellwright.load_trial("lesson").name
         'lesson'
+        >>> cellwright.load_trial("final01+kitter_sensors").has_arm
+        True
         >>> cellwright.load_trial(text="time_limit: 60").time_limit
         60.0
         >>> cellwright.load_trial("lesson", overrides=["time_limit=60"]).time_limit
         60.0
 
     Args:
-        sources: a bundled trial (`"lesson"`) or the path of a YAML file; the texts of several are joined.
+        sources: a bundled trial (`"lesson"`) or the path of a YAML file; several are joined, as are those of one name
+            with `+` (`"final01+kitter_sensors"`) and of a list.
         text: the configuration itself, instead.
         overrides: values that replace those of the files, as `KEY=VALUE`: the key as errors and warnings print it, and
             the value as YAML.
@@ -87,7 +90,9 @@ def load_trial(*sources: str | Path, text: str | None = None, overrides: Sequenc
         UsageError: there is neither a name nor a text, or both; or an override is not KEY=VALUE.
     """
     loaded = gear2017.load_trial(
-        [find_trial(source) for source in sources], text=text, overrides=list(map(Override.read, overrides))
+        [file for source in sources for file in find_files(source)],
+        text=text,
+        overrides=list(map(Override.read, overrides)),
     )
     warn_of(loaded.warnings, 3)
     return loaded.trial

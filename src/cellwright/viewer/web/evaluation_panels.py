@@ -101,6 +101,7 @@ class EvaluationPanel:
         runs: number of runs in the plan.
         failed: number of runs that crashed, became unstable, were killed or exceeded a limit.
         passed: number of runs that passed.
+        judged: number of runs with points to earn, which alone can pass.
         requirement: what a run needs to pass, in a few words; empty if it must be done.
         passed_interval: 95 % interval of their share, 0 to 1.
         share: mean share of the attainable points, 0 to 1; None without a result.
@@ -120,6 +121,7 @@ class EvaluationPanel:
     runs: int
     failed: int = 0
     passed: int = 0
+    judged: int = 0
     requirement: str = ""
     passed_interval: Range | None = None
     share: float | None = None
@@ -147,7 +149,7 @@ def head_html(panel: EvaluationPanel) -> str:
         widgets.dim(panel.pace),
     ]
     if panel.share is not None and panel.done:
-        passed = f"{panel.passed} of {panel.done}"
+        passed = f"{panel.passed} of {panel.judged}"
         parts.append(_figure("points", f"{panel.share:.1%}", _percent(panel.share_interval)))
         name = "passed" if panel.requirement else "done"
         parts.append(_figure(name, passed, _percent(panel.passed_interval)))
@@ -199,10 +201,14 @@ def _trial(row: TrialRow) -> str:
         figures = widgets.dim("no result")
         share = 0.0
     else:
-        share = row.mean / row.reachable if row.reachable > 0.0 else 1.0
+        share = row.mean / row.reachable if row.reachable > 0.0 else 0.0
         range_ = "" if row.interval is None else f"{row.interval[0]:.3g} to {row.interval[1]:.3g}"
         figures = _figure("", f"{row.mean:.4g} of {row.reachable:g}", range_)
-    color = GREY if row.mean is None else GREEN if share >= 0.9 else AMBER if share >= 0.6 else RED
+        if row.reachable <= 0.0:
+            figures = widgets.dim("not judged: no order with points to earn")
+    color = (
+        GREY if row.mean is None or row.reachable <= 0.0 else GREEN if share >= 0.9 else AMBER if share >= 0.6 else RED
+    )
     name = widgets.row(f"<b>{_breakable(row.name)}</b>", done, "align-items:baseline")
     return widgets.block(name, widgets.bar(share, color), figures, style="margin-bottom:0.4em")
 
