@@ -121,7 +121,7 @@ for module in pkgutil.walk_packages(cellwright.__path__, "cellwright."):
         importlib.import_module(module.name)
 from cellwright.running.evaluation import memory, process
 from cellwright.clients.operators import terminal
-assert not memory.MEMORY_IS_LIMITED and not memory.memory_below([1])
+assert not memory.MEMORY_IS_LIMITED and not memory.usage_below([1])
 assert not hasattr(process.signal, "SIGKILL") and not hasattr(process.os, "killpg")
 assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
 """

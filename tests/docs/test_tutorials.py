@@ -35,6 +35,7 @@ PAGES = [
     "docs/motion.md",
     "docs/configuration.md",
     "docs/evaluate.md",
+    "docs/class.md",
     "docs/kitter.md",
     "docs/serve.md",
     "docs/robots.md",

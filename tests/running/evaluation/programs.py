@@ -79,6 +79,20 @@ class Hang:
             time.sleep(0.01)
 
 
+class NeverStarts:
+    def run(self, client):
+        while True:
+            client.sleep(0.2)
+
+
+class Unmade:
+    def __init__(self):
+        raise ValueError("no arm")
+
+    def run(self, client):
+        pass
+
+
 class Eat:
     def run(self, client):
         kept = []

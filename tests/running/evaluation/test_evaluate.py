@@ -139,6 +139,40 @@ def test_hanging_program_hits_wall_limit(judge: Judge) -> None:
 
 @QUICK_WORKERS
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("program", "limits", "outcome", "reason"),
+    [
+        (
+            "Hang",
+            {"wall": 1.0},
+            "wall_limit",
+            "not run, since 1 runs before were over a limit: still running after 1 s",
+        ),
+        (
+            "NeverStarts",
+            {"start": 1.0},
+            "start_limit",
+            "not run, since 1 runs before were over a limit: the competition",
+        ),
+        ("Unmade", {}, "refused", "programs.py:Unmade: "),
+    ],
+)
+def test_program_that_is_lost_alike_is_not_run_again(
+    folder: Path, program: str, limits: dict[str, float], outcome: str, reason: str
+) -> None:
+    results: list[Result] = []
+    with ResultsFile(folder / "out") as store:
+        limited = RunLimits(**limits)  # type: ignore[arg-type]
+        evaluation = Evaluation(store, limits=limited, stop_after=1, on_result=results.append)
+        evaluation.run([*tiny_jobs(folder, program, 3), *tiny_jobs(folder, "Deliver")])
+    outcomes = [each.outcome for each in results]
+    assert (outcomes[0], outcomes[-1]) == (outcome, "done")
+    assert set(outcomes[1:-1]) in ({"not_run"}, {outcome, "not_run"})  # the next may begin before one is judged
+    assert all(each.reason.startswith(reason) for each in results if each.outcome == "not_run")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
 @LINUX
 def test_program_over_memory_limit_is_ended(judge: Judge) -> None:
     (result,) = judge("Eat", memory=400 << 20)

@@ -23,6 +23,7 @@ from cellwright.cli.arguments import (
     ViewPort,
     page_options,
 )
+from cellwright.cli.eval.agents import ClassOptions, evaluate_class
 from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of, write_beside
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.eval.watch import page_beside
@@ -67,6 +68,15 @@ def evaluate(
         ),
     ],
     agent: Annotated[str, option("AGENT", f"{AGENT_HELP}.", SIMULATION)] = "kitter",
+    agents: Annotated[
+        list[str] | None,
+        option(
+            "PATTERN",
+            "Evaluate each program of a class, such as `'students/*.py:Mine'`, over socket: one sheet with a row for "
+            "each, and a file of feedback; repeatable.",
+            SIMULATION,
+        ),
+    ] = None,
     joined: Annotated[
         list[str] | None,
         option(
@@ -108,6 +118,9 @@ def evaluate(
         ),
     ] = None,
     time_limit: Annotated[float, option("T", "Wall time [s].", _LIMITS)] = 600.0,
+    start_limit: Annotated[
+        float, option("T", "Simulation time until the program must have started the competition [s].", _LIMITS)
+    ] = 300.0,
     memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0,
     over: Annotated[
         str | None,
@@ -167,12 +180,15 @@ def evaluate(
         # programs of others: each in a process of its own, its points from its commands alone
         cellwright eval final01 --agent theirs.py:Robot --over socket --verify
 
+        # a class: evaluation/class.csv and class.html have a row for each program
+        cellwright eval lesson final01 --agents 'students/*.py:Mine' --vary --seeds 3
+
         # one of 16 machines; then, of all folders: cellwright eval merge shards/*
         cellwright eval lesson --seeds 1000 --shard 3/16 --out shards/3
 
     Exit status: 0 every run is done, not below --min-score, and repeatable (--repeat); 1 some are not; 2 bad input, and
     nothing was started; 3 no run is at fault, but some have no order. With 75 runs are left: a signal came, or the
-    machine failed, such as by a full disk. The same command continues.
+    machine failed, such as by a full disk. The same command continues. With --agents 0 says that the sheet is complete.
     """
     if over not in (None, "socket"):
         options.refuse(f"--over {over}: give socket")
@@ -188,11 +204,41 @@ def evaluate(
     limits = RunLimits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
+        start=_within("--start-limit", start_limit, 1.0, options.LATEST),
     )
+    if agents:
+        refused = {
+            "--agent": agent != "kitter",
+            "--shard": shard is not None,
+            "--ray": ray is not None,
+            "--log": bool(log),
+            "--parquet": as_table,
+            "--repeat": repeat,
+            "--view": view,
+        }
+        if given := [name for name, is_given in refused.items() if is_given]:
+            options.refuse(f"{given[0]}: does not go with --agents; leave one out")
     numbers = range(1, _within("--seeds", seeds, 1, _MAX_SEEDS) + 1)
     workers = None if jobs is None else _within("--jobs", jobs, 1, _MAX_JOBS)
     try:
         evaluated = _trials(trials, joined or [], list(map(Sweep.read, sweep or [])))
+        if agents:
+            evaluate_class(
+                agents,
+                ClassOptions(
+                    trials=evaluated,
+                    seeds=numbers,
+                    vary=vary,
+                    verify=verify,
+                    limits=limits,
+                    workers=workers,
+                    threshold=threshold,
+                    out=out,
+                    fresh=fresh,
+                    records=record,
+                    as_json=as_json,
+                ),
+            )
         planned = make_jobs(evaluated, agent, numbers, vary=vary, over=over or "", verify=verify)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")

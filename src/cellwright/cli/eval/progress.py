@@ -1,7 +1,7 @@
 """Progress of an evaluation on a console: lines of results, and moving tables of runs and trials."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -21,9 +21,23 @@ _REFRESH = 4.0  # [1/s]
 
 
 class EvalProgress:
-    """Progress of an evaluation on a console."""
+    """Progress of an evaluation on a console.
 
-    def __init__(self, console: Console, jobs: Sequence[Job]) -> None:
+    Args:
+        title: what is evaluated; empty for the agent of the jobs.
+        label: returns the name of a run for people.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        jobs: Sequence[Job],
+        *,
+        title: str = "",
+        label: Callable[[Result], str] = lambda result: result.name,
+    ) -> None:
+        self._title = title or f"agent {jobs[0].agent}"
+        self._label = label
         self._console = console
         self._jobs = jobs
         self._counts = Counter(job.trial.name for job in jobs)
@@ -45,7 +59,7 @@ class EvalProgress:
         self._results = list(known)
         count = len(self._jobs)
         runs = "run" if count == 1 else "runs"
-        print_line(self._console, f"{count} {runs}, agent {self._jobs[0].agent}, results in {folder}")
+        print_line(self._console, f"{count} {runs}, {self._title}, results in {folder}")
         if known:
             print_line(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result already")
 
@@ -54,7 +68,7 @@ class EvalProgress:
         self._results.append(result)
         done = f"[{len(self._results):>{len(str(len(self._jobs)))}}/{len(self._jobs)}]"
         outcome = result.outcome.replace("_", " ")
-        text = f"{done} {result.name}: {result.points:g} of {result.reachable:g} points, {outcome}"
+        text = f"{done} {self._label(result)}: {result.points:g} of {result.reachable:g} points, {outcome}"
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
         print_line(self._console, text + tail, None if result.is_done else "yellow")
 

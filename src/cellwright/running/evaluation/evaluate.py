@@ -16,7 +16,7 @@ from typing import Any
 from cellwright.running.evaluation.channel import POINT_TOLERANCE, Report
 from cellwright.running.evaluation.engine import STARTS, Engine, Running
 from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED, memory_below
+from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED, OwnTime, Usage, usage_below
 from cellwright.running.evaluation.merge import LOGS, RECORDINGS
 from cellwright.running.evaluation.process import MEBIBYTE, NO_MEMORY, JobOrder, RunLimits, WorkerProcess
 from cellwright.running.evaluation.replayed import first_difference
@@ -29,6 +29,7 @@ _CHECK_PERIOD = 0.2  # [s] between two checks of the limits
 _START_TIMEOUT = 60.0  # [s] that a process may take before it starts on its job
 _END_TIMEOUT = 5.0  # [s] after which a worker is ended that should have ended by then
 _CLOCK_TOLERANCE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
+_MAX_DELAY = 10.0  # wall time over the limit, where a run's own time is known
 _MAX_REASON = 1000  # characters
 _NO_ROOM = (errno.EAGAIN, errno.ENOMEM)
 """Errors at the start of a process when the machine has no room for it."""
@@ -40,6 +41,8 @@ class Evaluation(Engine):
 
     Args:
         starts: of a run that the machine ends; then it is among `faults`.
+        stop_after: runs of one program that may be lost by a limit of time before its others are not run, unless one of
+            its runs came to its end; 0 runs all. A program that cannot be made is not run again either.
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class Evaluation(Engine):
         limits: RunLimits | None = None,
         workers: int = 1,
         starts: int = STARTS,
+        stop_after: int = 0,
         records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
         on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
@@ -59,6 +63,9 @@ class Evaluation(Engine):
         super().__init__(store, limits or RunLimits(), records, on_result, on_progress, on_fault)
         self._workers = workers
         self._max_starts = starts
+        self._stop_after = stop_after
+        self._timed_out: Counter[str] = Counter()
+        self._hopeless: dict[str, str] = {}  # why an agent is not run again, by its name
         self._waiting: deque[Job] = deque()
         self._running: dict[WorkerProcess, Job] = {}
         self._claims: dict[Job, tuple[Result, Report]] = {}  # of runs that are verified now, or next
@@ -139,6 +146,11 @@ class Evaluation(Engine):
 
         Then as many as run now are the most that run in parallel from here on.
         """
+        if (reason := self._hopeless.get(self._waiting[0].agent)) and self._waiting[0] not in self._claims:
+            job = self._waiting.popleft()
+            outcome = Lost.NOT_RUN.value
+            self._add(Result.of(job, self._limits, outcome=outcome, reason=reason, points=0.0, wall=0.0))
+            return True
         try:
             self._begin(self._waiting[0])
         except OSError as error:
@@ -174,7 +186,8 @@ class Evaluation(Engine):
         return self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")
 
     def _order(self, agent: str) -> JobOrder:
-        return JobOrder(agent, self._limits.wall, self._limits.memory if MEMORY_IS_LIMITED else 0)
+        memory = self._limits.memory if MEMORY_IS_LIMITED else 0
+        return JobOrder(agent, self._longest, memory, start=self._limits.start)
 
     def _beside(self, kind: str, name: str) -> Path:
         folder = self._store.path.parent / kind
@@ -206,7 +219,22 @@ class Evaluation(Engine):
             self._keep_state(worker, job)
         elif not self._live:
             self._show_live(worker, job)
+        self._judge(result)
         self._add(result)
+
+    def _judge(self, result: Result) -> None:
+        """Decide whether the agent of a new result is run again."""
+        agent, reason = result.agent, result.reason
+        if not self._stop_after:
+            return
+        if result.outcome == Lost.REFUSED:
+            self._hopeless[agent] = reason
+        elif result.outcome in (Lost.WALL_LIMIT, Lost.START_LIMIT):
+            self._timed_out[agent] += 1
+            if self._timed_out[agent] >= self._stop_after:
+                self._hopeless[agent] = f"not run, since {self._stop_after} runs before were over a limit: {reason}"
+        elif not result.is_lost:
+            del self._timed_out[agent]
 
     def _result_of(
         self, job: Job, worker: WorkerProcess, exceeded: tuple[Lost, str] | None, ending: str, progress: Running
@@ -222,10 +250,11 @@ class Evaluation(Engine):
             else:
                 return result if result.is_done else replace(result, log=worker.last_lines())
         since = time.monotonic() - (worker.begun or worker.started)
-        if exceeded is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
+        if exceeded is None and ending == _SELF_ENDED and since >= self._longest - _CLOCK_TOLERANCE:
             exceeded = Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"
         refused = " ".join(worker.refused.split())
-        kind, reason = exceeded or (Lost.DIED, refused or f"the process ended without a result: {ending}")
+        otherwise = Lost.REFUSED if refused else Lost.DIED
+        kind, reason = exceeded or (otherwise, refused or f"the process ended without a result: {ending}")
         figures = {"points": 0.0, "wall": progress.wall, "simulated": progress.simulated}
         log = worker.last_lines()
         return Result.of(job, self._limits, outcome=kind.value, reason=reason, log=log, **figures)
@@ -289,22 +318,35 @@ class Evaluation(Engine):
             raise ResultError(f"points must be the {earned:g} of its kits (got {result.points:g})")
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
             return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")
+        if result.outcome == Outcome.UNTIL.name.lower() and job not in self._claims:  # no other limit ends it so
+            reason = f"the competition was not started within {self._limits.start:g} s of simulation time"
+            return replace(result, outcome=Lost.START_LIMIT.value, reason=reason)
         if not last and not result.is_done:
             return replace(result, reason=Outcome[result.outcome.upper()].value)
         return result
 
     def _enforce_limits(self) -> None:
-        memory = memory_below([worker.number for worker in self._running])
+        usages = usage_below([worker.number for worker in self._running])
         now = time.monotonic()
         for worker in list(self._running):
             begun = worker.started + _START_TIMEOUT if worker.begun is None else worker.begun + _END_TIMEOUT
-            if memory.get(worker.number, 0) > self._limits.memory:
+            usage = usages.get(worker.number, Usage())
+            if worker.begun is not None and worker.own_time is None:
+                worker.own_time = OwnTime(now, usage)
+            own = 0.0 if worker.own_time is None or not usages else worker.own_time.take(now, usage)
+            if usage.memory > self._limits.memory:
                 self._finish(worker, (Lost.MEMORY_LIMIT, self._memory_words()))
             elif worker.log_size() > self._limits.log:
                 words = f"wrote more than {self._limits.log / MEBIBYTE:g} MiB to its log"
                 self._finish(worker, (Lost.LOG_LIMIT, words))
-            elif now > begun + self._limits.wall:
+            elif own > self._limits.wall or now > begun + self._longest:
+                worker.write_stacks(usage.members)
                 self._finish(worker, (Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"))
+
+    @property
+    def _longest(self) -> float:
+        """Wall time [s] after which a run ends even if the machine has kept it from working."""
+        return self._limits.wall * (_MAX_DELAY if MEMORY_IS_LIMITED else 1.0)
 
     def _memory_words(self) -> str:
         return f"needed more than {self._limits.memory / MEBIBYTE:g} MiB of memory"

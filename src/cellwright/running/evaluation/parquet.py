@@ -84,6 +84,7 @@ COLUMNS: _Columns = {
     "key": _TEXT,
     "command": _TEXT,
     "limit_wall": "s",
+    "limit_start": "s",
     **dict.fromkeys(("limit_memory", "limit_log"), "bytes"),
     "orders": [_ORDERS],
     "kits": [_KITS],

@@ -26,7 +26,7 @@ from cellwright.running.evaluation.channel import (
     Report,
     read_messages,
 )
-from cellwright.running.evaluation.memory import oom_kills
+from cellwright.running.evaluation.memory import OwnTime, oom_kills
 from cellwright.running.evaluation.seal import KEY_VARIABLE
 from cellwright.running.remote.guarded import GuardedProcess
 from cellwright.util.errors import printable
@@ -50,11 +50,13 @@ class RunLimits:
         wall: wall time [s].
         memory: memory [bytes] of its process and of the processes that it has started; enforced on Linux only.
         log: size of its log [bytes].
+        start: simulation time [s] until the competition must have started.
     """
 
     wall: float = 600.0
     memory: int = 2048 * MEBIBYTE
     log: int = 16 * MEBIBYTE
+    start: float = 300.0
 
 
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -62,6 +64,7 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 _TAIL_LINES = 30  # lines of a log that a result holds
 _TAIL_BYTES = 16384
+_STACK_TIMEOUT = 1.0  # [s] that a process may take to write where it is
 _KILL_TIMEOUT = 10.0  # [s] that a process with all that it has started may take to end
 _MAX_REASON = 1000  # characters
 NO_MEMORY = "while the machine had no memory left"
@@ -88,6 +91,7 @@ class JobOrder:
         replays: recording whose commands are played instead of running the agent; empty for none.
         end: simulation time [s] up to which they are played.
         key: key that signs the lines of the worker.
+        start: simulation time [s] until the competition must have started.
     """
 
     agent: str
@@ -103,6 +107,7 @@ class JobOrder:
     replays: str = ""
     end: float = 0.0
     key: str = ""
+    start: float = math.inf
 
 
 class WorkerProcess(GuardedProcess):
@@ -131,7 +136,10 @@ class WorkerProcess(GuardedProcess):
         """What is wrong with its newest line; empty if nothing is."""
         self.kills_itself = False
         """True if the program has sent its own process, or its guard, a signal that ends it."""
+        self.own_time: OwnTime | None = None
+        """Time that it has taken of its own accord, since it began; None before that."""
         self._attainable = attainable
+        self._worker = 0  # its id, which the program may have forged
         self._key = secrets.token_hex(16)
         self._oom_kills = oom_kills()
         self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
@@ -176,6 +184,20 @@ class WorkerProcess(GuardedProcess):
         self.end(_KILL_TIMEOUT)
         self._folder.cleanup()
         return "" if status is None else _ending(status)
+
+    def write_stacks(self, members: Sequence[int]) -> None:
+        """Let the program, if it is Python, write to the log where it is; it ends by that.
+
+        Args:
+            members: ids of all descendants of the process.
+        """
+        if sys.platform == "win32":
+            return
+        programs = [number for number in members if _is_program(number)]
+        for number in [*programs, *({self._worker} & set(members))]:
+            with suppress(OSError):  # it has just ended
+                os.kill(number, signal.SIGABRT)
+            self.wait(_STACK_TIMEOUT)
 
     def machine_fault(self, ending: str) -> str:
         """Return what the machine did to the run, in one line; empty if nothing is known.
@@ -233,7 +255,7 @@ class WorkerProcess(GuardedProcess):
         if any(each > self._attainable + POINT_TOLERANCE for each in points):
             raise ChannelError(f"{max(points):g} points, of {self._attainable:g} attainable ones")
         if message.begun is not None:
-            self.begun = time.monotonic()
+            self.begun, self._worker = time.monotonic(), message.begun
         self.progress = message.progress or self.progress
         self.scene, self.frame = message.scene or self.scene, message.frame or self.frame
         if message.refused is not None:
@@ -241,6 +263,15 @@ class WorkerProcess(GuardedProcess):
         self.kills_itself = self.kills_itself or message.kills is True
         self.made = message.made is True
         self.result = message.result
+
+
+def _is_program(number: int) -> bool:
+    """Return whether a process is that of an agent; its guard is not."""
+    try:
+        words = Path(f"/proc/{number}/cmdline").read_bytes().split(b"\0")
+    except OSError:
+        return False
+    return words[1:3] == [b"-m", b"cellwright.running.remote.program"]
 
 
 def _environment() -> dict[str, str]:

@@ -98,6 +98,9 @@ class Timeline:
             self._held.append({"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)})
 
 
+_BEFORE = ("init", "ready")
+"""States of a competition that has not started."""
+
 _PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
 
 
@@ -118,6 +121,8 @@ def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
     def progress(cell: Cell) -> None:
         nonlocal shown
         timeline.look()
+        if cell.competition.state in _BEFORE and cell.simulation.time >= order.start:
+            session.stop.limit(cell.simulation.now, "the competition was not started in time")
         now = time.monotonic()
         if now - shown >= _PROGRESS_PERIOD:
             shown = now

@@ -4,6 +4,7 @@ It connects over a socket to HOST and PORT, or to the cell in ROS 1, and lets th
 REPORT how that ended, as JSON. It prints what the agent logs at LEVEL or above, with the simulation time.
 """
 
+import faulthandler
 import json
 import logging
 import sys
@@ -70,6 +71,7 @@ REFUSED = "refused"
 def main(arguments: Sequence[str]) -> None:
     """Run the agent of the command line."""
     before = threading.enumerate()
+    faulthandler.enable(sys.stdout)  # an evaluation asks a program over its limit where it is
     over, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()

@@ -1,0 +1,169 @@
+"""`cellwright eval --agents`: a class of programs in the same trials, its gradebook, and feedback for each program."""
+
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.eval.conclusion import refuse_file, write_beside
+from cellwright.cli.eval.progress import EvalProgress
+from cellwright.cli.main import DONE, TRY_AGAIN
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, echo, print_entry, print_line, table
+from cellwright.cli.signals import stopped_by_signals
+from cellwright.running.evaluation import gradebook, gradebook_page
+from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, make_jobs
+from cellwright.running.evaluation.process import RunLimits, usable_processors
+from cellwright.running.evaluation.report import report
+from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.roster import Student, find_students
+from cellwright.running.evaluation.summary import Threshold
+
+SHEET = "class.csv"
+PAGE = "class.html"
+_STOP_AFTER = 3  # runs of a program at a limit of time, after which its others are not run
+_MAX_SHOWN = 60  # characters of a reason in the table
+
+
+@dataclass(frozen=True)
+class ClassOptions:
+    """Options of the evaluation of a class; see `cellwright eval --help`."""
+
+    trials: Sequence[EvaluatedTrial]
+    seeds: Sequence[int]
+    vary: bool
+    verify: bool
+    limits: RunLimits
+    workers: int | None
+    threshold: Threshold | None
+    out: Path
+    fresh: bool
+    records: bool
+    as_json: bool
+
+
+def evaluate_class(patterns: Sequence[str], given: ClassOptions) -> NoReturn:
+    """Evaluate the programs that the patterns select; write the sheet and the feedback, and exit.
+
+    Each program runs in a process of its own, away from cell and referee. Runs of all programs share the processors. A
+    program that cannot be made has a row like any other.
+    """
+    students = find_students(patterns)
+    console = Console(stderr=given.as_json, highlight=False)
+    by_student = [_jobs(student, given) for student in students]
+    jobs = [job for turn in zip(*by_student, strict=True) for job in turn]  # what spoils a program shows early
+    programs = _digests(students)
+    try:
+        store = ResultsFile(given.out)
+    except OSError as error:
+        refuse_file(f"--out {given.out}: cannot be written: {error.strerror}", error)
+    with store:
+        if given.fresh:
+            store.forget(job.key for job in jobs)
+        results, failures = _run(jobs, students, store, given, console)
+    failures += [
+        f"{agent}: its files changed while the class ran, and its results may be another program's; repeat the command"
+        for agent, digest in _digests(students).items()
+        if digest != programs[agent]
+    ]
+    left = len(jobs) - len(results)
+    by_agent: dict[str, list[Result]] = {student.agent: [] for student in students}
+    for result in results:
+        by_agent[result.agent].append(result)
+    found = gradebook.rows(students, by_agent, given.threshold)
+    failures += _write(found, by_agent, given)
+    status = TRY_AGAIN if failures or left else DONE
+    document = json.dumps({"exit_status": status, "agents": [row.as_json() for row in found]}, indent=2)
+    failures += write_beside(given.out / "summary.json", document + "\n")
+    console.print()
+    console.print(_table(found))
+    for row in found:
+        if row.hint:
+            print_line(console, f"  {row.student.name}: same end states as {row.hint}")
+    if left:
+        console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
+    print_entry(console, "sheet", f"{given.out / SHEET}, {given.out / PAGE}")
+    print_entry(console, "feedback", str(given.out / gradebook.FEEDBACK))
+    for failure in failures:
+        echo(f"error: {failure}", err=True)
+    if given.as_json:
+        typer.echo(document)
+    raise typer.Exit(TRY_AGAIN if failures else status)
+
+
+def _jobs(student: Student, given: ClassOptions) -> list[Job]:
+    try:
+        return make_jobs(given.trials, student.agent, given.seeds, vary=given.vary, over="socket", verify=given.verify)
+    except OSError as error:
+        options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
+
+
+def _digests(students: Sequence[Student]) -> dict[str, str]:
+    """Return the digest of each program; empty for one that is gone."""
+    found = {}
+    for student in students:
+        found[student.agent] = ""
+        with suppress(OSError):
+            found[student.agent] = agent_digest(student.agent)
+    return found
+
+
+def _run(
+    jobs: Sequence[Job], students: Sequence[Student], store: ResultsFile, given: ClassOptions, console: Console
+) -> tuple[list[Result], list[str]]:
+    """Return the results of the jobs that have one, and why there were no more."""
+    names = {student.agent: student.name for student in students}
+    title = f"{len(students)} programs"
+    with EvalProgress(console, jobs, title=title, label=lambda each: f"{names[each.agent]}, {each.name}") as progress:
+        evaluation = Evaluation(
+            store,
+            limits=given.limits,
+            workers=usable_processors() if given.workers is None else given.workers,
+            stop_after=_STOP_AFTER,
+            records=given.records,
+            on_result=progress.take,
+            on_progress=progress.show_jobs,
+            on_fault=progress.show_fault,
+        )
+        known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
+        progress.begin(known, store.path.parent)
+        if len(known) < len(jobs):
+            with stopped_by_signals(evaluation.stop):
+                evaluation.run(jobs)
+                with suppress(OSError):  # it was removed: the evaluation has reported that
+                    store.restore()
+        for notice in store.notices:
+            progress.show_fault(notice)
+    results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
+    return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
+
+
+def _write(found: Sequence[gradebook.Row], results: Mapping[str, Sequence[Result]], given: ClassOptions) -> list[str]:
+    """Write the sheet, the page and the feedback; return the errors."""
+    folder = given.out / gradebook.FEEDBACK
+    if folder.is_symlink():
+        return [f"{folder}: cannot be written: it is a link; remove it"]
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        return [f"{folder}: cannot be written: {error.strerror}"]
+    failures = write_beside(given.out / SHEET, gradebook.csv_sheet(found))
+    failures += write_beside(given.out / PAGE, gradebook_page.page(found, given.threshold))
+    for row in found:
+        failures += write_beside(given.out / row.feedback, report(results[row.student.agent], given.threshold))
+    return failures
+
+
+def _table(found: Sequence[gradebook.Row]) -> object:
+    rows = []
+    for row in found:
+        share = "-" if row.share is None else f"{row.share:.0%}"
+        reason = row.reason if len(row.reason) <= _MAX_SHOWN else f"{row.reason[: _MAX_SHOWN - 1]}…"
+        rows.append([row.student.name, share, f"{row.passed} of {row.judged}", row.endings, reason])
+    return table({"name": WHOLE, "share": RIGHT, "passed": RIGHT, "runs": FOLD, "worst run": FOLD}, rows)
