@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 import subprocess
 import sys
-import sysconfig
 import threading
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from cellwright.middleware.ros2.packages import build
 from cellwright.middleware.ros2.packages.build import MissingToolsError, build_wheel, missing_tools, wheel_path
 from cellwright.middleware.ros2.packages.contents import definitions
+from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
 from tests.waiting import TIMEOUT
 
@@ -58,139 +59,141 @@ def test_key_changes_with_distribution_and_nothing_around(tmp_path: Path, monkey
 
 
 class Builder:
-    """Stand-in for pip and cmake, which installs a package as its generators do."""
+    """Stand-in for the generators and the compiler, which write the files that those write."""
 
     def __init__(self) -> None:
-        self.begun: list[str] = []
-        self.installed: list[str] = []
+        self.ran: list[str] = []
+        self.order: list[str] = []
         self.bad = ""
         self.most = 0
         self._now = 0
         self._lock = threading.Lock()
 
-    def run(self, command: Sequence[str], what: str, variables: Mapping[str, str]) -> str:
-        if command[0] != "cmake":
-            return "/venv/lib\n"
-        assert variables["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] == "1"
-        if "-S" in command:
-            source = Path(command[command.index("-S") + 1])
-            assert (source / "package.xml").is_file()
-            with self._lock:
-                self.begun.append(what)
-                self._now += 1
-                self.most = max(self.most, self._now)
+    def run(
+        self, command: Sequence[str], what: str, _variables: Mapping[str, str], on_line: Callable[[str], None] = print
+    ) -> None:
+        with self._lock:
+            self.ran.append(what)
+            self._now += 1
+            self.most = max(self.most, self._now)
         if what == self.bad:
-            raise UsageError(f"{what}: cmake failed:\nno such type")
-        if "--install" in command:
-            work = Path(command[2]).parents[1]
-            prefix = work / "prefix"
-            python = f"lib/python{sys.version_info[0]}.{sys.version_info[1]}/site-packages"
-            for path in (
-                f"{python}/{what}/__init__.py",
-                f"{python}/{what}-0.1.0.egg-info/PKG-INFO",
-                f"include/{what}/msg/one.h",
-                f"lib/lib{what}.so",
-                f"share/{what}/package.xml",
-                f"share/{what}/cmake/{what}Config.cmake",
-            ):
-                (prefix / path).parent.mkdir(parents=True, exist_ok=True)
-                (prefix / path).write_text(path)
-            with self._lock:
-                self.installed.append(what)
-                self._now -= 1
-        return ""
+            raise UsageError(f"{what}: g++ failed:\nno such type")
+        if "-o" in command:
+            Path(command[command.index("-o") + 1]).write_text(what)
+        else:
+            work, self.order = Path(command[2]), [*command[4:]]
+            for package in self.order:
+                self.generate(package, work / "gen" / package)
+                on_line(f"done: {package}")
+        with self._lock:
+            self._now -= 1
+
+    def generate(self, package: str, out: Path) -> None:
+        for path in TEXTS[package]:
+            assert (out.parents[1] / "src" / package / path).read_text() == TEXTS[package][path]
+            stem = (out / path).with_suffix("")
+            stem.parent.mkdir(parents=True, exist_ok=True)
+            for name in (f"{stem}.idl", f"{stem}.json", f"{stem}_s.c", f"{stem.parent}/__init__.py"):
+                Path(name).write_text(package)
+        (out / "__init__.py").touch()
+        (out / f"_{package}_s.ep.rosidl_typesupport_c.c").touch()
 
 
 @pytest.fixture
-def builder(monkeypatch: pytest.MonkeyPatch) -> Builder:
+def builder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Builder:
     made = Builder()
+    for name in ("include", "lib"):
+        (tmp_path / name).mkdir()
     monkeypatch.setattr(build, "run", made.run)
-    monkeypatch.setattr(build, "pip", lambda *_: None)
     monkeypatch.setattr(build, "missing_tools", list)
     monkeypatch.setattr(build, "definitions", lambda: TEXTS)
     return made
 
 
-def test_packages_are_built_after_those_they_use_and_two_at_once(builder: Builder, tmp_path: Path) -> None:
-    lines: list[str] = []
-    build_wheel("jazzy", tmp_path, tmp_path / "cache" / "a-1-cp-cp-linux.whl", lines.append)
-    assert "large_msgs" in builder.begun[:2]
-    assert builder.installed.index("large_msgs") < builder.begun.index("small_msgs")
-    assert sorted(builder.installed) == sorted(TEXTS)
+@pytest.fixture
+def progress() -> Progress:
+    made = Progress(io.StringIO(), "install")
+    made.plan(build.expected_steps())
+    return made
+
+
+def test_packages_are_generated_after_those_they_use(builder: Builder, progress: Progress, tmp_path: Path) -> None:
+    build_wheel("jazzy", tmp_path, tmp_path / "cache" / "a-1-cp-cp-linux.whl", progress)
+    assert sorted(builder.order) == sorted(TEXTS)
+    assert builder.order.index("large_msgs") < builder.order.index("small_msgs")
     assert builder.most <= 2
-    assert [line for line in lines if "(3 of 3)" in line]
 
 
-def test_wheel_has_modules_and_libraries_but_no_headers(builder: Builder, tmp_path: Path) -> None:
+def test_steps_of_building_are_those_that_are_expected(
+    builder: Builder, progress: Progress, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    progress.plan(build.expected_steps())
+    build_wheel("jazzy", tmp_path, tmp_path / "cache" / "a-1-cp-cp-linux.whl", progress)
+    assert progress.estimate() == (1.0, 0.0)
+
+
+def test_wheel_has_modules_libraries_and_definitions(builder: Builder, progress: Progress, tmp_path: Path) -> None:
     wheel = wheel_path("jazzy", variables={"XDG_CACHE_HOME": str(tmp_path)})
-    build_wheel("jazzy", tmp_path, wheel, lambda _: None)
+    build_wheel("jazzy", tmp_path, wheel, progress)
     archive = zipfile.ZipFile(wheel)
     inside = archive.namelist()
     stem = "-".join(wheel.name.split("-")[:2])
+    data, share = f"{stem}.data/data", f"{stem}.data/data/share"
     assert {name for name in inside if "large_msgs" in name} == {
         "large_msgs/__init__.py",
-        f"{stem}.data/data/lib/liblarge_msgs.so",
-        f"{stem}.data/data/share/large_msgs/package.xml",
+        "large_msgs/msg/__init__.py",
+        "large_msgs/large_msgs_s__rosidl_typesupport_c.so",
+        f"{data}/lib/liblarge_msgs__rosidl_typesupport_fastrtps_c.so",
+        f"{data}/lib/liblarge_msgs__rosidl_typesupport_introspection_c.so",
+        *(
+            f"{share}/large_msgs/msg/{name}.{kind}"
+            for name in ("Two", "Three", "Four")
+            for kind in ("msg", "idl", "json")
+        ),
+        f"{share}/large_msgs/package.xml",
+        f"{share}/ament_index/resource_index/packages/large_msgs",
+        f"{share}/ament_index/resource_index/rosidl_interfaces/large_msgs",
     }
+    assert f"{data}/lib/libcellwright_ros2_interfaces.so" in inside
+    listed = archive.read(f"{share}/ament_index/resource_index/rosidl_interfaces/small_msgs").decode()
+    assert listed.splitlines() == ["msg/One.idl", "msg/One.msg"]
     record = list(csv.reader(archive.read(f"{stem}.dist-info/RECORD").decode().splitlines()))
     assert [row[0] for row in record] == inside
     assert all(int(size) == archive.getinfo(name).file_size for name, _, size in record[:-1])
     first = wheel.read_bytes()
-    build_wheel("jazzy", tmp_path, wheel, lambda _: None)
+    build_wheel("jazzy", tmp_path, wheel, progress)
     assert wheel.read_bytes() == first
 
 
-def test_pip_installs_wheel_into_environment(builder: Builder, tmp_path: Path) -> None:
+def test_pip_installs_wheel_into_environment(builder: Builder, progress: Progress, tmp_path: Path) -> None:
     wheel = wheel_path("jazzy", variables={"XDG_CACHE_HOME": str(tmp_path)})
-    build_wheel("jazzy", tmp_path, wheel, lambda _: None)
+    build_wheel("jazzy", tmp_path, wheel, progress)
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(tmp_path / "venv")], check=True, timeout=TIMEOUT)
     pip = [sys.executable, "-m", "pip", "--python", str(tmp_path / "venv" / "bin" / "python"), "install", "--quiet"]
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     subprocess.run([*pip, "--no-deps", str(wheel)], check=True, timeout=TIMEOUT, env=environment)
-    assert (tmp_path / "venv" / "lib" / "liblarge_msgs.so").is_file()
+    assert (tmp_path / "venv" / "lib" / "libcellwright_ros2_interfaces.so").is_file()
     assert list((tmp_path / "venv").glob("lib/python*/site-packages/small_msgs/__init__.py"))
 
 
-def test_failed_package_leaves_no_wheel_and_begins_no_other(builder: Builder, tmp_path: Path) -> None:
-    builder.bad = "large_msgs"
+def test_failed_compiler_leaves_no_wheel_and_links_nothing(
+    builder: Builder, progress: Progress, tmp_path: Path
+) -> None:
+    builder.bad = "interfaces: types.c"
     wheel = tmp_path / "cache" / "a-1-cp-cp-linux.whl"
-    with pytest.raises(UsageError, match=r"large_msgs: cmake failed:\nno such type"):
-        build_wheel("jazzy", tmp_path, wheel, lambda _: None)
+    with pytest.raises(UsageError, match=r"types\.c: g\+\+ failed:\nno such type"):
+        build_wheel("jazzy", tmp_path, wheel, progress)
     assert list(wheel.parent.iterdir()) == []
-    assert "small_msgs" not in builder.begun
+    assert "interfaces: library" not in builder.ran
 
 
-def test_missing_tools_are_named_before_anything_is_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_tools_are_named_before_anything_is_built(
+    tmp_path: Path, progress: Progress, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CXX", raising=False)
     monkeypatch.setattr(build, "run", lambda *_: pytest.fail("a program was started"))
-    assert missing_tools()[:3] == ["cmake", "ninja", "g++"]
-    with pytest.raises(MissingToolsError, match=r"building the interfaces requires cmake, ninja, g\+\+"):
-        build_wheel("jazzy", tmp_path, tmp_path / "cache" / "wheel.whl", lambda _: None)
+    assert missing_tools()[:1] == ["g++"]
+    with pytest.raises(MissingToolsError, match=r"building the interfaces requires g\+\+"):
+        build_wheel("jazzy", tmp_path, tmp_path / "cache" / "wheel.whl", progress)
     assert not (tmp_path / "cache").exists()
-
-
-def test_headers_of_build_machine_are_replaced(tmp_path: Path) -> None:
-    numpy = tmp_path / "lib" / "python3.11" / "site-packages" / "numpy" / "_core" / "include"
-    numpy.mkdir(parents=True)
-    export = tmp_path / "share" / "std_msgs" / "cmake" / "export.cmake"
-    export.parent.mkdir(parents=True)
-    there = "/opt/python/cp311-cp311"
-    text = 'INCLUDE "{};{}"\n'
-    export.write_text(
-        text.format(f"{there}/include/python3.11", f"{there}/lib/python3.11/site-packages/numpy/_core/include")
-    )
-    build._name_own_headers(tmp_path, tmp_path)
-    assert export.read_text() == text.format(sysconfig.get_paths()["include"], numpy)
-
-
-def test_failed_program_shows_its_last_lines() -> None:
-    program = "print('\\n'.join(map(str, range(99)))); raise SystemExit(1)"
-    with pytest.raises(UsageError) as caught:
-        build.run([sys.executable, "-c", program], "osrf_gear", os.environ)
-    lines = str(caught.value).splitlines()
-    assert lines[0] == f"osrf_gear: {Path(sys.executable).name} failed:"
-    assert lines[-1] == "98"
-    assert len(lines) == 21
-    with pytest.raises(UsageError, match=r"^pip: /no/such/program: cannot be started: No such file"):
-        build.run(["/no/such/program"], "pip", os.environ)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -21,8 +22,9 @@ from cellwright.middleware.ros2.packages.environment import (
     install,
     main,
 )
+from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
-from tests.waiting import TIMEOUT
+from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there are wheels of ROS 2 for Linux alone")
 
@@ -37,7 +39,7 @@ class Machine:
         self.failing = ""
         self.error: BaseException = UsageError("pip failed:\nno network")
 
-    def pip(self, folder: Path, arguments: Sequence[str]) -> None:
+    def pip(self, folder: Path, arguments: Sequence[str], _on_line: object = None) -> None:
         self.step("wheels" if "--requirement" in arguments else "interfaces")
         assert (folder / "bin" / "python").exists()
 
@@ -55,7 +57,7 @@ class Machine:
     def install(self, distribution: str = "jazzy", interfaces: str | None = None) -> list[str]:
         """Install, and return the steps."""
         self.steps.clear()
-        install(distribution, lambda _: None, self.variables, interfaces=interfaces)
+        install(distribution, Progress(io.StringIO(), "install"), self.variables, interfaces=interfaces)
         return self.steps
 
     @property
@@ -151,24 +153,19 @@ def test_broken_interpreter_makes_environment_again(machine: Machine) -> None:
 
 
 def test_second_installer_waits_for_the_first(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines: list[str] = []
-    is_waiting = threading.Event()
+    said = io.StringIO()
 
-    def report(line: str) -> None:
-        lines.append(line)
-        is_waiting.set()
-
-    def pip(folder: Path, arguments: Sequence[str]) -> None:
+    def pip(folder: Path, arguments: Sequence[str], on_line: object = None) -> None:
         if "--requirement" in arguments:
             second.start()
-            assert is_waiting.wait(TIMEOUT)
-        machine.pip(folder, arguments)
+            wait_until(said.getvalue, "line of the second")
+        machine.pip(folder, arguments, on_line)
 
-    second = threading.Thread(target=install, args=("jazzy", report, machine.variables))
+    second = threading.Thread(target=install, args=("jazzy", Progress(said, "install"), machine.variables))
     monkeypatch.setattr(environment, "pip", pip)
     machine.install()
     second.join(TIMEOUT)
-    assert lines == ["waiting for another installation into the same folder"]
+    assert said.getvalue() == "install: waiting for another installation into the same folder\n"
     assert machine.steps == ["wheels", "build", "interfaces"]
 
 
@@ -225,12 +222,27 @@ def test_exit_status_tells_missing_tools_from_errors(
     assert capsys.readouterr().out.startswith(said)
 
 
+def test_collected_wheels_are_progress(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    shares: list[float] = []
+
+    def pip(_folder: Path, arguments: Sequence[str], on_line: Callable[[str], None] = print) -> None:
+        if "--requirement" in arguments:
+            for line in requirements("jazzy").splitlines():
+                on_line(f"Collecting {line}")
+
+    monkeypatch.setattr(environment, "pip", pip)
+    monkeypatch.setattr(Progress, "at", lambda _self, _name, share: shares.append(share))
+    machine.install()
+    assert len(shares) == len(requirements("jazzy").splitlines())
+    assert shares == sorted(shares)
+    assert 0.5 < shares[-1] < 1.0
+
+
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 def test_pins_are_exact_and_of_one_list(distribution: str) -> None:
-    lists = [requirements(name).splitlines() for name in (distribution, f"{distribution}-build")]
-    pinned = [line.split("==") for each in lists for line in each]
+    pinned = [line.split("==") for line in requirements(distribution).splitlines()]
     assert all(len(pin) == 2 and pin[1] for pin in pinned)
-    assert len({name.lower() for name, _ in pinned}) == len(pinned) > 80
+    assert len({name.lower() for name, _ in pinned}) == len(pinned) > 60
     assert {"ros-rclpy", "ros-rmw-fastrtps-cpp", "ros-sensor-msgs", "ros-trajectory-msgs"} <= {
         name for name, _ in pinned
     }

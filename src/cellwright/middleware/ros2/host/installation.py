@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cellwright.middleware.ros2.packages.build import BOOTSTRAP_VARIABLES
 from cellwright.middleware.ros2.packages.contents import interface_packages
 from cellwright.middleware.ros2.packages.environment import DISTRIBUTIONS, RMW, complete_environments
+from cellwright.middleware.ros2.packages.programs import BOOTSTRAP_VARIABLES
 from cellwright.util.errors import UsageError
 from cellwright.util.process import run_briefly, sourced_environment
 

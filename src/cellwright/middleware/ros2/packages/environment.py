@@ -5,7 +5,7 @@ installed missing tools.
 
 - `requirements/DISTRIBUTION.txt` pins every package, so that pip resolves nothing.
 - The interfaces come as one wheel, built once and kept in the user's cache. An environment for clients may take that of
-  another distribution, which spares a minute of building.
+  another distribution, which spares the building.
 - A file in the folder names its contents. It is written last, and so a folder without it is incomplete.
 """
 
@@ -28,12 +28,13 @@ from typing import Any
 from cellwright.middleware.ros2.packages.build import (
     REQUIREMENTS,
     MissingToolsError,
-    Report,
     build_wheel,
-    pip,
+    expected_steps,
     requirements,
     wheel_path,
 )
+from cellwright.middleware.ros2.packages.programs import pip
+from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
 from cellwright.util.files import user_folder, write_atomic
 
@@ -48,6 +49,9 @@ RMW = "rmw_fastrtps_cpp"
 
 _CONTENTS = "cellwright.json"
 _NEWEST = (3, 14)
+_WHEELS = "wheels"
+_EXPECTED = {_WHEELS: 25.0}  # [s], on an idle machine with a fast network
+_COLLECTING = 0.7  # share of it in which pip collects the wheels, before it installs them
 _PYTHON = f"{sys.version_info[0]}.{sys.version_info[1]}"
 
 
@@ -70,13 +74,13 @@ def complete_environments(variables: Mapping[str, str] = os.environ) -> Iterator
 
 
 def install(
-    distribution: str, report: Report, variables: Mapping[str, str] = os.environ, *, interfaces: str | None = None
+    distribution: str, progress: Progress, variables: Mapping[str, str] = os.environ, *, interfaces: str | None = None
 ) -> Path:
     """Make the environment of a distribution, or bring it up to date; return its folder.
 
     Args:
         distribution: one of `DISTRIBUTIONS`.
-        report: takes a line on what is done.
+        progress: shows what is done, and the time left.
         variables: the environment, for folders.
         interfaces: distribution whose interfaces are enough, from the cache; None for the environment's own.
 
@@ -97,14 +101,16 @@ def install(
         raise UsageError(f"interfaces of {interfaces}: not built here; run scripts/install-ros2 {interfaces} first")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with _lock(folder.with_name(f".{folder.name}.lock"), report):
+        with _lock(folder.with_name(f".{folder.name}.lock"), progress):
             if _contains(folder, whole):  # another process has installed it meanwhile
                 return folder
-            if not _contains(folder, base):
-                _make(folder, distribution, report)
+            is_made, is_built = _contains(folder, base), wheel.is_file()
+            progress.plan(({} if is_made else _EXPECTED) | ({} if is_built else expected_steps()))
+            if not is_made:
+                _make(folder, distribution, progress)
                 _describe(folder, base)
-            if not wheel.is_file():
-                build_wheel(distribution, folder, wheel, report)
+            if not is_built:
+                build_wheel(distribution, folder, wheel, progress)
             _describe(folder, base)
             pip(folder, ["install", "--no-deps", "--force-reinstall", str(wheel)])
             _describe(folder, whole)
@@ -129,16 +135,27 @@ def check_machine(distribution: str) -> None:
         )
 
 
-def _make(folder: Path, distribution: str, report: Report) -> None:
+def _make(folder: Path, distribution: str, progress: Progress) -> None:
     """Create the environment without our interfaces, in place of an incomplete or outdated one."""
     started = time.monotonic()
     if folder.exists() and not (folder / "pyvenv.cfg").is_file() and any(folder.iterdir()):
         raise UsageError(f"{folder}: is no virtual environment; remove it, or set {FOLDER_VARIABLE}")
     shutil.rmtree(folder, ignore_errors=True)
-    report(f"ROS 2 {distribution}: installing wheels into {folder}")
+    count = len(requirements(distribution).splitlines())
+    progress.say(f"ROS 2 {distribution}: installing {count} wheels into {folder}")
+    progress.begin(_WHEELS)
+    collected = 0
+
+    def on_line(line: str) -> None:
+        nonlocal collected
+        if line.startswith("Collecting "):
+            collected += 1
+            progress.at(_WHEELS, _COLLECTING * collected / count)
+
     venv.create(folder, symlinks=True)
-    pip(folder, ["install", "--no-deps", "--requirement", str(REQUIREMENTS / f"{distribution}.txt")])
-    report(f"ROS 2 {distribution}: installed in {time.monotonic() - started:.0f} s")
+    pip(folder, ["install", "--no-deps", "--requirement", str(REQUIREMENTS / f"{distribution}.txt")], on_line)
+    progress.end(_WHEELS)
+    progress.say(f"ROS 2 {distribution}: installed in {time.monotonic() - started:.0f} s")
 
 
 def _contains(folder: Path, wanted: Mapping[str, str]) -> bool:
@@ -164,7 +181,7 @@ def _digest(text: str) -> str:
 
 
 @contextmanager
-def _lock(path: Path, report: Report) -> Iterator[None]:
+def _lock(path: Path, progress: Progress) -> Iterator[None]:
     """Wait until no other process installs there, and keep others waiting."""
     import fcntl  # not on Windows, where the rest of this module is loaded too
 
@@ -172,7 +189,7 @@ def _lock(path: Path, report: Report) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            report("waiting for another installation into the same folder")
+            progress.say("waiting for another installation into the same folder")
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -190,22 +207,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     distribution: str = options.distribution
     started = time.monotonic()
 
-    def report(line: str) -> None:
-        print(f"install-ros2: {line}", flush=True)  # noqa: T201
-
+    progress = Progress(sys.stdout, "install-ros2")
     try:
-        folder = install(distribution, report, interfaces=options.interfaces)
+        with progress:
+            folder = install(distribution, progress, interfaces=options.interfaces)
     except MissingToolsError as error:
-        report(str(error))
+        progress.say(str(error))
         return MISSING_TOOLS
     except KeyboardInterrupt:
-        report("interrupted; the next call continues")
+        progress.say("interrupted; the next call continues")
         return 1
     except UsageError as error:
         for line in str(error).splitlines():
-            report(f"error: {line}")
+            progress.say(f"error: {line}")
         return 2
-    report(f"ROS 2 {distribution} is there: {folder} ({time.monotonic() - started:.0f} s)")
+    progress.say(f"ROS 2 {distribution} is there: {folder} ({time.monotonic() - started:.0f} s)")
     return 0
 
 
