@@ -90,30 +90,19 @@ class Refusals:
         if source not in self._counts and len(self._counts) >= MAX_SOURCES:
             source = OTHERS
         self._counts[source] += 1
-        now = self._now()
-        self._recent = {each: then for each, then in self._recent.items() if _is_recent(now, then)}
-        kind = source, _VALUES.sub("", reason[:MAX_LINE_LENGTH])
-        of_source = sum(each == source for each, _ in self._recent)
-        if kind in self._recent or of_source >= MAX_KINDS or len(self._recent) >= MAX_LINES:
+        if not self._is_due(source, reason):
             self._unreported[source] += 1
             self.newest_report = None
             return
-        self._recent[kind] = now
         unreported = self._unreported.pop(source, 0)
         self.newest_report = f" (and {unreported} more since the last report)" if unreported else ""
         self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{self.newest_report}")
 
     def warn(self, source: str, text: str) -> None:
-        """Report a line about input that was accepted and is probably a mistake; at most one a second of a source."""
+        """Report a line about input that was accepted and is probably a mistake, at most one of a kind a second."""
         source = _one_line(source, _MAX_SOURCE_LENGTH)
-        key, now = f"warning: {source}", self._now()
-        is_full = len(self._report_times) == MAX_LINES and _is_recent(now, self._report_times[0])
-        if is_full or _is_recent(now, self._reported.get(key)):
-            return
-        if len(self._reported) < 2 * MAX_SOURCES:
-            self._reported[key] = now
-        self._report_times.append(now)
-        self._report(_one_line(f"{source}: {text}", MAX_LINE_LENGTH))
+        if self._is_due(source, text):
+            self._report(_one_line(f"{source}: {text}", MAX_LINE_LENGTH))
 
     def flush(self) -> None:
         """Report what was counted but not reported, as at the end of a run; of many sources only the first ones."""
@@ -123,6 +112,17 @@ class Refusals:
         if rest := unreported[MAX_LINES:]:
             self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
         self._unreported.clear()
+
+    def _is_due(self, source: str, text: str) -> bool:
+        """Return whether to report a line now, which is then noted: none of its kind was reported within a second."""
+        now = self._now()
+        self._recent = {each: then for each, then in self._recent.items() if _is_recent(now, then)}
+        kind = source, _VALUES.sub("", text[:MAX_LINE_LENGTH])
+        of_source = sum(each == source for each, _ in self._recent)
+        if kind in self._recent or of_source >= MAX_KINDS or len(self._recent) >= MAX_LINES:
+            return False
+        self._recent[kind] = now
+        return True
 
 
 def _is_recent(now: int, then: int) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,7 @@ def test_description_of_a_joint_has_pybullets_entries(bullet: Any, robot: Assemb
 
 
 def test_other_calls_about_the_robot_say_what_to_use(bullet: Any, robot: AssembledRobot) -> None:
-    calls = (
+    calls: tuple[Callable[[], object], ...] = (
         lambda: bullet.getLinkState(robot.robot_id, 0),
         lambda: bullet.resetJointState(robot.robot_id, 0, 0.1),
         lambda: bullet.setJointMotorControl2(robot.robot_id, 0, bullet.POSITION_CONTROL, 0.1),

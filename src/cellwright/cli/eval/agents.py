@@ -14,8 +14,9 @@ from cellwright.cli import options
 from cellwright.cli.eval.conclusion import refuse_file, write_beside
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import DONE, TRY_AGAIN
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, echo, print_entry, print_line, table
+from cellwright.cli.output import echo, print_entry, print_line
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation import gradebook, gradebook_page
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, make_jobs
@@ -82,7 +83,7 @@ def evaluate_class(patterns: Sequence[str], given: ClassOptions) -> NoReturn:
     document = json.dumps({"exit_status": status, "agents": [row.as_json() for row in found]}, indent=2)
     failures += write_beside(given.out / "summary.json", document + "\n")
     console.print()
-    console.print(_table(found))
+    print_table(console, _table(found))
     for row in found:
         if row.hint:
             print_line(console, f"  {row.student.name}: same end states as {row.hint}")
@@ -160,7 +161,7 @@ def _write(found: Sequence[gradebook.Row], results: Mapping[str, Sequence[Result
     return failures
 
 
-def _table(found: Sequence[gradebook.Row]) -> object:
+def _table(found: Sequence[gradebook.Row]) -> FittedTable:
     rows = []
     for row in found:
         share = "-" if row.share is None else f"{row.share:.0%}"
