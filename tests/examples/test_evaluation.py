@@ -170,3 +170,39 @@ def test_github_merge_takes_what_the_shards_upload(programs: Path) -> None:
     assert uploaded["path"] == "shard/"
     assert re.fullmatch(downloaded["pattern"].replace("*", ".+"), uploaded["name"])
     assert downloaded["path"] == "shards"
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "evaluate.md"
+
+
+def github_workflows() -> list[dict[str, Any]]:
+    """Return the workflows of the example and of the page."""
+    (block,) = (each for each in re.findall(r"```yaml\n(.*?)```", PAGE.read_text(), re.DOTALL) if "runs-on" in each)
+    return [yaml.safe_load(text) for text in ((FOLDER / "github.yaml").read_text(), block)]
+
+
+def test_github_jobs_install_what_one_variable_names_and_need_no_copy() -> None:
+    for workflow in github_workflows():
+        assert workflow["env"] == {"CELLWRIGHT": "${{ vars.CELLWRIGHT }}"}
+        for job in workflow["jobs"].values():
+            (install,) = (step["run"] for step in job["steps"] if "pip install" in step.get("run", ""))
+            script = f'pip() {{ printf "%s\\n" "$@"; }}; {install}'
+            wheel = "https://host/a b/cellwright-1.0-py3-none-any.whl"
+            for value in ("cellwright==1.0", wheel):
+                done = subprocess.run(
+                    ["bash", "-ec", script], env={"CELLWRIGHT": value}, capture_output=True, text=True
+                )
+                assert (done.returncode, done.stdout.splitlines()) == (0, ["install", value])
+            unset = subprocess.run(["bash", "-ec", script], env={"CELLWRIGHT": ""}, capture_output=True, text=True)
+            assert unset.returncode != 0
+            assert "set this variable of the repository" in unset.stderr
+
+
+def test_github_jobs_keep_recordings_of_failures() -> None:
+    for workflow in github_workflows():
+        scripts = [str(step.get("run")) for job in workflow["jobs"].values() for step in job["steps"]]
+        assert all("--record-failed" in each for each in scripts if "cellwright eval lesson" in each)
+        uploads = [
+            step for job in workflow["jobs"].values() for step in job["steps"] if "upload" in step.get("uses", "")
+        ]
+        assert all(step["if"] == "always()" for step in uploads)
