@@ -27,15 +27,12 @@ def test_two_cells_of_one_name_both_say_so_and_one_in_a_namespace_does_not(domai
 
 def set_time() -> list[Any]:
     """Set use_sim_time of a cell that is alone in its namespace; return the answer, and the value then."""
-    from rcl_interfaces.srv import GetParameters
     from rclpy.parameter import Parameter
     from rclpy_node import Node
 
     with Node() as me:
         wanted = [Parameter("use_sim_time", value=True).to_parameter_msg()]
-        (answer,) = me.call(
-            "/cell2/cellwright/set_parameters", "rcl_interfaces/SetParameters", parameters=wanted
-        ).results
-        kind = GetParameters.Request(names=["use_sim_time"])
-        (value,) = me.call("/cell2/cellwright/get_parameters", "rcl_interfaces/GetParameters", names=kind.names).values
+        node, package = "/cell2/cellwright", "rcl_interfaces"
+        (answer,) = me.call(f"{node}/set_parameters", f"{package}/SetParameters", parameters=wanted).results
+        (value,) = me.call(f"{node}/get_parameters", f"{package}/GetParameters", names=["use_sim_time"]).values
         return [answer.successful, answer.reason, value.bool_value]

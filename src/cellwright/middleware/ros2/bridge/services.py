@@ -19,6 +19,7 @@ from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, 
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
 from cellwright.middleware.ros2.bridge.receiver import Respond
 from cellwright.middleware.ros2.bridge.topics import CommandTopic, Publication, as_bytes
+from cellwright.middleware.wire.call_queue import MAX_WAITING_CALLS, CallQueue
 from cellwright.middleware.wire.command_queue import MESSAGE_TIMEOUT, Step, StepQueue, refusal_line
 from cellwright.middleware.wire.connection import LinkClient
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
@@ -31,25 +32,32 @@ _NAP = 0.002  # [s]
 
 
 class CellCalls:
-    """Calls of the cell's services, and of those of its server, as a node `sender`."""
+    """Calls of the cell's services, and of those of its server, as a node `sender`; from any thread."""
 
     def __init__(self, link: LinkClient, sender: str) -> None:
         self._link = link
         self._sender = sender
+        self._queue = CallQueue()
 
     def ask(self, name: str, type_name: str, request: bytes, answered: Callable[[Frame], None]) -> None:
-        """Call a service; `answered` gets the frame ANSWER or REFUSED, in the thread of the loop."""
+        """Call a service; `answered` gets the frame ANSWER or REFUSED, usually in the thread of the loop."""
 
         def heard(frame: Frame) -> None:
             if frame.kind is FrameKind.DONE:  # in lockstep: it takes time, which other callers may advance
                 self._link.ask_again(frame.number, heard)
             else:
+                self._queue.note_answer(name)
                 answered(frame)
 
-        try:
-            self._link.request(FrameKind.CALL, heard, name=name, type=type_name, node=self._sender, payload=request)
-        except FrameError as error:
-            answered(Frame(FrameKind.REFUSED, payload=str(error).encode()))
+        def send() -> None:
+            try:
+                self._link.request(FrameKind.CALL, heard, name=name, type=type_name, node=self._sender, payload=request)
+            except FrameError as error:
+                heard(Frame(FrameKind.REFUSED, payload=str(error).encode()))
+
+        if not self._queue.add(name, len(request), send):
+            reason = f"too many calls of {name} wait (at most {MAX_WAITING_CALLS}); wait for answers"
+            answered(Frame(FrameKind.REFUSED, payload=reason.encode()))
 
 
 class CellService:
