@@ -27,11 +27,13 @@ class Progress:
         now: clock [s].
 
     Example:
+        >>> import sys
         >>> with Progress(sys.stdout, "install") as progress:
         ...     progress.plan({"download": 40.0, "build": 20.0})
         ...     progress.begin("download")
-        ...     progress.at("download", 0.5)
         ...     progress.end("download")
+        ...     progress.say("downloaded")
+        install: downloaded
     """
 
     def __init__(self, stream: TextIO, name: str, now: Callable[[], float] = time.monotonic) -> None:
