@@ -222,6 +222,24 @@ def test_steps_have_feedback_and_can_be_cancelled(cell: Ground) -> None:
     ]
 
 
+def call_in_burst(count: int) -> int:
+    """Send calls without waiting for their answers; return the number of answers."""
+    from rclpy.qos import QoSProfile
+    from rclpy_node import Node, interface
+
+    with Node() as me:
+        kind = interface("simulation_interfaces/GetSimulationState", "srv")
+        client = me.node.create_client(kind, "/get_simulation_state", qos_profile=QoSProfile(depth=1000))
+        assert client.wait_for_service(60.0)
+        calls = [client.call_async(kind.Request()) for _ in range(count)]
+        me.wait(lambda: all(call.done() for call in calls), f"answers to all {count} calls")
+        return sum(call.result().result.result for call in calls)
+
+
+def test_calls_in_burst_are_all_answered(cell: Ground) -> None:
+    assert cell.client(call_in_burst, 300).value() == 300
+
+
 def ask_controller_manager() -> list[Any]:
     """Ask what tools of ros2_control ask."""
     from rclpy_node import Node

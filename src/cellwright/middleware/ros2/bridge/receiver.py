@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.qos import QoSProfile
+from rclpy.qos import HistoryPolicy, QoSProfile
 from rclpy.waitable import NumberOfEntities
 
 from cellwright.middleware.ros2.bridge.coroutines import GoalServer, run
@@ -18,6 +18,8 @@ Respond = Callable[[Any], None]
 """Sends the response to a request, from any thread."""
 
 _MAX_TAKEN = 100  # messages of a topic in a row, so that a flood does not keep the others waiting
+
+_MAX_REQUESTS = 1000  # of a service, until they are taken: of ROS's own 10, further ones replace the oldest unnoticed
 
 _KINDS = ("subscriptions", "guard_conditions", "timers", "clients", "services", "events")
 
@@ -63,7 +65,8 @@ class Receiver:
 
     def serve(self, service_class: Any, name: str, serve: Callable[[Any, Respond], None]) -> None:
         """Serve a service; `serve` is called with each request, and with the function that responds to it."""
-        service = self._node.create_service(service_class, name, nothing, callback_group=self._group)
+        qos = QoSProfile(depth=_MAX_REQUESTS, history=HistoryPolicy.KEEP_LAST)
+        service = self._node.create_service(service_class, name, nothing, qos_profile=qos, callback_group=self._group)
         self._services.append((service, serve))
 
     def offer(self, action_class: Any, name: str, execute: Callable[[Any], Any], **callbacks: Any) -> None:
