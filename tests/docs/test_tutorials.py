@@ -78,6 +78,7 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: Comma
     for step in taken:
         match step:
             case File(file, text):
+                (folder / file).parent.mkdir(exist_ok=True)
                 (folder / file).write_text(text, encoding="utf-8")
             case Program(text):
                 ran = warm.run(text, folder=folder)

@@ -117,7 +117,7 @@ def test_class_of_good_and_bad_programs_has_one_sheet_and_no_program_spoils_anot
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        (("--agents", "nobody/*.py:Mine"), "--agents nobody/*.py:Mine: there is no such Python file"),
+        (("--agents", "pupils/*.py:Mine"), "--agents pupils/*.py:Mine: there is no such Python file"),
         (("--agents", "students/*.py"), "--agents students/*.py: names no class"),
         (("--agents", "students/*.py:Mine", "--agent", "lesson"), "--agent: does not go with --agents"),
         (("--agents", "students/*.py:Mine", "--shard", "1/2"), "--shard: does not go with --agents"),

@@ -62,7 +62,7 @@ class Row:
 
     @property
     def endings(self) -> str:
-        """How its runs ended, in words."""
+        """Endings of its runs, in words."""
         return ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in self.outcomes.items())
 
     @property

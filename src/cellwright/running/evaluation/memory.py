@@ -22,7 +22,7 @@ def limit_memory(max_bytes: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What a process and its descendants have and do together.
+    """Usage of memory and processors by a process and its descendants.
 
     Attributes:
         memory: resident memory [bytes].
