@@ -93,7 +93,7 @@ def test_remedy_for_trial_without_arm_names_command_that_works(
 ) -> None:
     (tmp_path / "my trial.yaml").write_text("time_limit: 60\n")
     ran = cellwright("run", "my trial.yaml")
-    assert ran.err.endswith("add a file with one, such as: cellwright run 'my trial.yaml' kitter_sensors\n")
+    assert ran.err.endswith("add a file with one, such as: cellwright run 'my trial.yaml+kitter_sensors'\n")
     command = ran.err.partition("such as: cellwright ")[2]
     ran = cellwright(*shlex.split(command), "--agent", f"{agents}:Ends", "--no-picture")
     assert (ran.status, ran.err) == (0, "")
