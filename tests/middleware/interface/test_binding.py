@@ -8,6 +8,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import CellCommands
+from cellwright.cell.interface.controllers import ControllerServices
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
@@ -125,7 +126,7 @@ def test_tables_are_imported_without_engine(module: str) -> None:
 @pytest.mark.parametrize(
     ("table", "classes"),
     [
-        ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction)),
+        ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction, ControllerServices)),
         (IO_TELEOP, (RobotCommands, Homing, EePoses, RobotPublications, CameraTopics)),
     ],
     ids=["cell", "robot"],
