@@ -60,7 +60,7 @@ def test_each_value_is_a_trial_that_its_recording_its_command_and_a_file_repeat(
     alone = json.loads(tiny(*words, "--no-picture", "--json").out)
     Path("written.yaml").write_text(TRIAL.replace("xyz: [0.1, 0.1, 0.006]", "xyz: [0.05, 0.1, 0.006]"))
     words[words.index("--set") : words.index("--set") + 2] = []
-    words[words.index("tiny.yaml")] = "written.yaml"
+    words = [word.replace("tiny.yaml", "written.yaml") for word in words]
     written = json.loads(tiny(*words, "--no-picture", "--json").out)
     assert (alone["overrides"], written["overrides"]) == ([f"{KEY}=0.05"], [])
     assert alone["state_hash"] == written["state_hash"] == second["state_hash"]
