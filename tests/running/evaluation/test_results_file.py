@@ -49,7 +49,7 @@ def test_later_result_of_same_key_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
 def test_file_that_is_not_regular_is_refused(tmp_path: Path, device: str) -> None:
     (tmp_path / RESULTS_NAME).symlink_to(device)
-    with pytest.raises(UsageError, match=r"results\.jsonl: not a regular file"):
+    with pytest.raises(UsageError, match=r"results\.jsonl: it is a link, not a regular file"):
         ResultsFile(tmp_path)
 
 
