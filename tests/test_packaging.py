@@ -181,15 +181,15 @@ def test_wheel_runs_in_fresh_environment(scripts: Path, tmp_path: Path) -> None:
         (["trials"], "qual1a"),
         (["run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture"], "stopped before"),
         (["teleop", "qinglong", "--check"], "passed"),
-        (["eval", "trial.yaml", "--agent", "idle.py:Idle", "--out", "results"], "passed      1 of 1 runs"),
+        (["eval", "lesson", "--agent", "brief.py:Brief", "--out", "results"], "passed      1 of 1 runs"),
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
 def test_readme_commands_work_in_fresh_environment(
     arguments: list[str], expected: str, installed: WarmStart, scripts: Path, tmp_path: Path
 ) -> None:
-    (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
-    (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
+    calls = "client.start_competition(); client.end_competition()"
+    (tmp_path / "brief.py").write_text(f"class Brief:\n    def run(self, client):\n        {calls}\n")
     ran = installed.run(CELLWRIGHT, *arguments, folder=tmp_path, environment=bare())
     assert ran.returncode == (1 if arguments[0] == "run" else 0), ran.stdout + ran.stderr
     where, _, printed = ran.stdout.partition("\n")
