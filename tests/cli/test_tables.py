@@ -129,18 +129,18 @@ def test_tables_of_evaluation_break_no_word() -> None:
 
 
 def test_tables_of_comparison_break_no_word(cellwright: CommandLine) -> None:
-    for name, results in (("old", runs()), ("new", runs(lose=1.5))):
+    for name, results in (("old", runs()), ("new", runs(lose=1.25))):
         Path(name).mkdir()
         (Path(name) / "summary.json").write_text(json.dumps(summary_document(results, None, 0)))
     lines = cellwright("eval", "compare", "old", "new").out.splitlines()
     begin = lines.index("") + 1
     end = next(n for n, line in enumerate(lines) if n > begin and " seed " in line)
-    check(lines[begin:end], [TRIAL, BELT, "pairs", "better", "worse", "-1.5", "5.625", "4.125", "time, s"])
+    check(lines[begin:end], [TRIAL, BELT, "pairs", "better", "worse", "-1.25", "5.625", "4.375", "time, s"])
 
 
 def test_moving_tables_of_evaluation_break_no_word() -> None:
     trial = SimpleNamespace(name=TRIAL, time_limit=500.0)
-    job: Any = SimpleNamespace(trial=trial, name=f"{TRIAL} seed 17")
+    job: Any = SimpleNamespace(trial=trial, name=f"{TRIAL} seed 17", agent="kitter")
     console = Console(file=StringIO(), width=WIDTH, highlight=False)
     progress = EvalProgress(console, [job])
     progress._results = runs()[:8]
