@@ -148,7 +148,7 @@ def test_valid_lines_are_a_result(sent: Callable[..., list[Result]]) -> None:
 
 def test_reason_of_a_refusal_is_one_printable_line(sent: Callable[..., list[Result]]) -> None:
     refused, _ = sent(signed(refused="no \x1b[31mmap\nat all \u202e"))
-    assert (refused.outcome, refused.reason) == ("died", r"no \x1b[31mmap at all \u202e")
+    assert (refused.outcome, refused.reason) == ("refused", r"no \x1b[31mmap at all \u202e")
 
 
 def test_line_longer_than_its_bound_is_invalid(

@@ -46,6 +46,7 @@ PANEL = EvaluationPanel(
     runs=12,
     failed=1,
     passed=2,
+    judged=3,
     passed_interval=(0.2, 0.9),
     share=0.625,
     share_interval=(0.25, 0.75),

@@ -38,10 +38,12 @@ FOLDER = Path({folder!r})
 
 
 class Held:
-    '''Leaves a mark with its process and its parent, waits while there is a file `hold`, and delivers.'''
+    '''Leaves a mark with its process and that of Ray, waits while there is a file `hold`, and delivers.'''
 
     def run(self, client):
-        (FOLDER / "marks" / f"{{os.getpid()}} {{os.getppid()}}").touch()
+        guard = Path(f"/proc/{{os.getppid()}}/stat").read_text(encoding="ascii", errors="replace")
+        parent = guard.rpartition(")")[2].split()[1]  # of the guard, which is between the two
+        (FOLDER / "marks" / f"{{os.getpid()}} {{parent}}").touch()
         client.start_competition()
         while (FOLDER / "hold").exists():
             time.sleep(0.01)
@@ -184,7 +186,7 @@ def test_lost_cluster_is_a_failure_of_the_machine(cluster: Cluster, start: Start
 
 
 def marked(marks: Path) -> list[tuple[int, int]]:
-    """Return the processes of runs that have begun, and their parents, which are workers of Ray."""
+    """Return the processes of runs that have begun, and the workers of Ray that started them."""
     return [(int(run), int(parent)) for run, parent in (mark.name.split() for mark in marks.iterdir())]
 
 

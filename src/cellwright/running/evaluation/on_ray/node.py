@@ -95,7 +95,7 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         files = {
             path.relative_to(folder).as_posix(): _content(folder, path) for path in run_files(folder, job.log_name)
         }
-        if result.outcome == Lost.DIED and (problem := evaluation.check_agent(agent)):
+        if result.outcome in (Lost.DIED, Lost.REFUSED) and (problem := evaluation.check_agent(agent)):
             return {"failure": problem}  # this node lacks a package that another one has
     return {"result": result.as_json(), "files": files}
 
