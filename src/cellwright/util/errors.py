@@ -129,12 +129,14 @@ def printable(text: str, max_length: int = 20_000) -> str:
     """
     if len(text) > max_length:
         text = f"{text[: max_length // 2]} … {text[-(max_length // 2) :]}"
+    if text.isprintable():  # as nearly all are: a tenth of the time of a loop
+        return text
     return "".join(sign if sign.isprintable() or sign in "\n\t" else repr(sign)[1:-1] for sign in text)
 
 
 def one_printable_line(text: str) -> str:
     """Make a text printable in any terminal and file, in one line: all unprintable characters are escaped."""
-    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+    return text if text.isprintable() else "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
 def one_line(error: BaseException, max_length: int = 1000) -> str:
