@@ -56,13 +56,13 @@ _RAIL = "linear_arm_actuator"
 
 
 class Category(IntEnum):
-    """Category of an entity, as numbered by `simulation_interfaces/EntityCategory`."""
+    """Category of an entity, as numbered by `simulation_interfaces/EntityCategory`, which has no 3."""
 
     OBJECT = 0
     ROBOT = 1
     HUMAN = 2
-    DYNAMIC_OBJECT = 3
-    STATIC_OBJECT = 4
+    DYNAMIC_OBJECT = 4
+    STATIC_OBJECT = 5
 
 
 @dataclass(frozen=True)

@@ -153,6 +153,24 @@ def test_entities_are_listed_by_name_category_and_tags(shared: Services) -> None
     assert all(name.startswith("bin7|") for name in in_box)
 
 
+def test_categories_have_the_numbers_of_the_standard() -> None:
+    services = Services()
+
+    def of_category(number: int) -> set[str]:
+        return set(services("GetEntities", filters={"categories": [{"category": number}]})["entities"])
+
+    assert {name[-16:] for name in of_category(4)} == {"kit_tray_1::tray", "kit_tray_2::tray"}
+    assert {"bin1", "conveyor_belt"} < of_category(5)
+    assert not of_category(3)
+    for number in (0, 1, 2, 4, 5):
+        assert services.code("SetEntityInfo", entity=GEAR, info={"category": {"category": number}})[0] == OK
+        assert services("GetEntityInfo", entity=GEAR)["info"]["category"] == {"category": number}
+    assert services.code("SetEntityInfo", entity=GEAR, info={"category": {"category": 3}}) == (
+        FAILED,
+        "category must be one of 0, 1, 2, 4, 5 (got 3)",
+    )
+
+
 def test_state_of_moving_part_has_velocity_in_world() -> None:
     services = Services()
     turned = {**IN_BIN7, "orientation": {"x": 0.0, "y": 0.0, "z": math.sqrt(0.5), "w": math.sqrt(0.5)}}

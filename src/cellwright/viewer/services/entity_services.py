@@ -98,7 +98,9 @@ class EntityServices:
         """Replace the description of an entity."""
         number = request.info.category.category
         if number not in list(Category):
-            raise RequestError(FAILED, f"category must be from 0 to {max(Category)} (got {number})")
+            raise RequestError(
+                FAILED, f"category must be one of {', '.join(map(str, map(int, Category)))} (got {number})"
+            )
         info = EntityInfo(Category(number), request.info.description, tuple(request.info.tags))
         self.entities.set_info(request.entity, info)
         return answer()

@@ -28,6 +28,7 @@ STANDARD = {
     "action_msgs",
     "builtin_interfaces",
     "geometry_msgs",
+    "lifecycle_msgs",
     "sensor_msgs",
     "std_msgs",
     "trajectory_msgs",
@@ -95,6 +96,7 @@ def test_control_msgs_have_fields_of_ros2() -> None:
         "msg/JointComponentTolerance.msg",
         "msg/JointTolerance.msg",
         "msg/JointTrajectoryControllerState.msg",
+        "msg/SpeedScalingFactor.msg",
         "srv/QueryTrajectoryState.srv",
     }
     assert re.search(

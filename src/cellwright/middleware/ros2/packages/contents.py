@@ -2,7 +2,7 @@
 
 - Packages of `cellwright.middleware.messages` are the same as in ROS 1, but for `Header`, `time` and `duration`.
 - `data/control_msgs` and `data/tf2_msgs` have the names and fields that these packages have in ROS 2.
-- `data/simulation_interfaces` has those of the standard's version 1, `data/controller_manager_msgs` three services.
+- `data/simulation_interfaces` is the standard's version 1.5.1, `data/controller_manager_msgs` the package of Jazzy.
 - `data/cellwright` has launch files, with placeholders for paths of this installation.
 """
 
