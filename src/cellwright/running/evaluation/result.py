@@ -265,7 +265,7 @@ class Result:
             raise ResultError(fault)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the result as JSON values: those of the result, not copies, which would take most of a report's time."""
+        """Return the result as JSON values, not copied: copies would take most of the time of a report."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @classmethod
