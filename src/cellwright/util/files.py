@@ -15,6 +15,9 @@ from typing import Any, BinaryIO, Self
 
 from cellwright.util.errors import UsageError
 
+LFS_POINTER = "a Git LFS pointer, not the file itself; fetch the file with: git lfs pull"
+"""Text for a file for which `is_lfs_pointer` is true."""
+
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
 _numbers = count()
 
@@ -39,6 +42,11 @@ def open_to_read(path: Path) -> BinaryIO:
         with suppress(OSError):
             os.close(descriptor)
         raise
+
+
+def is_lfs_pointer(content: bytes) -> bool:
+    """Return whether the content of a file is what Git keeps in its place until Git LFS fetches it."""
+    return content.startswith(b"version https://git-lfs.github.com/spec/")
 
 
 def open_below(folder: Path, name: str | Path) -> BinaryIO:

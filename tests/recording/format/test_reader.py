@@ -128,6 +128,7 @@ def test_changed_bytes_are_read_or_refused_in_one_line(
     [
         (b"", "not an MCAP file"),
         (b"#ROSBAG V2.0\n", "a ROS 1 bag"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "a Git LFS pointer"),
         (b"\x89MCAP0\r\n", "not a recording of Cellwright"),
     ],
 )

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
 
-from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
+from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.util.errors import CellwrightError
-from cellwright.util.files import open_to_read
+from cellwright.util.files import LFS_POINTER, is_lfs_pointer, open_to_read
 
 MAX_MODEL_BYTES = 1 << 20
 """Maximum size of a model file [bytes]."""

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
-from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
+from cellwright.config.parsing.sources import note_source, read_at_most, reason
+from cellwright.util.files import LFS_POINTER, is_lfs_pointer
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as vertex indices, shape (m, 3)."""

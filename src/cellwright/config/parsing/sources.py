@@ -17,7 +17,7 @@ from pathlib import Path
 from cellwright._package import FOLDER
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.util.errors import DescriptionError
-from cellwright.util.files import open_to_read
+from cellwright.util.files import LFS_POINTER, is_lfs_pointer, open_to_read
 
 MAX_FILE_BYTES = 64 << 20
 """Maximum size of a collected file [bytes]; larger ones are not read."""
@@ -118,15 +118,6 @@ def read_at_most(path: Path, max_bytes: int) -> bytes | None:
         return None
     note_source(path, content)
     return content
-
-
-LFS_POINTER = "a Git LFS pointer, not the file itself; fetch the file with: git lfs pull"
-"""What to say of a file for which `is_lfs_pointer` is true."""
-
-
-def is_lfs_pointer(content: bytes) -> bool:
-    """Return whether the content of a file is what Git keeps in its place until Git LFS fetches it."""
-    return content.startswith(b"version https://git-lfs.github.com/spec/")
 
 
 def reason(error: OSError | ValueError) -> str:

@@ -25,9 +25,9 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from cellwright._package import FOLDER
-from cellwright.config.parsing.sources import LFS_POINTER, is_lfs_pointer, note_source, read_at_most, reason
+from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
-from cellwright.util.files import open_to_read
+from cellwright.util.files import LFS_POINTER, is_lfs_pointer, open_to_read
 
 _MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")

@@ -17,6 +17,7 @@ from mcap.records import Channel, Metadata
 
 from cellwright.recording.format.format import MAGIC, Entry, RecordedTopic
 from cellwright.util.errors import RecordingError, printable
+from cellwright.util.files import LFS_POINTER, is_lfs_pointer
 
 MAX_CHUNK_SIZE = 256 << 20
 """Maximum uncompressed size of a chunk [bytes]."""
@@ -39,6 +40,7 @@ LATEST = 4 * 10**18
 _MAX_NAME_LENGTH = 1000  # characters of the name of a topic or a type
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
 _BAG = b"#ROSBAG V"  # first bytes of a ROS 1 bag
+_BEGIN = 64  # bytes that tell what a file is, Git's pointer included
 _CHUNK = struct.Struct("<QQQI")
 _INDEX = struct.Struct("<HI")
 
@@ -104,9 +106,11 @@ def scan_file(file: BinaryIO) -> Layout:
     """
     size = file.seek(0, SEEK_END)
     file.seek(0)
-    begin = file.read(max(len(MAGIC), len(_BAG)))
+    begin = file.read(_BEGIN)
     if begin.startswith(_BAG):
         raise RecordingError("a ROS 1 bag; play it with rosbag, or give the MCAP file that --record run.mcap writes")
+    if is_lfs_pointer(begin):
+        raise RecordingError(LFS_POINTER)
     if not begin.startswith(MAGIC):
         raise RecordingError("not an MCAP file")
     layout, schemas = Layout(), dict[int, str]()
