@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -129,6 +130,19 @@ def test_robot_is_recorded_and_recording_is_played(tmp_path: Path) -> None:
         result = played.run()
     assert result.outcome == "until"
     assert result.simulated == pytest.approx(0.3, abs=0.01)
+
+
+def test_recording_of_loaded_robot_keeps_its_files_while_they_describe_it(tmp_path: Path) -> None:
+    loaded = cellwright.load_robot("tandem")
+    named = ["bundled/config/robot/catalogue/tandem/vr_configs.yml"]
+    for number, (robot, names) in enumerate(
+        [(loaded, named), (RobotNode(loaded), named), (replace(loaded, name="mine"), [])]
+    ):
+        file = tmp_path / f"{number}.mcap"
+        with Session(robot, record=file, until=0.1) as session:
+            session.run()
+        with RecordingFile(file) as recording:
+            assert recording.header.facts["files"] == names
 
 
 @pytest.mark.parametrize("option", ["record", "video"])

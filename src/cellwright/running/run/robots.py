@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.description import description
+from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf_file import read_text
 from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
@@ -23,7 +24,7 @@ from cellwright.robot.services import RobotServices
 from cellwright.running.run.options import RecordOptions, reachable_address
 from cellwright.running.run.result import SessionResult
 from cellwright.running.run.targets import SessionState, Target, common_facts, source_facts
-from cellwright.util.errors import DescriptionError, RejectedCommandError
+from cellwright.util.errors import CellwrightError, DescriptionError, RejectedCommandError
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.window import Window
 
@@ -75,8 +76,16 @@ class RobotTarget(Target):
         self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
-        """Configuration file of the robot."""
-        return [self.node.config.path]
+        """Configuration file of the robot; none if the robot is not that of its file, as one changed by a program.
+
+        The file is read again, so that its sources are collected for a robot that was loaded before, too: 40 ms.
+        """
+        config = self.node.config
+        try:
+            is_as_in_file = load_robot(config.path, lambda _line: None, config.xacro_arguments) == config
+        except CellwrightError:
+            return []
+        return [config.path] if is_as_in_file else []
 
     def close(self) -> None:
         """Close the node; a second call does nothing."""

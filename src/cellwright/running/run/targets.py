@@ -214,7 +214,8 @@ class Target(ABC):
             return
         with sources_collected() as sources:
             self.node = self._make()
-        session.record = replace(record, sources=sources, files=record.files or self.named_files())
+            files = record.files or self.named_files()
+        session.record = replace(record, sources=sources, files=files)
 
     def named_files(self) -> list[Path]:
         """Files that were named to read it."""
