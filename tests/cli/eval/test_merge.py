@@ -81,22 +81,22 @@ def lines(folder: str) -> list[bytes]:
 
 
 @pytest.mark.slow
-def test_thousand_runs_of_16_shards_equal_those_of_one_machine(tiny: CommandLine) -> None:
-    seeds, shards = 500, 16
+def test_runs_of_16_shards_equal_those_of_one_machine(tiny: CommandLine) -> None:
+    seeds, shards = 200, 16
     jobs = jobs_of(seeds)
     results = {each.key: each for each in made_up(jobs, random.Random(20))}
-    assert len(results) == 1000
+    assert len(results) == 400
     work = (*WORK, "--seeds", str(seeds), "--min-score", "25%")
     store("whole", results.values())
     one = tiny(*work, "--out", "whole")
     assert one.status == 1
     for number in range(1, shards + 1):
         own = {job.key for job in Shard(number, shards).select(jobs)}
-        assert len(own) in {62, 63}
+        assert len(own) == 25
         store(f"shards/{number}", (each for each in results.values() if each.key in own))
         ran = tiny(*work, "--shard", f"{number}/{shards}", "--out", f"shards/{number}")
         assert ran.status == 1
-        assert f"shard {number}/16 of 1000 runs" in ran.out
+        assert f"shard {number}/16 of 400 runs" in ran.out
         assert f"{len(own)} of them have a result already" in ran.out
     folders = [f"shards/{number}" for number in range(1, shards + 1)]
     shutil.copytree("shards/7", "twice")
@@ -104,7 +104,7 @@ def test_thousand_runs_of_16_shards_equal_those_of_one_machine(tiny: CommandLine
     killed = Path("shards/11/results.jsonl")
     complete = killed.read_bytes()
     killed.write_bytes(complete[: len(complete) // 2])  # in the middle of a line, as a killed process leaves it
-    left = 1000 - sum(len(Path(each, "results.jsonl").read_bytes().split(b"\n")) - 1 for each in folders)
+    left = 400 - sum(len(Path(each, "results.jsonl").read_bytes().split(b"\n")) - 1 for each in folders)
     merging = ("eval", "merge", *reversed(folders), "twice", "--out", "merged", "--min-score", "25%")
     early = tiny(*merging)
     assert early.status == 75
@@ -113,7 +113,7 @@ def test_thousand_runs_of_16_shards_equal_those_of_one_machine(tiny: CommandLine
         r"error: no result of (\w+ seed \d+, ){9}\w+ seed \d+ and (\d+) more; repeat their shards", error
     )
     assert f"and {left - 10} more" in error
-    assert json.loads(Path("merged", "summary.json").read_text())["runs"] == 1000 - left
+    assert json.loads(Path("merged", "summary.json").read_text())["runs"] == 400 - left
 
     killed.write_bytes(complete)
     late = tiny(*merging)

@@ -16,6 +16,7 @@ import cellwright
 from cellwright.cli.main import main
 from cellwright.clients.client import Client
 from cellwright.clients.client.in_process import InProcess
+from cellwright.config.robot.config import RobotConfig
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.rebuild import rebuild
 from cellwright.robot.node import RobotNode
@@ -135,9 +136,12 @@ def test_robot_is_recorded_and_recording_is_played(tmp_path: Path) -> None:
 def test_recording_of_loaded_robot_keeps_its_files_while_they_describe_it(tmp_path: Path) -> None:
     loaded = cellwright.load_robot("tandem")
     named = ["bundled/config/robot/catalogue/tandem/vr_configs.yml"]
-    for number, (robot, names) in enumerate(
-        [(loaded, named), (RobotNode(loaded), named), (replace(loaded, name="mine"), [])]
-    ):
+    robots: list[tuple[RobotConfig | RobotNode, list[str]]] = [
+        (loaded, named),
+        (RobotNode(loaded), named),
+        (replace(loaded, name="mine"), []),
+    ]
+    for number, (robot, names) in enumerate(robots):
         file = tmp_path / f"{number}.mcap"
         with Session(robot, record=file, until=0.1) as session:
             session.run()
