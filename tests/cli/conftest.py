@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cellwright.cli.main import main
 from cellwright.rendering.picture import render
+from cellwright.running.run.observers import Pictures
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,14 @@ def cellwright(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 
 @pytest.fixture
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shrink the pictures of a run: a whole one takes many seconds of a processor."""
+    """Shrink the pictures of a run, and draw them here: a process for each takes a second."""
 
     def small(model: Any, data: Any, camera: Any, *_size: int, **more: Any) -> NDArray[np.uint8]:
         return render(model, data, camera, 64, 36, **more)
 
-    for module in ("cellwright.running.run.observers", "cellwright.robot.pictures"):
-        monkeypatch.setattr(f"{module}.render", small)
+    monkeypatch.setattr("cellwright.robot.pictures.render", small)
+    monkeypatch.setattr("cellwright.running.run.observers.render", small)
+    monkeypatch.setattr(Pictures, "_draw", Pictures._draw_by_rays)
 
 
 AGENTS = """

@@ -4,8 +4,10 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from cellwright.running.run import observers
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.test_png import decode
@@ -151,6 +153,18 @@ def test_fast_pictures_do_not_change_state_hash(cellwright: CommandLine, tmp_pat
     assert (ran.status, result["pictures"]) == (0, ["a.png"])
     assert decode((tmp_path / "a.png").read_bytes()).shape == (720, 1280, 3)
     assert result["state_hash"] == json.loads(cellwright(*options).out)["state_hash"]
+
+
+@QUICK_DRAWING
+@pytest.mark.slow
+@pytest.mark.parametrize(("backend", "size"), [("egl", (720, 1280, 3)), ("rays", (36, 64, 3))])
+def test_picture_at_end_is_drawn_by_opengl_where_there_is_one(
+    backend: str, size: tuple[int, ...], cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(observers, "render", lambda *_, **__: np.zeros((36, 64, 3), np.uint8))
+    monkeypatch.setenv("CELLWRIGHT_RENDERING", backend)
+    assert cellwright("run", "lesson", "--agent", "none", "--until", "0.1").status == 0
+    assert decode(Path("lesson.png").read_bytes()).shape == size
 
 
 def test_missed_snapshot_exits_with_1_and_warning(cellwright: CommandLine, tmp_path: Path) -> None:

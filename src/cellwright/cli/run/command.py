@@ -66,7 +66,7 @@ Snapshots = Annotated[
 ]
 WithPicture = Annotated[bool, flag("--picture/--no-picture", "Write TRIAL.png at the end.", VIEWING)]
 PictureQuality = Annotated[
-    Quality, option("QUALITY", "Quality of pictures: `fine`, by rays, or `fast`, by OpenGL as in videos.", VIEWING)
+    Quality, option("QUALITY", "Quality of pictures: `fast`, by OpenGL as in videos, or `fine`, by rays.", VIEWING)
 ]
 Checkpoints = Annotated[
     list[str] | None,
@@ -118,7 +118,7 @@ def run(
     view_host: arguments.ViewHost = None,
     view_port: arguments.ViewPort = None,
     open_page: arguments.OpenPage = False,
-    quality: PictureQuality = Quality.FINE,
+    quality: PictureQuality = Quality.FAST,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
@@ -174,7 +174,7 @@ def run(
     if not files:
         options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
     arguments.refuse_camera_name(files, view=view)
-    if quality is Quality.FAST:
+    if quality is Quality.FAST and (picture or snapshot):
         requested_backend()
     page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
     if over is None and lockstep:

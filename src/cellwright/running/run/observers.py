@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NEVER, nanoseconds
+from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
 from cellwright.rendering.scene import Scene, SceneFrame
@@ -123,13 +124,16 @@ def _latest_end(session: SessionState) -> int | None:
     return None if (end := min(ends)) == NEVER else end
 
 
+_SCENE = 1  # number of the scene in a render process
+
+
 class Quality(StrEnum):
     """Quality of pictures."""
 
-    FINE = "fine"
-    """By rays, with soft shadows from many lamps: some seconds each."""
     FAST = "fast"
-    """By OpenGL, as videos are: a second each, most of it for its start."""
+    """By OpenGL, as videos are: a second each, most of it for its start; by rays where there is no OpenGL."""
+    FINE = "fine"
+    """By rays, with soft shadows from many lamps: half a minute of a processor each."""
 
 
 class Pictures:
@@ -145,7 +149,7 @@ class Pictures:
         camera: Camera,
         requests: Sequence[tuple[Fraction, Path]],
         on_miss: Callable[[str], None],
-        quality: Quality = Quality.FINE,
+        quality: Quality = Quality.FAST,
     ) -> None:
         self._quality = quality
         self._camera = camera
@@ -189,8 +193,13 @@ class Pictures:
         if self._quality is Quality.FAST:
             from cellwright.rendering.worker import RenderWorker  # slow to load
 
-            with RenderWorker(scene) as worker:
-                return worker.colour(frame, PictureRequest(self._camera, WIDTH, HEIGHT, samples=4)).result()
+            with RenderWorker() as worker:
+                if worker.ask("scene", _SCENE, scene).result() != RAYS:
+                    request = PictureRequest(self._camera, WIDTH, HEIGHT, samples=4)
+                    return worker.colour(frame, request, _SCENE).result()
+        return self._draw_by_rays(scene, frame, progress)
+
+    def _draw_by_rays(self, scene: Scene, frame: SceneFrame, progress: Progress | None) -> NDArray[np.uint8]:
         shown = EngineScene(scene)
         shown.show(frame)
         return render(shown.model, shown.data, self._camera, progress=progress)
