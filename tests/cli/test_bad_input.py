@@ -64,7 +64,7 @@ def refused(ran: object) -> str:
         ("--seed", "-1", "--seed -1: give a whole number from 0 to 2**63 - 1"),
         ("--seed", str(2**63), f"--seed {2**63}: give a whole number from 0 to 2**63 - 1"),
         ("--seed", "x", "Invalid value for '--seed'"),
-        ("--bogus", "1", "No such option: --bogus"),
+        ("--bogus", "1", "No such option: --bogus (Possible options: --log, --verbose) (see cellwright run --help)"),
     ],
 )
 def test_run_with_invalid_option_is_refused(
@@ -83,6 +83,8 @@ def test_run_with_invalid_option_is_refused(
     ("name", "message"),
     [
         ("no.yaml", "no.yaml: there is no such file"),
+        ("broken.yml", "broken.yml: there is no such file; did you mean broken.yaml"),
+        ("wrogn.yaml", "wrogn.yaml: there is no such file; did you mean wrong.yaml"),
         ("no/trial", "no/trial: there is no such file"),
         ("lessn", f"unknown trial 'lessn'; did you mean lesson (known: {', '.join([*bundled(), *bundled_sensors()])})"),
         ("folder", "folder: is a folder; give the files of a trial"),

@@ -220,7 +220,9 @@ def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app
     except typer.TyperException as error:
         message = error.format_message()
         if message:
-            sys.stderr.write(f"error: {printable(message)} (see {name} --help)\n")
+            context = getattr(error, "ctx", None)  # of the command that was named, if one was
+            place = name if context is None else context.command_path
+            sys.stderr.write(f"error: {printable(message)} (see {place} --help)\n")
         return BAD_INPUT
     except typer.Abort:
         status = _INTERRUPTED

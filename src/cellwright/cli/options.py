@@ -9,6 +9,7 @@ import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -94,13 +95,22 @@ def paths(files: Sequence[str]) -> list[Path]:
     return [path for each in found for path in each]
 
 
+def _similar_file(path: Path) -> str:
+    """Return a hint about a file in the same folder, of a kind that trials have, with a similar name."""
+    try:
+        beside = {each.stem: each for each in path.parent.iterdir() if each.suffix in (".yaml", ".yml")}
+    except OSError:
+        return ""
+    return "".join(f"; did you mean {beside[stem]}" for stem in get_close_matches(path.stem, beside, n=1))
+
+
 def _path(file: str) -> Path:
     path = Path(file)
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
         if path.suffix or path.name != file:  # not the name of a trial
-            refuse(f"{file}: there is no such file")
+            refuse(f"{file}: there is no such file{_similar_file(path)}")
         return find_trial(file)
     except OSError as error:
         refuse(f"{file}: cannot be read: {error.strerror}")

@@ -58,7 +58,7 @@ def ros1_workspace(
         catkin_create_pkg my_robot rospy osrf_gear
         cd ..
         catkin_make --pkg my_robot
-        source devel/setup.bash
+        source install/setup.bash
 
     Exit status: 0 done; 2 there is no ROS 1, a build tool is missing, or the build failed.
     """
@@ -74,5 +74,5 @@ def ros1_workspace(
         started = time.perf_counter()
         workspace.build(ros, folder)
         typer.echo(f"built in {time.perf_counter() - started:.0f} s")
-        typer.echo(f"next: source {folder / 'devel' / 'setup.bash'}")
+        typer.echo(f"next: source {folder / 'install' / 'setup.bash'}")
     raise typer.Exit(DONE)
