@@ -43,8 +43,8 @@ hooks: .venv/.installed-dev
 	$(INSTALL) --group hooks
 	$(BIN)/pre-commit install
 
-# ROS 2 last: pip installs it, which the tools of tests upgrade first. Clients of Kilted use the interfaces of Jazzy, so that
-# nothing is built for them; a folder that is named is Jazzy's.
+# ROS 2 last: pip installs it, which the tools of tests upgrade first. Clients of Kilted use most interfaces of Jazzy, so that
+# little is built for them; a folder that is named is Jazzy's.
 system: debian .venv/.installed-dev
 	scripts/install-ros2
 	env -u CELLWRIGHT_ROS2_HOME scripts/install-ros2 kilted --interfaces jazzy

@@ -62,7 +62,8 @@ def work() -> dict[str, Any]:
             "gripper": gripper.success,
             "goal": [ended.status, ended.result.error_code],
             "arrived": arrived,
-            "feedback": feedback[-1].feedback.desired.positions[0],
+            "feedback": feedback[-1].feedback.desired.positions[0] if feedback else None,
+            "has_index": hasattr(FollowJointTrajectory.Feedback(), "index"),
             "cancelled": [len(cancelled.goals_canceling), me.act(again.get_result_async).status],
         }
         client.destroy()
@@ -70,7 +71,7 @@ def work() -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("of_cell", "of_client"), [("jazzy", "jazzy"), ("jazzy", "kilted"), ("kilted", "jazzy")])
+@pytest.mark.parametrize(("of_cell", "of_client"), [("kilted", "kilted"), ("jazzy", "kilted"), ("kilted", "jazzy")])
 def test_client_of_distribution_works_cell_of_distribution(domain: Ground, of_cell: str, of_client: str) -> None:
     bridge, client = installation_of(of_cell), installation_of(of_client)
     cell = domain.serve("lesson", "-d", **{PYTHON_VARIABLE: bridge.python})
@@ -81,5 +82,7 @@ def test_client_of_distribution_works_cell_of_distribution(domain: Ground, of_ce
     assert found["gripper"]
     assert found["goal"] == [SUCCEEDED, 0]
     assert found["arrived"] == pytest.approx(0.3, abs=0.01)
-    assert found["feedback"] == pytest.approx(0.3, abs=0.05)
+    assert found["has_index"] == (of_client == "kilted")
+    if of_cell == of_client:  # the feedback is the one message that has other fields in Kilted
+        assert found["feedback"] == pytest.approx(0.3, abs=0.05)
     assert found["cancelled"] == [1, CANCELED]

@@ -17,8 +17,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.ros2.packages import build
-from cellwright.middleware.ros2.packages.build import MissingToolsError, build_wheel, missing_tools, wheel_path
-from cellwright.middleware.ros2.packages.contents import definitions
+from cellwright.middleware.ros2.packages.build import (
+    COMMON,
+    VARYING,
+    MissingToolsError,
+    Texts,
+    build_wheel,
+    expected_steps,
+    missing_tools,
+    packages_of,
+    wheel_path,
+)
+from cellwright.middleware.ros2.packages.contents import definitions, dependencies
 from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
 from tests.waiting import TIMEOUT
@@ -30,13 +40,16 @@ TEXTS = {
 }
 
 
-def key(texts: Mapping[str, Mapping[str, str]] | None = None, **variables: str) -> str:
-    return wheel_path("jazzy", texts, variables).name
+WHEEL = Path("a-1-cp-cp-linux.whl")
+
+
+def key(texts: Texts | None = None, **variables: str) -> str:
+    return wheel_path(COMMON, "jazzy", packages_of(COMMON, "jazzy") if texts is None else texts, variables).name
 
 
 @given(st.data())
 def test_key_changes_with_any_definition(data: st.DataObject) -> None:
-    texts = {package: dict(each) for package, each in definitions().items()}
+    texts = {package: dict(each) for package, each in packages_of(COMMON, "jazzy").items()}
     package = data.draw(st.sampled_from(sorted(texts)))
     path = data.draw(st.sampled_from(sorted(texts[package])))
     texts[package][path] += data.draw(st.sampled_from(["\n", "# more\n", "float64 more\n"]))
@@ -54,8 +67,23 @@ def test_key_changes_with_distribution_and_nothing_around(tmp_path: Path, monkey
     for name, value in (("PATH", "/nowhere"), ("HOME", str(tmp_path)), ("ROS_DISTRO", "humble"), ("LANG", "C")):
         monkeypatch.setenv(name, value)
     assert key(XDG_CACHE_HOME=str(tmp_path)) == key(XDG_DATA_HOME="/data") == before
-    assert wheel_path("kilted").name != before
-    assert wheel_path("jazzy", variables={"XDG_CACHE_HOME": "/big"}).parent == Path("/big/cellwright/ros2")
+    assert wheel_path(COMMON, "kilted", packages_of(COMMON, "kilted")).name != before
+    assert wheel_path(COMMON, "jazzy", {}, {"XDG_CACHE_HOME": "/big"}).parent == Path("/big/cellwright/ros2")
+
+
+@pytest.mark.parametrize("distribution", ["jazzy", "kilted"])
+def test_each_package_is_in_one_wheel_and_uses_none_of_the_other(distribution: str) -> None:
+    common, varying = packages_of(COMMON, distribution), packages_of(VARYING, distribution)
+    assert {**common, **varying} == definitions(distribution)
+    assert not common.keys() & varying.keys()
+    for texts, other in ((common, varying), (varying, common)):
+        assert not {used for name, each in texts.items() for used in dependencies(name, each)} & other.keys()
+
+
+def test_only_the_varying_wheel_depends_on_the_definitions_of_a_distribution() -> None:
+    assert packages_of(COMMON, "jazzy") == packages_of(COMMON, "kilted")
+    assert packages_of(VARYING, "jazzy").keys() == packages_of(VARYING, "kilted").keys()
+    assert packages_of(VARYING, "jazzy") != packages_of(VARYING, "kilted") == packages_of(VARYING, "rolling")
 
 
 class Builder:
@@ -106,19 +134,18 @@ def builder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Builder:
         (tmp_path / name).mkdir()
     monkeypatch.setattr(build, "run", made.run)
     monkeypatch.setattr(build, "missing_tools", list)
-    monkeypatch.setattr(build, "definitions", lambda: TEXTS)
     return made
 
 
 @pytest.fixture
 def progress() -> Progress:
     made = Progress(io.StringIO(), "install")
-    made.plan(build.expected_steps())
+    made.plan(expected_steps(TEXTS, WHEEL))
     return made
 
 
 def test_packages_are_generated_after_those_they_use(builder: Builder, progress: Progress, tmp_path: Path) -> None:
-    build_wheel("jazzy", tmp_path, tmp_path / "cache" / "a-1-cp-cp-linux.whl", progress)
+    build_wheel(TEXTS, tmp_path, tmp_path / "cache" / WHEEL, progress)
     assert sorted(builder.order) == sorted(TEXTS)
     assert builder.order.index("large_msgs") < builder.order.index("small_msgs")
     assert builder.most <= 2
@@ -127,14 +154,14 @@ def test_packages_are_generated_after_those_they_use(builder: Builder, progress:
 def test_steps_of_building_are_those_that_are_expected(
     builder: Builder, progress: Progress, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    progress.plan(build.expected_steps())
-    build_wheel("jazzy", tmp_path, tmp_path / "cache" / "a-1-cp-cp-linux.whl", progress)
+    progress.plan(expected_steps(TEXTS, tmp_path / WHEEL))
+    build_wheel(TEXTS, tmp_path, tmp_path / "cache" / WHEEL, progress)
     assert progress.estimate() == (1.0, 0.0)
 
 
 def test_wheel_has_modules_libraries_and_definitions(builder: Builder, progress: Progress, tmp_path: Path) -> None:
-    wheel = wheel_path("jazzy", variables={"XDG_CACHE_HOME": str(tmp_path)})
-    build_wheel("jazzy", tmp_path, wheel, progress)
+    wheel = wheel_path(COMMON, "jazzy", TEXTS, {"XDG_CACHE_HOME": str(tmp_path)})
+    build_wheel(TEXTS, tmp_path, wheel, progress)
     archive = zipfile.ZipFile(wheel)
     inside = archive.namelist()
     stem = "-".join(wheel.name.split("-")[:2])
@@ -154,20 +181,20 @@ def test_wheel_has_modules_libraries_and_definitions(builder: Builder, progress:
         f"{share}/ament_index/resource_index/packages/large_msgs",
         f"{share}/ament_index/resource_index/rosidl_interfaces/large_msgs",
     }
-    assert f"{data}/lib/libcellwright_ros2_interfaces.so" in inside
+    assert f"{data}/lib/lib{COMMON}.so" in inside
     listed = archive.read(f"{share}/ament_index/resource_index/rosidl_interfaces/small_msgs").decode()
     assert listed.splitlines() == ["msg/One.idl", "msg/One.msg"]
     record = list(csv.reader(archive.read(f"{stem}.dist-info/RECORD").decode().splitlines()))
     assert [row[0] for row in record] == inside
     assert all(int(size) == archive.getinfo(name).file_size for name, _, size in record[:-1])
     first = wheel.read_bytes()
-    build_wheel("jazzy", tmp_path, wheel, progress)
+    build_wheel(TEXTS, tmp_path, wheel, progress)
     assert wheel.read_bytes() == first
 
 
 def test_pip_installs_wheel_into_environment(builder: Builder, progress: Progress, tmp_path: Path) -> None:
-    wheel = wheel_path("jazzy", variables={"XDG_CACHE_HOME": str(tmp_path)})
-    build_wheel("jazzy", tmp_path, wheel, progress)
+    wheel = wheel_path(COMMON, "jazzy", TEXTS, {"XDG_CACHE_HOME": str(tmp_path)})
+    build_wheel(TEXTS, tmp_path, wheel, progress)
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(tmp_path / "venv")], check=True, timeout=TIMEOUT)
     pip = [sys.executable, "-m", "pip", "--python", str(tmp_path / "venv" / "bin" / "python"), "install", "--quiet"]
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
@@ -179,10 +206,10 @@ def test_pip_installs_wheel_into_environment(builder: Builder, progress: Progres
 def test_failed_compiler_leaves_no_wheel_and_links_nothing(
     builder: Builder, progress: Progress, tmp_path: Path
 ) -> None:
-    builder.bad = "interfaces: types.c"
-    wheel = tmp_path / "cache" / "a-1-cp-cp-linux.whl"
-    with pytest.raises(UsageError, match=r"types\.c: g\+\+ failed:\nno such type"):
-        build_wheel("jazzy", tmp_path, wheel, progress)
+    builder.bad = "interfaces: types.c of a"
+    wheel = tmp_path / "cache" / WHEEL
+    with pytest.raises(UsageError, match=r"types\.c of a: g\+\+ failed:\nno such type"):
+        build_wheel(TEXTS, tmp_path, wheel, progress)
     assert list(wheel.parent.iterdir()) == []
     assert "interfaces: library" not in builder.ran
 
@@ -195,5 +222,5 @@ def test_missing_tools_are_named_before_anything_is_built(
     monkeypatch.setattr(build, "run", lambda *_: pytest.fail("a program was started"))
     assert missing_tools()[:1] == ["g++"]
     with pytest.raises(MissingToolsError, match=r"building the interfaces requires g\+\+"):
-        build_wheel("jazzy", tmp_path, tmp_path / "cache" / "wheel.whl", progress)
+        build_wheel(TEXTS, tmp_path, tmp_path / "cache" / "wheel.whl", progress)
     assert not (tmp_path / "cache").exists()

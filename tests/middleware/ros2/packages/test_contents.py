@@ -105,6 +105,23 @@ def test_control_msgs_have_fields_of_ros2() -> None:
     assert texts["action/FollowJointTrajectory.action"].count("\n---\n") == 2
 
 
+def test_definitions_of_kilted_and_later_differ_in_two() -> None:
+    jazzy, kilted = definitions("jazzy"), definitions("kilted")
+    assert definitions("rolling") == kilted
+    assert definitions("humble") == definitions() == jazzy
+    differing = {
+        f"{package}/{path}"
+        for package, texts in jazzy.items()
+        for path in texts
+        if texts[path] != kilted[package][path]
+    }
+    assert differing == {
+        "control_msgs/action/FollowJointTrajectory.action",
+        "controller_manager_msgs/msg/HardwareComponentState.msg",
+    }
+    assert all(jazzy[package].keys() == kilted[package].keys() for package in jazzy)
+
+
 @pytest.mark.parametrize("package", interface_packages())
 def test_interface_package_names_all_its_files_and_dependencies(package: str) -> None:
     files = package_files(package)

@@ -29,6 +29,10 @@ from tests.waiting import TIMEOUT, wait_until
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there are wheels of ROS 2 for Linux alone")
 
 
+BUILT = ["build interfaces", "build varying"]
+INSTALLED = ["interfaces", "varying"]
+
+
 class Machine:
     """Stand-ins for pip and the builder of interfaces, in a home of their own."""
 
@@ -40,11 +44,12 @@ class Machine:
         self.error: BaseException = UsageError("pip failed:\nno network")
 
     def pip(self, folder: Path, arguments: Sequence[str], _on_line: object = None) -> None:
-        self.step("wheels" if "--requirement" in arguments else "interfaces")
+        name = Path(arguments[-1]).name.partition("-")[0].rpartition("_")[2]
+        self.step("wheels" if "--requirement" in arguments else name)
         assert (folder / "bin" / "python").exists()
 
-    def build(self, distribution: str, folder: Path, wheel: Path, _report: object) -> None:
-        self.step("build")
+    def build(self, _texts: object, folder: Path, wheel: Path, _report: object) -> None:
+        self.step(f"build {wheel.name.partition('-')[0].rpartition('_')[2]}")
         assert (folder / "pyvenv.cfg").is_file()
         wheel.parent.mkdir(parents=True, exist_ok=True)
         wheel.touch()
@@ -75,7 +80,7 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Machine:
 
 
 def test_second_installation_does_nothing(machine: Machine) -> None:
-    assert machine.install() == ["wheels", "build", "interfaces"]
+    assert machine.install() == ["wheels", *BUILT, *INSTALLED]
     assert machine.complete == [("jazzy", machine.home / "data" / "cellwright" / "ros2-jazzy")]
     assert machine.install() == []
 
@@ -83,13 +88,19 @@ def test_second_installation_does_nothing(machine: Machine) -> None:
 def test_wheel_in_cache_is_not_built_again(machine: Machine) -> None:
     machine.install()
     machine.variables["XDG_DATA_HOME"] = str(machine.home / "other")
-    assert machine.install() == ["wheels", "interfaces"]
+    assert machine.install() == ["wheels", *INSTALLED]
 
 
 @pytest.mark.parametrize("error", [UsageError("pip failed:\nno network"), KeyboardInterrupt()])
 @pytest.mark.parametrize(
     ("failing", "then"),
-    [("wheels", ["wheels", "build", "interfaces"]), ("build", ["build", "interfaces"]), ("interfaces", ["interfaces"])],
+    [
+        ("wheels", ["wheels", *BUILT, *INSTALLED]),
+        ("build interfaces", [*BUILT, *INSTALLED]),
+        ("build varying", ["build varying", *INSTALLED]),
+        ("interfaces", INSTALLED),
+        ("varying", INSTALLED),
+    ],
 )
 def test_interrupted_installation_is_incomplete_and_continued(
     machine: Machine, failing: str, then: list[str], error: BaseException
@@ -112,7 +123,7 @@ def test_failed_update_of_interfaces_is_incomplete(machine: Machine) -> None:
         machine.install()
     assert machine.complete == []
     machine.failing = ""
-    assert machine.install() == ["interfaces"]
+    assert machine.install() == INSTALLED
 
 
 def test_other_pins_make_environment_again(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,7 +131,7 @@ def test_other_pins_make_environment_again(machine: Machine, monkeypatch: pytest
     kept = machine.complete[0][1] / "kept"
     kept.touch()
     monkeypatch.setattr(environment, "requirements", lambda name: f"{requirements(name)}more==1\n")
-    assert machine.install() == ["wheels", "interfaces"]
+    assert machine.install() == ["wheels", *INSTALLED]
     assert not kept.exists()
 
 
@@ -134,22 +145,22 @@ def test_each_distribution_has_its_folder(machine: Machine) -> None:
     assert environment_folder("jazzy", machine.variables) == machine.home / "mine"
 
 
-def test_interfaces_of_other_distribution_do_until_own_are_built(machine: Machine) -> None:
+def test_common_interfaces_of_other_distribution_do_until_own_are_built(machine: Machine) -> None:
     with pytest.raises(UsageError, match="interfaces of jazzy: not built here; run scripts/install-ros2 jazzy first"):
         machine.install("kilted", interfaces="jazzy")
     assert machine.steps == []
     machine.install("jazzy")
-    assert machine.install("kilted", interfaces="jazzy") == ["wheels", "interfaces"]
+    assert machine.install("kilted", interfaces="jazzy") == ["wheels", "build varying", *INSTALLED]
     assert [distribution for distribution, _ in machine.complete] == [*DISTRIBUTIONS]
     assert machine.install("kilted", interfaces="jazzy") == []
-    assert machine.install("kilted") == ["build", "interfaces"]
+    assert machine.install("kilted") == ["build interfaces", *INSTALLED]
     assert machine.install("kilted", interfaces="jazzy") == []
 
 
 def test_broken_interpreter_makes_environment_again(machine: Machine) -> None:
     machine.install()
     (machine.complete[0][1] / "bin" / "python").unlink()
-    assert machine.install() == ["wheels", "interfaces"]
+    assert machine.install() == ["wheels", *INSTALLED]
 
 
 def test_second_installer_waits_for_the_first(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,7 +177,7 @@ def test_second_installer_waits_for_the_first(machine: Machine, monkeypatch: pyt
     machine.install()
     second.join(TIMEOUT)
     assert said.getvalue() == "install: waiting for another installation into the same folder\n"
-    assert machine.steps == ["wheels", "build", "interfaces"]
+    assert machine.steps == ["wheels", *BUILT, *INSTALLED]
 
 
 def test_folder_with_other_files_is_not_removed(machine: Machine) -> None:

@@ -47,6 +47,13 @@ def test_packages_of_sourced_distribution_are_left_out(tmp_path: Path) -> None:
     assert laid_out == {"cellwright", *interface_packages()} - {"control_msgs", "tf2_msgs"}
 
 
+@pytest.mark.parametrize(("distribution", "has_index"), [("jazzy", False), ("kilted", True), ("rolling", True)])
+def test_definitions_are_those_of_sourced_distribution(tmp_path: Path, distribution: str, has_index: bool) -> None:
+    lay_out(tmp_path, {"ROS_DISTRO": distribution})
+    action = tmp_path / "src" / "control_msgs" / "action" / "FollowJointTrajectory.action"
+    assert ("int32 index" in action.read_text()) == has_index
+
+
 def test_lay_out_to_unwritable_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "src").touch()
     with pytest.raises(UsageError, match="cannot write a workspace: Not a directory"):

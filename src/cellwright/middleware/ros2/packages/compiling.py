@@ -1,4 +1,4 @@
-"""Compiling of generated interfaces: one library with all types, and a small module of Python for each package.
+"""Compiling of generated interfaces: one library with all types of a wheel, and a small module of each package.
 
 Sources of a kind are compiled as one, since reading their headers takes most of the time. C++ is optimised, as it reads
 and writes the messages. The C code calls Python's functions, and gains nothing measurable from it.
@@ -12,9 +12,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cellwright.middleware.ros2.packages.wheel import MODULES
-
-LIBRARY = "cellwright_ros2_interfaces"
-"""Name of the library, which is `lib/libNAME.so` below a prefix."""
 
 FLAGS = {"C": ("-x", "c", "-O0"), "C++": ("-x", "c++", "-O1")}
 
@@ -64,38 +61,42 @@ def compile_command(compiler: str, unit: Path, language: str, folders: Sequence[
     return [compiler, *FLAGS[language], *_COMMON, *headers, "-c", str(unit), "-o", f"{unit}.o"]
 
 
-def library_command(compiler: str, units: Sequence[Path], prefix: Path, environment: Path) -> list[str]:
-    """Return the command that links compiled units to the library."""
+def library_command(compiler: str, units: Sequence[Path], library: Path, environment: Path) -> list[str]:
+    """Return the command that links compiled units to a library (`lib/libNAME.so` below a prefix)."""
     libraries = sorted(
         found[1] for path in (environment / "lib").iterdir() if (found := _OF_PACKAGES.fullmatch(path.name))
     )
     return [
-        *(compiler, "-shared", "-s", "-o", str(prefix / "lib" / f"lib{LIBRARY}.so")),
+        *(compiler, "-shared", "-s", "-o", str(library)),
         *(f"{unit}.o" for unit in units),
         *(f"-L{environment / 'lib'}", "-Wl,--as-needed"),
         *(f"-l{name}" for name in (*libraries, *_RUN_TIME, *_RUN_TIME_MORE)),
     ]
 
 
-def alias_commands(compiler: str, package: str, prefix: Path) -> list[list[str]]:
+def alias_commands(compiler: str, package: str, library: Path) -> list[list[str]]:
     """Return the commands that make libraries of a package, by whose names ROS 2 looks for type supports.
 
     They are empty, and need the library, in which the symbols are found.
     """
-    library = ("-Wl,--no-as-needed", f"-L{prefix / 'lib'}", f"-l{LIBRARY}")
+    linked = ("-Wl,--no-as-needed", *_linked(library))
     names = [f"lib{package}__{each}.so" for each in TYPE_SUPPORTS]
-    return [[compiler, "-shared", "-s", "-nostdlib", "-o", str(prefix / "lib" / name), *library] for name in names]
+    return [[compiler, "-shared", "-s", "-nostdlib", "-o", str(library.with_name(name)), *linked] for name in names]
 
 
-def module_command(compiler: str, package: Path, prefix: Path, folders: Sequence[Path]) -> list[str]:
+def module_command(compiler: str, package: Path, library: Path, folders: Sequence[Path]) -> list[str]:
     """Return the command that makes the module of a generated package, through which Python finds its types."""
     name = f"{package.name}_s"
-    target = prefix / MODULES / package.name / f"{name}__rosidl_typesupport_c.so"
+    target = library.parents[1] / MODULES / package.name / f"{name}__rosidl_typesupport_c.so"
     headers = [f"-I{folder}" for folder in folders]
     return [
         *(compiler, *FLAGS["C"], *_COMMON, *headers, "-shared", "-s", "-o", str(target)),
-        *(str(package / f"_{name}.ep.rosidl_typesupport_c.c"), f"-L{prefix / 'lib'}", f"-l{LIBRARY}"),
+        *(str(package / f"_{name}.ep.rosidl_typesupport_c.c"), *_linked(library)),
     ]
+
+
+def _linked(library: Path) -> tuple[str, str]:
+    return f"-L{library.parent}", f"-l{library.stem.removeprefix('lib')}"
 
 
 def header_folders(generated: Sequence[Path], environment: Path) -> list[Path]:

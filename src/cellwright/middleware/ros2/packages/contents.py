@@ -3,6 +3,7 @@
 - Packages of `cellwright.middleware.messages` are the same as in ROS 1, but for `Header`, `time` and `duration`.
 - `data/control_msgs` and `data/tf2_msgs` have the names and fields that these packages have in ROS 2.
 - `data/simulation_interfaces` is the standard's version 1.5.1, `data/controller_manager_msgs` the package of Jazzy.
+- `kilted` has the definitions that are others from Kilted on.
 - `data/cellwright` has launch files, with placeholders for paths of this installation.
 """
 
@@ -18,6 +19,9 @@ from cellwright._package import FOLDER
 from cellwright.middleware.messages.types import sources
 from cellwright.util.errors import UnknownNameError
 
+JAZZY, KILTED = "jazzy", "kilted"
+"""Distributions with different definitions: what is said of Kilted is so in later ones too."""
+
 LAUNCH = "cellwright"
 """The package of launch files."""
 
@@ -25,6 +29,7 @@ STANDARD = ("std_srvs",)
 """Packages among the definitions that every ROS 2 has."""
 
 _DATA = Path(__file__).parent / "data"
+_FROM_KILTED_ON = Path(__file__).parent / KILTED
 _IN_ROS2 = {"Header": "std_msgs/Header", "time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
 _FIELD_OF_ROS1 = re.compile(rf"(?m)^([ \t]*)({'|'.join(_IN_ROS2)})(?=[ \t\[])")
 _PACKAGE_OF_FIELD = re.compile(r"(?m)^[ \t]*([a-z]\w*)/")
@@ -69,9 +74,22 @@ def in_ros2(definition: str) -> str:
     return _FIELD_OF_ROS1.sub(lambda found: found[1] + _IN_ROS2[found[2]], definition)
 
 
+def definitions(distribution: str = JAZZY) -> dict[str, dict[str, str]]:
+    """Return the text of every definition by package and path in it (`msg/Order.msg`), sorted.
+
+    Args:
+        distribution: ROS 2 distribution; their names are in the order of the alphabet.
+    """
+    return _definitions(is_late=distribution >= KILTED)
+
+
+def varying_packages() -> list[str]:
+    """Return the packages whose definitions depend on the distribution, sorted."""
+    return sorted(path.name for path in _FROM_KILTED_ON.iterdir())
+
+
 @cache
-def definitions() -> dict[str, dict[str, str]]:
-    """Return the text of every definition by package and path in it (`msg/Order.msg`), sorted."""
+def _definitions(*, is_late: bool) -> dict[str, dict[str, str]]:
     found: dict[str, dict[str, str]] = {}
     for name, text in sources().items():
         package, namespace, last = name.split("/")
@@ -79,11 +97,16 @@ def definitions() -> dict[str, dict[str, str]]:
             found.setdefault(package, {})[f"{namespace}/{last}.{namespace}"] = in_ros2(text)
     for folder in _DATA.iterdir():
         if folder.name != LAUNCH:
-            paths = sorted(folder.glob("*/*"))
-            found[folder.name] = {
-                path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in paths
-            }
+            found[folder.name] = _texts(folder)
+    for package in varying_packages() if is_late else ():
+        found[package] |= _texts(_FROM_KILTED_ON / package)
     return dict(sorted(found.items()))
+
+
+def _texts(folder: Path) -> dict[str, str]:
+    """Return the definitions in the folder of a package by path."""
+    paths = sorted(folder.glob("*/*"))
+    return {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
 def interface_packages() -> list[str]:
@@ -113,14 +136,14 @@ def interface_files(package: str, texts: Mapping[str, str]) -> dict[str, bytes]:
     return files | {"CMakeLists.txt": build.encode(), "package.xml": manifest.encode()}
 
 
-def package_files(package: str) -> dict[str, bytes]:
-    """Return every file of a package by its path in it.
+def package_files(package: str, distribution: str = JAZZY) -> dict[str, bytes]:
+    """Return every file of a package by its path in it, for a ROS 2 distribution.
 
     Raises:
         UnknownNameError: there is no such package.
     """
     if package in definitions():
-        return interface_files(package, definitions()[package])
+        return interface_files(package, definitions(distribution)[package])
     if package != LAUNCH:
         raise UnknownNameError("ROS 2 package", package, (LAUNCH, *interface_packages()))
     paths = [path for path in sorted((_DATA / LAUNCH).rglob("*")) if path.is_file() and path.suffix != ".pyc"]

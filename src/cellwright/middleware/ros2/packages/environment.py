@@ -4,8 +4,8 @@
 installed missing tools.
 
 - `requirements/DISTRIBUTION.txt` pins every package, so that pip resolves nothing.
-- The interfaces come as one wheel, built once and kept in the user's cache. An environment for clients may take that of
-  another distribution, which spares the building.
+- The interfaces come as two wheels, built once and kept in the user's cache. An environment may take the first, with
+  packages that all distributions have alike, from another distribution, which spares most of the building.
 - A file in the folder names its contents. It is written last, and so a folder without it is incomplete.
 """
 
@@ -20,25 +20,29 @@ import shutil
 import sys
 import time
 import venv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from cellwright.middleware.ros2.packages.build import (
+    COMMON,
     REQUIREMENTS,
+    VARYING,
     MissingToolsError,
     build_wheel,
     expected_steps,
+    packages_of,
     requirements,
     wheel_path,
 )
+from cellwright.middleware.ros2.packages.contents import JAZZY, KILTED
 from cellwright.middleware.ros2.packages.programs import pip
 from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
 from cellwright.util.files import user_folder, write_atomic
 
-DISTRIBUTIONS = ("jazzy", "kilted")
+DISTRIBUTIONS = (JAZZY, KILTED)
 """ROS 2 distributions that wheels exist of, the default first."""
 
 FOLDER_VARIABLE = "CELLWRIGHT_ROS2_HOME"
@@ -82,7 +86,7 @@ def install(
         distribution: one of `DISTRIBUTIONS`.
         progress: shows what is done, and the time left.
         variables: the environment, for folders.
-        interfaces: distribution whose interfaces are enough, from the cache; None for the environment's own.
+        interfaces: distribution whose common interfaces are taken from the cache; None for the environment's own.
 
     Raises:
         MissingToolsError: the interfaces are not in the cache, and programs to build them are missing. The rest is
@@ -91,28 +95,33 @@ def install(
     """
     check_machine(distribution)
     folder = environment_folder(distribution, variables)
-    wheel = wheel_path(interfaces or distribution, variables=variables)
+    alike, others = (packages_of(name, distribution) for name in (COMMON, VARYING))
+    common = wheel_path(COMMON, interfaces or distribution, alike, variables)
+    varying = wheel_path(VARYING, distribution, others, variables)
+    wheels, own = {common: alike, varying: others}, [wheel_path(COMMON, distribution, alike, variables), varying]
     base = {"distribution": distribution, "requirements": _digest(requirements(distribution)), "python": _PYTHON}
-    whole = base | {"interfaces": wheel.name}
-    own = base | {"interfaces": wheel_path(distribution, variables=variables).name}
-    if _contains(folder, whole) or _contains(folder, own):
+    whole = base | {"interfaces": _names(wheels)}
+    if _contains(folder, whole) or _contains(folder, base | {"interfaces": _names(own)}):
         return folder
-    if interfaces is not None and not wheel.is_file():
+    if interfaces is not None and not common.is_file():
         raise UsageError(f"interfaces of {interfaces}: not built here; run scripts/install-ros2 {interfaces} first")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with _lock(folder.with_name(f".{folder.name}.lock"), progress):
             if _contains(folder, whole):  # another process has installed it meanwhile
                 return folder
-            is_made, is_built = _contains(folder, base), wheel.is_file()
-            progress.plan(({} if is_made else _EXPECTED) | ({} if is_built else expected_steps()))
+            is_made, unbuilt = _contains(folder, base), [wheel for wheel in wheels if not wheel.is_file()]
+            progress.plan({} if is_made else _EXPECTED)
+            for wheel in unbuilt:
+                progress.plan(expected_steps(wheels[wheel], wheel))
             if not is_made:
                 _make(folder, distribution, progress)
                 _describe(folder, base)
-            if not is_built:
-                build_wheel(distribution, folder, wheel, progress)
+            for wheel in unbuilt:
+                build_wheel(wheels[wheel], folder, wheel, progress)
             _describe(folder, base)
-            pip(folder, ["install", "--no-deps", "--force-reinstall", str(wheel)])
+            for wheel in wheels:  # in this order: an older wheel of the first had files of the second
+                pip(folder, ["install", "--no-deps", "--force-reinstall", str(wheel)])
             _describe(folder, whole)
     except OSError as error:
         raise UsageError(f"{error.filename or folder}: {error.strerror or error}") from None
@@ -176,6 +185,10 @@ def _describe(folder: Path, contents: Mapping[str, str]) -> None:
     write_atomic(folder / _CONTENTS, json.dumps(contents, indent=1) + "\n")
 
 
+def _names(wheels: Iterable[Path]) -> str:
+    return " ".join(wheel.name for wheel in wheels)
+
+
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -202,7 +215,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Install ROS 2 into an environment of its own; return the exit status: 0, 1, 2 or `MISSING_TOOLS`."""
     parser = argparse.ArgumentParser(prog="install-ros2", description=main.__doc__)
     parser.add_argument("distribution", nargs="?", default=DISTRIBUTIONS[0], help=" or ".join(DISTRIBUTIONS))
-    parser.add_argument("--interfaces", choices=DISTRIBUTIONS, help="take those built for this distribution")
+    parser.add_argument("--interfaces", choices=DISTRIBUTIONS, help="take the common ones built for this distribution")
     options = parser.parse_args(arguments)
     distribution: str = options.distribution
     started = time.monotonic()

@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
-from cellwright.middleware.ros2.packages.contents import LAUNCH, interface_packages, package_files
+from cellwright.middleware.ros2.packages.contents import JAZZY, LAUNCH, interface_packages, package_files
 from cellwright.util.errors import UsageError
 from cellwright.util.files import update_file
 
@@ -22,7 +22,7 @@ def lay_out(folder: Path, environment: Mapping[str, str] = os.environ) -> dict[s
 
     Args:
         folder: the workspace.
-        environment: variables of the shell; AMENT_PREFIX_PATH has the prefixes.
+        environment: variables of the shell; AMENT_PREFIX_PATH has the prefixes, ROS_DISTRO the distribution.
 
     Returns:
         The prefix of each package that was left out, by its name.
@@ -37,7 +37,7 @@ def lay_out(folder: Path, environment: Mapping[str, str] = os.environ) -> dict[s
             if prefix := _prefix_with(package, folder, environment):
                 left_out[package] = prefix
                 continue
-            for path, content in package_files(package).items():
+            for path, content in package_files(package, environment.get("ROS_DISTRO") or JAZZY).items():
                 update_file(folder / "src" / package / path, content)
     except OSError as error:
         raise UsageError(f"{folder}: cannot write a workspace: {error.strerror or error}") from None
