@@ -17,8 +17,9 @@ import pytest
 from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from cellwright.middleware.ros2.host.installation import Installation
 from cellwright.middleware.ros2.packages.contents import definitions, interface_packages
-from tests.ros2.requirement import installation
+from tests.ros2.requirement import installation, installation_of
 from tests.waiting import TIMEOUT
 
 RECORDED = Path(__file__).parents[3] / "data" / "ros2_type_hashes.json"
@@ -32,7 +33,7 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from rclpy.type_support import check_for_type_support
 
-found = {"hashes": {}, "loaded": []}
+found = {"hashes": {}, "constants": {}}
 for package in sys.argv[1:]:
     for path in sorted(Path(get_package_share_directory(package)).glob("*/*")):
         kind = path.parent.name
@@ -43,9 +44,12 @@ for package in sys.argv[1:]:
             loaded = getattr(importlib.import_module(f"{package}.{kind}"), path.stem)
             check_for_type_support(loaded)
             parts = {"msg": [loaded], "srv": ["Request", "Response"], "action": ["Goal", "Result", "Feedback"]}[kind]
+            constants = found["constants"][f"{package}/{kind}/{path.stem}"] = {}
             for part in parts:
-                (getattr(loaded, part) if isinstance(part, str) else part)()
-            found["loaded"].append(f"{package}/{kind}/{path.stem}")
+                part = getattr(loaded, part) if isinstance(part, str) else part
+                part()
+                named = vars(part).items()
+                constants.update({name: value for name, value in named if name.isupper() and type(value) is int})
 print(json.dumps(found))
 """
 
@@ -65,9 +69,9 @@ rclpy.try_shutdown()
 """
 
 
-def run(program: str, *arguments: str) -> str:
+def run(program: str, *arguments: str, under: Installation | None = None) -> str:
     """Run a program with the Python of ROS 2, alone on this machine, and return its output."""
-    found = installation()
+    found = under or installation()
     assert found is not None
     alone = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_DOMAIN_ID": "83"}
     ran = subprocess.run(
@@ -83,10 +87,10 @@ def run(program: str, *arguments: str) -> str:
 
 
 @cache
-def loaded() -> tuple[dict[str, str], list[str]]:
-    """Return the hash of each type, and the names of the interfaces that could be loaded."""
-    answer = json.loads(run(LOADED, *interface_packages()))
-    return answer["hashes"], answer["loaded"]
+def loaded(under: str = "") -> tuple[dict[str, str], dict[str, dict[str, int]]]:
+    """Return the hash of each type, and the constants of each interface that could be loaded."""
+    answer = json.loads(run(LOADED, *interface_packages(), under=installation_of(under) if under else None))
+    return answer["hashes"], answer["constants"]
 
 
 @pytest.mark.ros2

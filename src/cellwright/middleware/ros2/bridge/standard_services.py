@@ -21,6 +21,7 @@ from cellwright.middleware.ros2.bridge.interfaces import fill, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode
 from cellwright.middleware.ros2.bridge.receiver import Respond
 from cellwright.middleware.ros2.bridge.services import CellCalls
+from cellwright.middleware.ros2.bridge.versions import in_version
 from cellwright.middleware.wire.frames import Frame, FrameKind
 
 SIMULATION, FEATURES = "simulation/", "simulation/GetSimulatorFeatures"
@@ -79,7 +80,11 @@ class ServerServices:
 
     def _server(self, name: str, kind: Any) -> Callable[[Any, Respond], None]:
         def serve(request: Any, respond: Respond) -> None:
-            self.ask(name, values_of(request), lambda values: respond(fill(kind.Response(), values)))
+            def answered(values: Mapping[str, Any]) -> None:
+                response = kind.Response()
+                respond(fill(response, in_version(response, values)))
+
+            self.ask(name, values_of(request), answered)
 
         return serve
 

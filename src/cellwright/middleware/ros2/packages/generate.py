@@ -14,6 +14,7 @@ from __future__ import annotations
 import functools
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -88,8 +89,11 @@ def _keep_what_was_read() -> None:
         vars(module)["parse_idl_file"] = parse_once
 
 
-def _generate(package: str, folder: Path, prefix: Path, described: dict[str, Path]) -> None:
-    """Generate the sources of a package, whose type descriptions may use those of others."""
+def describe(package: str, folder: Path, prefix: Path, described: dict[str, Path]) -> Callable[..., str]:
+    """Write the type descriptions of a package, which may use those of others; return a function for generators.
+
+    That writes the arguments of a generator, and returns the path of their file.
+    """
     source, out = folder / "src" / package, folder / "gen" / package
     paths = [path.relative_to(source) for path in sorted(source.glob("*/*"))]
     for path in paths:
@@ -108,6 +112,14 @@ def _generate(package: str, folder: Path, prefix: Path, described: dict[str, Pat
 
     places = [f"{name}:{place}" for name, place in described.items()]
     generate_type_hash(arguments("rosidl_generator_type_description", include_paths=places))
+    return arguments
+
+
+def _generate(package: str, folder: Path, prefix: Path, described: dict[str, Path]) -> None:
+    """Generate the sources of a package."""
+    arguments = describe(package, folder, prefix, described)
+    source, out = folder / "src" / package, folder / "gen" / package
+    paths = [path.relative_to(source) for path in sorted(source.glob("*/*"))]
     descriptions = [f"{path.with_suffix('.idl')}:{out / path.with_suffix('.json')}" for path in paths]
     texts = [str(source / path) for path in paths]
     generate_c(arguments("rosidl_generator_c", type_description_tuples=descriptions, ros_interface_files=texts))
