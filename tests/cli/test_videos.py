@@ -14,6 +14,7 @@ from tests.rendering.worker.test_film import read
 pytestmark = QUICK_DRAWING
 
 SMALL = ("--video-size", "64x48")
+SHORT = ("--agent", "none", "--until", "0.1", "--no-picture")
 
 
 @pytest.mark.parametrize("command", ["run lesson", "serve lesson", "teleop tandem"])
@@ -45,7 +46,7 @@ def test_video_without_its_package_is_refused_before_anything_starts(
     command: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "replay" in command:
-        assert cellwright("run", "lesson", "--agent", "none", "--until", "0.1", "--record", "run.mcap").status == 0
+        assert cellwright("run", "lesson", *SHORT, "--record", "run.mcap").status == 0
     monkeypatch.setitem(sys.modules, "av", None)
     before = {*Path().iterdir()}
     ran = cellwright(*command.split(), "--video", "a.mp4")
