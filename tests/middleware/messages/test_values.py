@@ -24,8 +24,10 @@ def test_feedback_comes_back_as_sent(names: list[str], desired: list[float], act
     assert to_cdr(from_values(to_values(sent), control_msgs.FollowJointTrajectoryFeedback)) == to_cdr(sent)
 
 
-def test_state_has_names_of_ros2() -> None:
-    values = values_of(control_msgs.JointTrajectoryControllerState())
+def test_state_has_names_and_additions_of_ros2() -> None:
+    points = [trajectory_point(each) for each in ([1.0, 2.0], [1.5, 2.5], [-0.5, -0.5])]
+    values = values_of(control_msgs.JointTrajectoryControllerState(header("", 0), ["a", "b"], *points))
+    assert (values["output"], values["speed_scaling_factor"]) == ({"positions": [1.0, 2.0]}, 1.0)
     assert {"reference", "feedback", "error"} <= set(values)
     assert not {"desired", "actual"} & set(values)
     response = own_types()["control_msgs/srv/QueryTrajectoryState_Response"]

@@ -7,7 +7,7 @@ are unknown here must be empty: to ignore them would change the motion.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,18 +24,24 @@ M = TypeVar("M", bound=Message)
 _RENAMED = {"control_msgs/msg/JointTrajectoryControllerState": {"desired": "reference", "actual": "feedback"}}
 """Fields that have another name in ROS 2, by type."""
 
-_ADDED: Mapping[str, Mapping[str, Any]] = {"control_msgs/srv/QueryTrajectoryState_Response": {"success": True}}
-"""Fields that ROS 2 adds, and their values, by type."""
+_ADDED: Mapping[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
+    "control_msgs/srv/QueryTrajectoryState_Response": lambda _values: {"success": True},
+    "control_msgs/msg/JointTrajectoryControllerState": lambda values: {
+        "output": {"positions": values["reference"]["positions"]},  # that controller commands positions
+        "speed_scaling_factor": 1.0,
+    },
+}
+"""Fields that ROS 2 adds, made of the others, by type."""
 
 
 def values_of(message: Message) -> dict[str, Any]:
     """Return the fields of a message as JSON values."""
     name = message.__msgtype__
     renamed = _RENAMED.get(name, {})
-    found = dict(_ADDED.get(name, {}))
+    found: dict[str, Any] = {}
     for field, _ in ros2_store().fielddefs[name][1]:
         found[renamed.get(field, field)] = _value(getattr(message, normalize_fieldname(field)))
-    return found
+    return {**found, **_ADDED[name](found)} if name in _ADDED else found
 
 
 def _value(value: Any) -> Any:

@@ -147,12 +147,13 @@ LOG_PERIOD = 1.0  # time between two lines about the same subject [s]
 class ThrottledLog:
     """Log throttled by subject: reports the first event at once, and those within a second with the next line.
 
-    The line has `{subject}`, and `{count}` for the number of events since the last one.
+    The line has `{subject}`, and `{count}` for the number of events since the last one; `say` prints it if not given.
     """
 
-    def __init__(self, loop: EventLoop, text: str) -> None:
+    def __init__(self, loop: EventLoop, text: str, say: Callable[[str], None] | None = None) -> None:
         self._loop = loop
         self._text = text
+        self._say = say or report
         self._counts: dict[str, int] = {}
 
     def count(self, subject: str, number: int = 1) -> None:
@@ -173,5 +174,5 @@ class ThrottledLog:
             del self._counts[subject]
             return
         self._counts[subject] = 0
-        report(self._text.format(subject=subject, count=count))
+        self._say(self._text.format(subject=subject, count=count))
         self._loop.later(LOG_PERIOD, lambda: self._report(subject))

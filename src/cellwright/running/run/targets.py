@@ -404,7 +404,8 @@ class CellTarget(Target):
         assert session.server is not None
         if self.node.arm is not None:
             rate = round(1 / self.node.simulation.clock.timestep)
-            for name, handler in ControllerManager(rate).services.items():
+            manager = ControllerManager(rate, lambda: self.ros_parameters()["ariac"]["arm"])
+            for name, handler in manager.services.items():
                 session.server.offer(name, handler)
 
     def entity_services(self) -> EntityServices:

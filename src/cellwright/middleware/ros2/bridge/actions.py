@@ -15,18 +15,23 @@ from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, 
 from cellwright.middleware.ros2.bridge.node import RosNode, relative
 from cellwright.middleware.wire.command_queue import refusal_line
 from cellwright.middleware.wire.connection import LinkClient
-from cellwright.middleware.wire.event_loop import report
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog, report
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 SUCCEEDED = 3
 """Status of actionlib_msgs/GoalStatus for a goal that was reached."""
 
+_AT_REST = 1e-6  # velocity [m/s, rad/s] that counts as 0
+
 
 class TrajectoryAction:
-    """Action of the cell, served in ROS 2 under each of `names`. A goal has an identifier of its own on the bus."""
+    """Action of the cell, served in ROS 2 under each of `names`. A goal has an identifier of its own on the bus.
+
+    Under another name than the cell's, which is that of ros2_control, a goal must pass that controller's checks too.
+    """
 
     def __init__(
-        self, ros: RosNode, link: LinkClient, sender: str, action: dict[str, Any], names: Sequence[str]
+        self, ros: RosNode, loop: EventLoop, link: LinkClient, sender: str, action: dict[str, Any], names: Sequence[str]
     ) -> None:
         self._link = link
         self._sender = sender
@@ -39,12 +44,13 @@ class TrajectoryAction:
         link.subscribe(f"{self._name}/feedback", "", self._give_feedback, _ignore)
         link.subscribe(f"{self._name}/result", "", self._give_result, _ignore)
         self._log = ros.log
+        self._refusals = ThrottledLog(loop, "refused {subject} ({count} x)", ros.say)
         for name in names:
             ros.receiver.offer(
                 self._class,
                 relative(name),
                 self._execute,
-                goal_callback=partial(self._take_goal, ros.full_name(name)),
+                goal_callback=partial(self._take_goal, ros.full_name(name), name != self._name),
                 cancel_callback=self._take_cancel,
             )
 
@@ -53,13 +59,17 @@ class TrajectoryAction:
         for result in list(self._results.values()):
             result.give(None)
 
-    async def _take_goal(self, action: str, goal: Any) -> GoalResponse:
+    async def _take_goal(self, action: str, is_strict: bool, goal: Any) -> GoalResponse:  # noqa: FBT001
         """Take a goal; ROS 2 gives a client no reason for a rejection, so it goes to /rosout."""
+        values = values_of(goal)
+        if is_strict and (fault := fault_of(values)):
+            self._refusals.count(f"{action}: {fault}")
+            return GoalResponse.REJECT
         name = uuid.uuid4().hex
         self._results[name] = Answer()
         answered = Answer()
         try:
-            self._publish("goal", {"goal_id": {"id": name}, "goal": values_of(goal)}, answered.give)
+            self._publish("goal", {"goal_id": {"id": name}, "goal": values}, answered.give)
             answer = await answered
             is_accepted = answer.kind is FrameKind.DONE
             if line := refusal_line(answer, action):
@@ -120,6 +130,16 @@ class TrajectoryAction:
         found = self._results.get(values["status"]["goal_id"]["id"])
         if found is not None:
             found.give(values)
+
+
+def fault_of(goal: dict[str, Any]) -> str:
+    """Return why `joint_trajectory_controller` of ROS 2 rejects a goal that a controller of 2017 takes; else empty."""
+    points = goal["trajectory"]["points"]
+    if any(point["effort"] for point in points):
+        return "its points have efforts, which this controller does not take; leave them empty"
+    if points and any(abs(velocity) > _AT_REST for velocity in points[-1]["velocities"]):
+        return "its last point has velocities other than 0; end at rest"
+    return ""
 
 
 def _ignore(_frame: Frame) -> None:

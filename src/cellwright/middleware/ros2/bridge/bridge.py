@@ -26,13 +26,15 @@ if __name__ == "__main__":
 from std_msgs.msg import String
 
 from cellwright.middleware.ros2.bridge.actions import TrajectoryAction
+from cellwright.middleware.ros2.bridge.broadcast import TYPE as JOINT_STATES
+from cellwright.middleware.ros2.bridge.controller_nodes import ACTIVITY, NODES, ControllerNodes
 from cellwright.middleware.ros2.bridge.graph import NAMESAKE_PATIENCE, GraphWatch
 from cellwright.middleware.ros2.bridge.interfaces import is_of_actionlib
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process, split_arguments
 from cellwright.middleware.ros2.bridge.parameters import CONTROL, PARAMETERS, NodeParameters, description_of
 from cellwright.middleware.ros2.bridge.services import CellCalls, CellService, StepService
-from cellwright.middleware.ros2.bridge.standard_services import CONTROLLER_LIST, FEATURES, offer_standard_services
-from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, Publication
+from cellwright.middleware.ros2.bridge.standard_services import FEATURES, offer_standard_services
+from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, JointStates, Publication
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
 from cellwright.middleware.wire.connection import LinkClient, address_of
 from cellwright.middleware.wire.event_loop import EventLoop, report, report_ready
@@ -91,7 +93,7 @@ class Bridge:
         state = self._ask(CONTROL, {"action": "state"})
         self._has = {FEATURES: self._ask(FEATURES, {}) or {}}
         has_controllers = self._names and self._link.welcome["actions"]  # a robot would report a refused call
-        self._has[CONTROLLER_LIST] = (self._ask(CONTROLLER_LIST, {}) or {}) if has_controllers else {}
+        self._controllers = [self._ask(each, {}) or {} for each in (NODES, ACTIVITY)] if has_controllers else [{}]
         if parameters is None or state is None:
             return ENDED
         ros = self._ros = RosNode(self._name, self._arguments)
@@ -146,22 +148,27 @@ class Bridge:
         self._services: list[Any] = [
             CellService(ros, loop, calls, service, self._named(service))
             for service in welcome["services"]
-            if not service["type"].startswith(ROS1_ONLY)  # `offer_standard_services` has those of ROS 2
+            if not service["type"].startswith(ROS1_ONLY)  # `ControllerNodes` has those of ROS 2
         ]
         self._standard = offer_standard_services(ros, calls, self._has)
+        if self._controllers[0]:
+            self._controller_nodes = ControllerNodes(ros, loop, calls, *self._controllers)
         self._actions = [
-            TrajectoryAction(ros, link, sender, action, self._named(action)) for action in welcome["actions"]
+            TrajectoryAction(ros, loop, link, sender, action, self._named(action)) for action in welcome["actions"]
         ]
         self._publications = [
-            (ClockPublication if topic["name"] == CLOCK and not in_lockstep else Publication)(
-                ros, link, topic, self._named(topic), sent, in_lockstep=in_lockstep
-            )
+            self._publication_class(topic)(ros, link, topic, self._named(topic), sent, in_lockstep=in_lockstep)
             for topic in out
         ]
         if in_lockstep:
             published = {each.name: each for each in self._publications}
             steps_look.append(StepQueue(loop, link, self._commands))
             self._services.append(StepService(ros, loop, steps_look[0], sender, self._commands, published, sent))
+
+    def _publication_class(self, topic: dict[str, Any]) -> type[Publication]:
+        if topic["name"] == CLOCK and not self._link.welcome["lockstep"]:
+            return ClockPublication
+        return JointStates if topic["type"] == JOINT_STATES and self._controllers[0] else Publication
 
     def _named(self, described: dict[str, Any]) -> list[str]:
         """Return the names in ROS 2 of what WELCOME describes."""

@@ -42,8 +42,7 @@ class GraphWatch:
                 f"another node {name} is in this domain: programs reach either or both, and mix their messages; give "
                 "one a namespace (--ros-args -r __ns:=/cell2) or a ROS_DOMAIN_ID of its own"
             )
-            report(line)
-            self._ros.log(line)
+            self._ros.say(line)
         self._loop.later(PERIOD, self._look_for_namesake)
 
     def _look(self) -> None:

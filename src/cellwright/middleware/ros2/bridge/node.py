@@ -68,6 +68,7 @@ class RosNode:
         except Exception as error:  # rclpy has no common class of errors
             raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
         latched = quality(is_reliable=True, is_transient_local=True, depth=_LOGGED)
+        self._further: list[Any] = []
         self._rosout = self.node.create_publisher(Log, "/rosout", latched)
         self.receiver = Receiver(self.node)
         self.group = ReentrantCallbackGroup()
@@ -86,10 +87,24 @@ class RosNode:
         name: str = self.node.resolve_service_name(relative(service))
         return name
 
+    def add_node(self, name: str) -> Any:
+        """Add a further node to this process, in the namespace of the first; remappings are of the first alone."""
+        node = rclpy.create_node(
+            name, namespace=self.node.get_namespace(), use_global_arguments=False, enable_rosout=False
+        )
+        self.executor.add_node(node)
+        self._further.append(node)
+        return node
+
     def log(self, line: str) -> None:
         """Publish a warning on /rosout; rclpy's own logger would also print it."""
         stamp = self.node.get_clock().now().to_msg()
         self._rosout.publish(Log(stamp=stamp, level=_WARN, name=self.node.get_logger().name, msg=line))
+
+    def say(self, line: str) -> None:
+        """Print a warning, and publish it on /rosout."""
+        report(line)
+        self.log(line)
 
     def start(self) -> None:
         """Begin to call callbacks."""
@@ -103,7 +118,8 @@ class RosNode:
         if self._thread.is_alive():
             self._thread.join(SIGN_OFF_TIMEOUT)
         self.receiver.close(SIGN_OFF_TIMEOUT)
-        self.node.destroy_node()
+        for node in (*self._further, self.node):
+            node.destroy_node()
         rclpy.try_shutdown()
 
     def _spin(self) -> None:

@@ -63,10 +63,11 @@ class Receiver:
         )
         self._subscriptions.append((subscription, take))
 
-    def serve(self, service_class: Any, name: str, serve: Callable[[Any, Respond], None]) -> None:
-        """Serve a service; `serve` is called with each request, and with the function that responds to it."""
+    def serve(self, service_class: Any, name: str, serve: Callable[[Any, Respond], None], *, node: Any = None) -> None:
+        """Serve a service, of another node if given; `serve` gets each request, and the function that responds."""
         qos = QoSProfile(depth=_MAX_REQUESTS, history=HistoryPolicy.KEEP_LAST)
-        service = self._node.create_service(service_class, name, nothing, qos_profile=qos, callback_group=self._group)
+        create = (self._node if node is None else node).create_service
+        service = create(service_class, name, nothing, qos_profile=qos, callback_group=self._group)
         self._services.append((service, serve))
 
     def offer(self, action_class: Any, name: str, execute: Callable[[Any], Any], **callbacks: Any) -> None:

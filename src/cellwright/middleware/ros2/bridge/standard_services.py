@@ -1,4 +1,4 @@
-"""Services that tools of ROS 2 expect: `simulation_interfaces` with its action, and those of a controller manager.
+"""Services that tools of ROS 2 expect: `simulation_interfaces` with its action; and how services of the server pass.
 
 The cell has them as services of its server. Messages pass as JSON values by field name, so that every version of a
 package is served: that which this Python has. Without the package, or with a cell that has no such services, as a
@@ -33,10 +33,6 @@ SERVICES = (
 )
 """Services of a cell. A robot answers FEATURE_UNSUPPORTED to those of entities and worlds."""
 
-CONTROLLERS, CONTROLLER_LIST = "controllers/", "controllers/ListControllers"
-MANAGER = ("ListControllers", "ListHardwareInterfaces", "SwitchController")
-"""Services of a controller manager."""
-
 UNSUPPORTED, OK, FAILED = 0, 1, 4
 """Codes of `simulation_interfaces/Result`."""
 
@@ -54,7 +50,7 @@ class ServerServices:
         prefix: prefix of the names on the server.
         names: types.
         refused: returns the values of a response that refuses.
-        namespace: prefix of the names in ROS 2.
+        node: a further node, which has them under its own name.
 
     Raises:
         ImportError: this Python has no such package.
@@ -68,7 +64,7 @@ class ServerServices:
         prefix: str,
         names: tuple[str, ...],
         refused: Callable[[Frame], dict[str, Any]],
-        namespace: str = "",
+        node: Any = None,
     ) -> None:
         self._calls = calls
         self._prefix = prefix
@@ -76,7 +72,8 @@ class ServerServices:
         types = import_module(f"{package}.srv")
         for name in names:
             if (kind := getattr(types, name, None)) is not None:
-                ros.receiver.serve(kind, f"{namespace}{in_lower_case(name)}", self._server(name, kind))
+                prefixed = f"{'' if node is None else '~/'}{in_lower_case(name)}"
+                ros.receiver.serve(kind, prefixed, self._server(name, kind), node=node)
 
     def _server(self, name: str, kind: Any) -> Callable[[Any, Respond], None]:
         def serve(request: Any, respond: Respond) -> None:
@@ -137,20 +134,13 @@ def offer_standard_services(ros: RosNode, calls: CellCalls, has: Mapping[str, An
     Args:
         ros: the node.
         calls: calls of the cell.
-        has: answers of the cell to the services FEATURES and CONTROLLER_LIST; empty if it has none.
+        has: answer of the cell to the service FEATURES; empty if it has none.
     """
     offered: list[object] = []
     if has[FEATURES]:
         with contextlib.suppress(ImportError):
             services = ServerServices(ros, calls, "simulation_interfaces", SIMULATION, SERVICES, _failed)
             offered += [services, StepAction(ros, services)]
-    if has[CONTROLLER_LIST]:
-        with contextlib.suppress(ImportError):
-            offered.append(
-                ServerServices(
-                    ros, calls, "controller_manager_msgs", CONTROLLERS, MANAGER, _not_ok, "controller_manager/"
-                )
-            )
     return offered
 
 
@@ -162,7 +152,3 @@ def in_lower_case(name: str) -> str:
 def _failed(refused: Frame) -> dict[str, Any]:
     code = UNSUPPORTED if refused.name == "UnknownNameError" else FAILED
     return {"result": {"result": code, "error_message": " ".join(refused.text().split())}}
-
-
-def _not_ok(refused: Frame) -> dict[str, Any]:
-    return {"ok": False, "message": " ".join(refused.text().split())}

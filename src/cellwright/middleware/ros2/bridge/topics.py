@@ -14,6 +14,8 @@ from typing import Any
 
 from rclpy.serialization import serialize_message
 
+from cellwright.middleware.ros2.bridge.broadcast import NAME as BROADCAST
+from cellwright.middleware.ros2.bridge.broadcast import with_frame
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values, values_of
 from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative
 from cellwright.middleware.ros2.bridge.publisher_numbers import PublisherNumbers
@@ -62,6 +64,7 @@ class Publication:
             is_transient_local=wanted["transient_local"],
             depth=max(depth, LOCKSTEP_DEPTH) if in_lockstep and not self._always else depth,
         )
+        self._names = names
         self._publishers = [ros.node.create_publisher(self._class, relative(name), qos) for name in names]
         self._subscription: int | None = None
         if self._always:
@@ -95,6 +98,9 @@ class Publication:
     def _publish(self, payload: bytes) -> None:
         self._sent[self.name] = self._sent.pop(self.name, 0) + 1
         message = fill(self._class(), json.loads(payload)) if self._is_values else payload
+        self._send(message)
+
+    def _send(self, message: Any) -> None:
         for publisher in self._publishers:
             publisher.publish(message)
 
@@ -111,6 +117,14 @@ class ClockPublication(Publication):
         if self._newest is None or not 0 <= now - self._newest < self.period:
             self._newest = now
             super()._publish(payload)
+
+
+class JointStates(Publication):
+    """Joint states of a cell: as a broadcaster's under its name, and as they are under others, such as that of 2017."""
+
+    def _send(self, message: Any) -> None:
+        for name, publisher in zip(self._names, self._publishers, strict=True):
+            publisher.publish(with_frame(message) if name == BROADCAST else message)
 
 
 class CommandTopic(CommandQueue):
