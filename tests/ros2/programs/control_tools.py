@@ -134,7 +134,9 @@ def watch_manager() -> dict[str, Any]:
         activity = tool.first(f"{manager}/activity", kind_of("ControllerManagerActivity", "msg"), is_latched=True)
         return {
             "table": table,
-            "types": {name[: -len(".type")]: value.string_value for name, value in zip(types, answer.values, strict=True)},
+            "types": {
+                name[: -len(".type")]: value.string_value for name, value in zip(types, answer.values, strict=True)
+            },
             "set": [each.successful for each in setting.results],
             "activity": [
                 [each.name, each.state.label] for each in (*activity.controllers, *activity.hardware_components)
