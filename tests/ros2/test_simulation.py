@@ -1,4 +1,4 @@
-"""Services that tools of ROS 2 expect: `simulation_interfaces` with its action, and those of a controller manager."""
+"""Services of `simulation_interfaces`, with its action."""
 
 from __future__ import annotations
 
@@ -239,35 +239,6 @@ def call_in_burst(count: int) -> int:
 
 def test_calls_in_burst_are_all_answered(cell: Ground) -> None:
     assert cell.client(call_in_burst, 300).value() == 300
-
-
-def ask_controller_manager() -> list[Any]:
-    """Ask what tools of ros2_control ask."""
-    from rclpy_node import Node
-
-    with Node() as me:
-        package = "controller_manager_msgs"
-        listed = me.call("/controller_manager/list_controllers", f"{package}/ListControllers").controller
-        found = me.call("/controller_manager/list_hardware_interfaces", f"{package}/ListHardwareInterfaces")
-        switched = me.call(
-            "/controller_manager/switch_controller",
-            f"{package}/SwitchController",
-            deactivate_controllers=["arm_controller"],
-        )
-        return [
-            {each.name: [each.type, each.state, list(each.claimed_interfaces)] for each in listed},
-            [len(found.command_interfaces), len(found.state_interfaces)],
-            [switched.ok, switched.message],
-        ]
-
-
-def test_controller_manager_lists_controllers_and_keeps_them_active(cell: Ground) -> None:
-    listed, counts, switched = cell.client(ask_controller_manager).value()
-    kind, state, claimed = listed["arm_controller"]
-    assert (kind, state) == ("joint_trajectory_controller/JointTrajectoryController", "active")
-    assert "elbow_joint/position" in claimed
-    assert counts == [7, 21]
-    assert switched == [False, "arm_controller is always active in this cell"]
 
 
 def load_world(name: str, before: str) -> list[Any]:

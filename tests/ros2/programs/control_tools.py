@@ -146,8 +146,10 @@ def watch_manager() -> dict[str, Any]:
 
 def jog() -> dict[str, Any]:
     """Find the controller of the arm as `rqt_joint_trajectory_controller` does, and send it a command."""
-    offered = ("list_controllers", "list_controller_types", "load_controller", "unload_controller")
-    offered += ("switch_controller", "reload_controller_libraries")
+    offered = (
+        *("list_controllers", "list_controller_types", "load_controller", "unload_controller"),
+        *("switch_controller", "reload_controller_libraries"),
+    )
     with Tool("rqt_joint_trajectory_controller") as tool:
         kinds = {f"{MANAGER}/{name}": "".join(word.capitalize() for word in name.split("_")) for name in offered}
         wanted = {name: [f"controller_manager_msgs/srv/{kind}"] for name, kind in kinds.items()}
@@ -160,9 +162,9 @@ def jog() -> dict[str, Any]:
         joints = [each.rpartition("/")[0] for each in required if each.endswith("/position")]
         description = tool.first("/robot_description", kind_of("String", "msg", "std_msgs"), is_latched=True)
         limits = {
-            each.get("name"): [float(each.find("limit").get(end)) for end in ("lower", "upper")]  # type: ignore[union-attr]
-            for each in ElementTree.fromstring(description.data).iter("joint")
-            if each.find("limit") is not None
+            joint.get("name"): [float(limit.get(end, "nan")) for end in ("lower", "upper")]
+            for joint in ElementTree.fromstring(description.data).iter("joint")
+            for limit in joint.iter("limit")
         }
         topic, state = (
             f"/{controller.name}/controller_state",
