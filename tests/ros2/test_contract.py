@@ -22,7 +22,7 @@ ROWS = {row.name: row for row in rows(load_trial([find_trial("lesson")]).trial, 
 STEPS, SECONDS = 500, 2
 AT_ONCE = {("/tf", "/gazebo"): 4, ("/ariac/trays", ""): 2}
 """Messages that are published together, by topic and node in the original's graph: for each camera, for each tray."""
-OWN = ("/rosout", "/parameter_events", "/robot_description", "/cellwright/")
+OWN = ("/rosout", "/parameter_events", "/robot_description", "/cellwright/", "/controller_manager/")
 """Topics that each node of ROS 2 has, and Cellwright's own."""
 
 
