@@ -95,6 +95,19 @@ def test_meshes_are_their_convex_hulls(world: World) -> None:
         assert (np.array(shape["vertices"]) @ directions.T).max(axis=0) == pytest.approx(whole, abs=1e-5)
 
 
+def test_triangles_enclose_the_convex_hull(world: World) -> None:
+    meshes = [shape for each in solids(world).values() for shape in each if shape["type"] == "mesh"]
+    for shape in meshes:
+        vertices, triangles = np.array(shape["vertices"]), np.array(shape["triangles"])
+        assert len(triangles) == 2 * len(vertices) - 4, "a closed surface"
+        assert set(triangles.ravel()) == set(range(len(vertices)))
+        first, second, third = (vertices[triangles[:, number]] for number in range(3))
+        outward = np.cross(second - first, third - first)
+        outward /= np.linalg.norm(outward, axis=1)[:, None]
+        heights = outward @ vertices.T - (outward * first).sum(axis=1)[:, None]
+        assert heights.max() < 1e-5, "no vertex lies outside a triangle"
+
+
 def test_frames_are_links_that_the_arm_moves(world: World) -> None:
     assert list(solids(world)) == ["world", *ARM_FRAMES[1:]]
     assert list(solids(build_world(BARE))) == ["world"]

@@ -49,16 +49,24 @@ def solids(world: World) -> dict[str, list[dict[str, Any]]]:
         shape |= {"position": _rounded(position), "quaternion": _rounded(quaternion)}
         shape["size"] = _rounded(model.geom_size[geom][: _SIZES[kind]])
         if kind == "mesh":
-            shape["vertices"] = [_rounded(each) for each in _corners(model, int(model.geom_dataid[geom]))]
+            vertices, shape["triangles"] = _hull(model, int(model.geom_dataid[geom]))
+            shape["vertices"] = [_rounded(each) for each in vertices]
         found.setdefault(frame, []).append(shape)
     return found
 
 
-def _corners(model: Any, mesh: int) -> Any:
-    """Return the vertices of a mesh's convex hull [m], shape (n, 3): a file may have a million inside it."""
+def _hull(model: Any, mesh: int) -> tuple[Any, list[list[int]]]:
+    """Return a mesh's convex hull: vertices [m], shape (n, 3), and its triangles; a file may have a million inside it.
+
+    The engine's graph of a hull begins with how many vertices and faces there are. For each vertex it has an address
+    and the number in the mesh. Then come the edges, and at last three numbers of vertices for each face.
+    """
     graph = model.mesh_graph[int(model.mesh_graphadr[mesh]) :]
-    count = int(graph[0])
-    return model.mesh_vert[int(model.mesh_vertadr[mesh]) + np.sort(graph[2 + count : 2 + 2 * count])]
+    vertices, faces = int(graph[0]), int(graph[1])
+    corners = np.sort(graph[2 + vertices : 2 + 2 * vertices])
+    triangles = graph[2 + 3 * vertices + 3 * faces :][: 3 * faces].reshape(-1, 3)
+    places = model.mesh_vert[int(model.mesh_vertadr[mesh]) + corners]
+    return places, np.searchsorted(corners, triangles).tolist()
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

@@ -135,7 +135,7 @@ class Client(NodeClient):
         and its `position` [m] and `quaternion` (w, x, y, z) in the frame. The meaning of its `size` [m] depends on the
         type: radius of a sphere; radius and half length of a capsule or cylinder along z; half axes of an ellipsoid;
         half edges of a box. A plane is the half space below its z = 0. A mesh has `vertices` [m] in its own frame, and
-        is their convex hull.
+        is their convex hull, whose surface are the `triangles` between them, counter-clockwise seen from outside.
 
         Raises:
             CellwrightError: the cell has no such service: it is one of an earlier version.

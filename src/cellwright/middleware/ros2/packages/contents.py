@@ -5,6 +5,7 @@
 - `data/simulation_interfaces` is the standard's version 1.5.1, `data/controller_manager_msgs` the package of Jazzy.
 - `kilted` has the definitions that are others from Kilted on.
 - `data/cellwright` has launch files, with placeholders for paths of this installation.
+- `data/cellwright_moveit_config` has those files of the MoveIt configuration that depend on no arm; see `moveit`.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ JAZZY, KILTED = "jazzy", "kilted"
 
 LAUNCH = "cellwright"
 """The package of launch files."""
+
+MOVEIT = "cellwright_moveit_config"
+"""The package of the MoveIt configuration. MoveIt's tools find it by the robot's name `cellwright`."""
 
 STANDARD = ("std_srvs",)
 """Packages among the definitions that every ROS 2 has."""
@@ -96,7 +100,7 @@ def _definitions(*, is_late: bool) -> dict[str, dict[str, str]]:
         if package not in STANDARD:
             found.setdefault(package, {})[f"{namespace}/{last}.{namespace}"] = in_ros2(text)
     for folder in _DATA.iterdir():
-        if folder.name != LAUNCH:
+        if folder.name not in (LAUNCH, MOVEIT):
             found[folder.name] = _texts(folder)
     for package in varying_packages() if is_late else ():
         found[package] |= _texts(_FROM_KILTED_ON / package)
@@ -139,15 +143,18 @@ def interface_files(package: str, texts: Mapping[str, str]) -> dict[str, bytes]:
 def package_files(package: str, distribution: str = JAZZY) -> dict[str, bytes]:
     """Return every file of a package by its path in it, for a ROS 2 distribution.
 
+    Of the MoveIt configuration they are those that depend on no arm.
+
     Raises:
         UnknownNameError: there is no such package.
     """
     if package in definitions():
         return interface_files(package, definitions(distribution)[package])
-    if package != LAUNCH:
-        raise UnknownNameError("ROS 2 package", package, (LAUNCH, *interface_packages()))
-    paths = [path for path in sorted((_DATA / LAUNCH).rglob("*")) if path.is_file() and path.suffix != ".pyc"]
-    return {path.relative_to(_DATA / LAUNCH).as_posix(): _placed(path.read_bytes()) for path in paths}
+    if package not in (LAUNCH, MOVEIT):
+        raise UnknownNameError("ROS 2 package", package, (LAUNCH, MOVEIT, *interface_packages()))
+    folder = _DATA / package
+    paths = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.suffix != ".pyc"]
+    return {path.relative_to(folder).as_posix(): _placed(path.read_bytes()) for path in paths}
 
 
 def _placed(content: bytes) -> bytes:

@@ -1,0 +1,28 @@
+"""The cell's arm as planners of ROS 2 know it."""
+
+from cellwright.cell.interface.parameters import robot_description
+from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW
+from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS
+from cellwright.config.trial.trial import Trial
+from cellwright.middleware.ros2.packages.moveit import PlannedArm
+from cellwright.motion.joints import DEFAULT_LIMITS
+
+
+def planned_arm() -> PlannedArm:
+    """Return the arm of a cell with its home posture. Accelerations are those that the original's servos follow.
+
+    Example:
+        >>> planned_arm().groups["arm"][0]
+        'shoulder_pan_joint'
+    """
+    names = tuple(joint.name for joint in JOINTS)
+    return PlannedArm(
+        urdf=robot_description(Trial("moveit", has_arm=True)),
+        joints=names,
+        flange="tool0",
+        tool=GRIPPER,
+        home=INITIAL_POSITIONS,
+        max_velocity={joint.name: joint.velocity for joint in JOINTS},
+        max_acceleration=dict(zip(names, DEFAULT_LIMITS.acceleration, strict=True)),
+        action=CONTROLLER_NAMES[FOLLOW],
+    )
