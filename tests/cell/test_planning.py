@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.controllers import TRAJECTORIES, ControllerManager
+from cellwright.cell.controllers import TRAJECTORIES
 from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINTS
 from cellwright.cell.model.build import build_world
 from cellwright.cell.model.solids import solids
@@ -78,14 +78,8 @@ def test_names_of_srdf_are_those_of_the_description() -> None:
     assert joints == {"arm_on_rail": ARM_JOINTS, "arm": ARM_JOINTS[1:]}
 
 
-def test_controller_claims_the_joints_of_the_whole_group() -> None:
-    arm = planned_arm()
-    controller = next(
-        each for each in ControllerManager(500).list_controllers({})["controller"] if each["name"] == TRAJECTORIES
-    )
-    claimed = [interface.partition("/")[0] for interface in controller["claimed_interfaces"]]
-    assert claimed == list(arm.joints) == list(arm.groups["arm_on_rail"])
-    assert arm.action == f"/{TRAJECTORIES}/follow_joint_trajectory"
+def test_action_is_that_of_the_controller() -> None:
+    assert planned_arm().action == f"/{TRAJECTORIES}/follow_joint_trajectory"
 
 
 def test_no_pair_is_unchecked_that_touches_in_some_postures() -> None:

@@ -9,7 +9,9 @@ from cellwright.motion.joints import DEFAULT_LIMITS
 
 
 def planned_arm() -> PlannedArm:
-    """Return the arm of a cell with its home posture. Accelerations are those that the original's servos follow.
+    """Return the arm of a cell, with its home posture and the limits that the bundled agent keeps.
+
+    At the published velocities the wrists lag behind by nearly as much as the controller tolerates.
 
     Example:
         >>> planned_arm().groups["arm"][0]
@@ -22,7 +24,7 @@ def planned_arm() -> PlannedArm:
         flange="tool0",
         tool=GRIPPER,
         home=INITIAL_POSITIONS,
-        max_velocity={joint.name: joint.velocity for joint in JOINTS},
+        max_velocity=dict(zip(names, DEFAULT_LIMITS.velocity, strict=True)),
         max_acceleration=dict(zip(names, DEFAULT_LIMITS.acceleration, strict=True)),
         action=CONTROLLER_NAMES[FOLLOW],
     )
