@@ -39,6 +39,11 @@ _SETUP_ASSISTANT = {
 class PlannedArm:
     """Arm that MoveIt plans for.
 
+    Example:
+        >>> from cellwright.cell.planning import planned_arm
+        >>> {group: len(joints) for group, joints in planned_arm().groups.items()}
+        {'arm_on_rail': 7, 'arm': 6}
+
     Attributes:
         urdf: its description, as the cell publishes it.
         joints: joints of the controller, in its order, which is that of the chain.

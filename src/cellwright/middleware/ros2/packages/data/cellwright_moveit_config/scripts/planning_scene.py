@@ -164,7 +164,8 @@ def main() -> int:
         objects = collision_objects(node.solids(), node.links())
         node.apply(objects)
     except RuntimeError as error:
-        sys.stderr.write(f"planning_scene: {error}\n")
+        if rclpy.ok():  # else a signal ended it, whatever rclpy says about that
+            sys.stderr.write(f"planning_scene: {error}\n")
         return 1
     except (KeyboardInterrupt, ExternalShutdownException):
         return 1
