@@ -43,15 +43,13 @@ def send_goals(name: str) -> dict[str, Any]:
         unknown = me.act(client.send_goal_async, goal(0.0, 1, ["nonsense"]))
         multi = goal(0.0, 1)
         multi.multi_dof_trajectory.joint_names = ["base"]
-        result = {
+        return {
             "done": [done.status, done.result.error_code],
             "feedback": list(feedback[-1].feedback.desired.positions),
             "cancelled": [len(cancelled.goals_canceling), ended.status],
             "replaced": [replaced.status, me.act(fourth.get_result_async).status],
             "accepted": [unknown.accepted, me.act(client.send_goal_async, multi).accepted],
         }
-        client.destroy()
-        return result
 
 
 @pytest.mark.parametrize(
@@ -112,7 +110,6 @@ def cancel_at_once(count: int) -> dict[str, list[Any]]:
                     me.act(handle.cancel_goal_async)
             found["states"].append(me.act(handle.get_result_async).status)
             found["moved"].append(abs(rail() - before))
-        client.destroy()
         return found
 
 

@@ -56,7 +56,7 @@ def work() -> dict[str, Any]:
         arrived = rail()
         again = me.act(client.send_goal_async, goal(0.0, 30))
         cancelled = me.act(again.cancel_goal_async)
-        found = {
+        return {
             "started": started.success,
             "order": [len(orders), len(late), late[0].order_id, len(late[0].kits[0].objects) > 0],
             "gripper": gripper.success,
@@ -66,8 +66,6 @@ def work() -> dict[str, Any]:
             "has_index": hasattr(FollowJointTrajectory.Feedback(), "index"),
             "cancelled": [len(cancelled.goals_canceling), me.act(again.get_result_async).status],
         }
-        client.destroy()
-        return found
 
 
 @pytest.mark.slow

@@ -41,6 +41,8 @@ def plan_and_execute(moves: list[list[float]], limits: list[list[float]]) -> dic
     from sensor_msgs.msg import JointState
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+    MOVING = 0.05  # [rad/s; m/s]
+
     def profile(move: list[float]) -> tuple[float, list[list[list[float]]]]:
         """Return duration, and time, positions, velocities, accelerations of points 0.1 s apart, as fast as allowed."""
         share = [abs(way) for way in move]
@@ -99,18 +101,17 @@ def plan_and_execute(moves: list[list[float]], limits: list[list[float]]) -> dic
                 point.positions = [start + part for start, part in zip(present, way, strict=True)]
                 point.time_from_start.sec, point.time_from_start.nanosec = divmod(int(now * 1e9), 10**9)
                 goal.trajectory.points.append(point)
-            sent = me.node.get_clock().now().nanoseconds
+            first = len(states)
             handle = me.act(client.send_goal_async, goal)
             answer = me.act(handle.get_result_async) if handle.accepted else None
-            lasted = (me.node.get_clock().now().nanoseconds - sent) * 1e-9
-            count = len(states)
-            me.wait(lambda count=count: len(states) > count + 1, "state after it")
+            me.wait(lambda: max(map(abs, states[-1].velocity)) < MOVING, "arm at rest")
+            moving = [each.header.stamp for each in states[first:] if max(map(abs, each.velocity)) > MOVING]
+            lasted = seconds(moving[-1]) - seconds(moving[0])
             after = [states[-1].position[list(states[-1].name).index(joint)] for joint in joints]
             end = goal.trajectory.points[-1].positions
             left = max(abs(one - other) for one, other in zip(after, end, strict=True))
             code = answer.result.error_code if answer else None
             results.append([handle.accepted, answer and answer.status, code, duration, lasted, left])
-        client.destroy()
         return {
             "description": description[0].data[:60],
             "joints": joints,
@@ -135,7 +136,7 @@ MOVES = [
 
 
 def test_goals_as_moveit_sends_them_succeed_at_full_speed_and_in_time(domain: Ground) -> None:
-    domain.serve("lesson", "-d", "--speed", "0.5")  # answers take wall time, of which a busy machine needs more
+    domain.serve("lesson", "-d")
     arm = planned_arm()
     limits = [[each[joint] for joint in arm.joints] for each in (arm.max_velocity, arm.max_acceleration)]
     found = domain.client(plan_and_execute, MOVES, limits).value()
@@ -147,7 +148,7 @@ def test_goals_as_moveit_sends_them_succeed_at_full_speed_and_in_time(domain: Gr
     assert found["age"] < RECENT
     for accepted, status, code, duration, lasted, left in found["results"]:
         assert (accepted, status, code) == (True, SUCCEEDED, 0)
-        assert duration <= lasted <= DURATION_SCALING * duration + GOAL_MARGIN
+        assert 0.8 * duration < lasted < DURATION_SCALING * duration + GOAL_MARGIN
         assert left < 0.1, "the controller's tolerance"
     partial = domain.client(send_goal_of, arm.groups["arm"]).value()
     assert partial == [False, None], "the original allows none"
@@ -171,7 +172,6 @@ def send_goal_of(joints: list[str]) -> list[Any]:
             goal.trajectory.points.append(point)
         handle = me.act(client.send_goal_async, goal)
         status = me.act(handle.get_result_async).status if handle.accepted else None
-        client.destroy()
         return [handle.accepted, status]
 
 

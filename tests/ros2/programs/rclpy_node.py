@@ -43,6 +43,8 @@ class Node:
     def __exit__(self, *_: object) -> None:
         self.executor.shutdown()
         self._thread.join()
+        for client in [each for each in self.node.waitables if isinstance(each, ActionClient)]:
+            client.destroy()  # not before: the thread that spins may be about to wait for it
         self.node.destroy_node()
         rclpy.try_shutdown()
 
