@@ -51,7 +51,7 @@ def test_packages_of_sourced_distribution_are_left_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("distribution", "has_index"), [("jazzy", False), ("kilted", True), ("rolling", True)])
 def test_definitions_are_those_of_sourced_distribution(tmp_path: Path, distribution: str, has_index: bool) -> None:
-    lay_out(tmp_path, {"ROS_DISTRO": distribution})
+    lay_out(tmp_path, {}, {"ROS_DISTRO": distribution})
     action = tmp_path / "src" / "control_msgs" / "action" / "FollowJointTrajectory.action"
     assert ("int32 index" in action.read_text()) == has_index
 
