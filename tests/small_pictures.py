@@ -23,7 +23,7 @@ def render(model: Any, data: Any, camera: Any, width: int = 1280, height: int = 
 if __name__ == "__main__":
     with silent_ctrl_c():
         from cellwright.running.run.observers import Pictures
-    Pictures._draw = Pictures._draw_by_rays
+    Pictures._draw = Pictures._draw_by_rays  # type: ignore[method-assign]
     for module in [*sys.modules.values()]:  # all loaded modules, and through `picture` those loaded later
         if getattr(module, "render", None) is draw_full_size:
             vars(module)["render"] = render

@@ -205,7 +205,9 @@ def hear_recording() -> list[float]:
 
 @pytest.mark.slow
 def test_recording_is_played_to_programs(domain: Ground) -> None:
-    made = domain.cellwright("run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture", "--record", "run.mcap")
+    made = domain.cellwright(
+        "run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture", "--record", "run.mcap"
+    )
     made.finish()
     domain.ready("replay", "run.mcap", "--loop")
     assert len(domain.client(hear_recording).value()) > 5
