@@ -32,7 +32,7 @@ from cellwright.robot.services import RobotServices
 from cellwright.running.run import CellTarget, ServerOptions, Session
 from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError
-from cellwright.viewer.services.simulation_requests import OK, STATE
+from cellwright.viewer.services.simulation_requests import OK, STATE, TIME
 from tests.cell.interface.goals import ACTION, goal
 from tests.cells import INITIAL, JOINTS, WHOLE, Ear, call, publish, run, run_to, stamp_of
 from tests.clients.operators import nodes as robots
@@ -256,6 +256,37 @@ def test_recording_with_reset_is_verified_and_played(tmp_path: Path) -> None:
     with RecordingFile(path.with_stem("run_2")) as recording, rebuild(recording) as rebuilt:
         rebuilt.served.simulation.clock.offset = 0
         assert verify(rebuilt, recorded_steps(recording)).answer is Answer.DIFFERENT
+
+
+def test_recording_with_kept_part_and_time_of_its_own_is_verified(tmp_path: Path) -> None:
+    at = {"pose": {"position": {"x": -0.3, "y": 0.23, "z": 1.2}}}
+
+    def work(client: SocketTransport) -> str:
+        answer = client.ask_server("simulation/SpawnEntity", {"uri": "gear_part", "initial_pose": at})
+        client.advance(NANOSECONDS // 2)
+        for scope in (TIME | STATE, TIME):
+            answer |= client.ask_server("simulation/ResetSimulation", {"scope": scope})
+            assert answer["result"]["result"] == OK, answer
+            client.publish("/ariac/arm/command", motion(NANOSECONDS // 5))
+            client.advance(client.now() + NANOSECONDS // 2)  # it hears of the new time with the answer
+        assert answer["entity_name"] in client.ask_server("simulation/GetEntities")["entities"]
+        return str(answer["entity_name"])
+
+    path = tmp_path / "run.mcap"
+    name, result = served(development_cell(), work, lockstep=True, record=path)
+    assert result.simulated == 2.5
+    for file, time in ((path, 0.5), (path.with_stem("run_2"), 1.5)):
+        with RecordingFile(file) as recording:
+            steps = list(recorded_steps(recording))
+            with rebuild(recording) as rebuilt:
+                assert verify(rebuilt, steps).answer is Answer.EQUAL
+                assert isinstance(rebuilt.served, Cell)
+                assert name in rebuilt.served.parts.in_play
+                assert rebuilt.served.simulation.clock.message_time() == nanoseconds(time)
+            if time > 1.0:
+                without = [step for step in steps if not (isinstance(step, Command) and "Reset" in step.name)]
+                with rebuild(recording) as rebuilt:
+                    assert verify(rebuilt, without).answer is Answer.DIFFERENT
 
 
 def test_served_robot_begins_again_and_its_clock_goes_on() -> None:

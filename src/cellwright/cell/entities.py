@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.cell.devices.logical_camera import collision_geoms
-from cellwright.cell.interface.frames import static_frames
+from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
@@ -95,11 +96,13 @@ class NamedPose:
 
 @dataclass(frozen=True)
 class EntityState:
-    """Pose of an entity and its velocity: linear [m/s] and angular [rad/s], in the world frame."""
+    """Pose of an entity, its velocity [m/s, rad/s] and its acceleration [m/s², rad/s²], in the world frame."""
 
     pose: Pose
     linear: Vector3 = (0.0, 0.0, 0.0)
     angular: Vector3 = (0.0, 0.0, 0.0)
+    linear_acceleration: Vector3 = (0.0, 0.0, 0.0)
+    angular_acceleration: Vector3 = (0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -117,13 +120,11 @@ class Entities:
     Args:
         cell: the cell.
 
-    Attributes:
-        spawned: names of the parts that `spawn` has put into play and that still are, in their order.
     """
 
     cell: Cell
     _infos: dict[str, EntityInfo] = field(default_factory=dict)
-    _spawned: dict[str, None] = field(default_factory=dict)
+    _spawned: dict[str, tuple[str, Pose]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.cell.simulation.followers.append(self)
@@ -144,9 +145,9 @@ class Entities:
         self._spawned.update(spawned)
 
     @property
-    def spawned(self) -> tuple[str, ...]:
-        """Names of the spawned parts that are in play."""
-        return tuple(name for name in self._spawned if name in self.cell.parts.in_play)
+    def spawned(self) -> dict[str, tuple[str, Pose]]:
+        """Types of the spawned parts that are in play, and the poses at which they appeared, by name."""
+        return {name: given for name, given in self._spawned.items() if name in self.cell.parts.in_play}
 
     def names(self) -> list[str]:
         """Return the names of all entities: robot, AGVs, trays and furniture, then the parts in play."""
@@ -184,7 +185,7 @@ class Entities:
         self._infos[name] = info
 
     def state(self, name: str) -> EntityState:
-        """Return pose and velocity of an entity.
+        """Return pose and velocity of an entity, and its acceleration in the last step.
 
         Raises:
             UnknownNameError: there is none of this name.
@@ -197,14 +198,22 @@ class Entities:
         pose = Pose(tuple(position), tuple(quaternion))
         if name in self.cell.parts.by_name:  # a free joint's velocity: linear in the world, angular in the body
             dof = self.cell.parts.part(name).dof
-            linear, turn = data.qvel[dof : dof + 3].tolist(), data.qvel[dof + 3 : dof + 6].tolist()
-            return EntityState(pose, tuple(linear), pose.rotate(tuple(turn)))
+            (linear, turn), (push, twist) = (
+                each[dof : dof + 6].reshape(2, 3).tolist() for each in (data.qvel, data.qacc)
+            )
+            if data.tree_asleep[model.body_treeid[body]] >= 0:  # the engine no longer computes its acceleration
+                return EntityState(pose)
+            return EntityState(pose, tuple(linear), pose.rotate(tuple(turn)), tuple(push), pose.rotate(tuple(twist)))
         if model.body_weldid[body] == 0:
             return EntityState(pose)
-        velocity = np.zeros(6)
+        velocity, acceleration = np.zeros(6), np.zeros(6)
         mujoco.mj_comVel(model, data)
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
-        return EntityState(pose, tuple(velocity[3:].tolist()), tuple(velocity[:3].tolist()))
+        mujoco.mj_rnePostConstraint(model, data)
+        mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, acceleration, 0)
+        acceleration[3:] += model.opt.gravity  # the engine's is that of an accelerometer
+        parts = (velocity[3:], velocity[:3], acceleration[3:], acceleration[:3])
+        return EntityState(pose, *(tuple(each.tolist()) for each in parts))
 
     def set_state(self, name: str, pose: Pose | None, velocity: tuple[Vector3, Vector3] | None) -> None:
         """Place a part, and set its velocity: linear and angular, in the world frame. None leaves what there is.
@@ -226,6 +235,7 @@ class Entities:
             data = self.cell.simulation.data
             data.qvel[part.dof : part.dof + 3] = linear
             data.qvel[part.dof + 3 : part.dof + 6] = placed.inverse().rotate(angular)
+            data.qacc[part.dof : part.dof + 6] = 0.0  # that of the last step was elsewhere
             return
         raise RejectedCommandError(f"{name}: velocity must be at most {MAX_SPEED:g} (got {linear} and {angular})")
 
@@ -235,20 +245,22 @@ class Entities:
         Raises:
             UnknownNameError: there is no entity of this name.
         """
-        body = self._body(name)
+        geoms = self.solids(name)
         model, data = self.cell.simulation.model, self.cell.simulation.data
         self.cell.simulation.refresh()
-        geoms = collision_geoms(model, body)
         if not geoms:
             return None
-        corners = []
-        for geom in geoms:
-            centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
-            turn = data.geom_xmat[geom].reshape(3, 3)
-            middle, reach = data.geom_xpos[geom] + turn @ centre, np.abs(turn) @ half
-            corners += [middle - reach, middle + reach]
+        corners = [corner for geom in geoms for corner in geom_box(model, data, geom)]
         lower, upper = np.min(corners, axis=0).tolist(), np.max(corners, axis=0).tolist()
         return Box(tuple(lower), tuple(upper))
+
+    def solids(self, name: str) -> tuple[int, ...]:
+        """Return the ids of the engine's colliding geoms of an entity, which may have none.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        return collision_geoms(self.cell.simulation.model, self._body(name))
 
     def named_poses(self) -> tuple[NamedPose, ...]:
         """Return the places of the cell where parts are put: bins, begin of the belt, load points and trays."""
@@ -267,10 +279,34 @@ class Entities:
             found.append(_named(f"kit_tray_{number}", tray, "surface of the tray at its station", "tray", TRAY_PLATE))
         return tuple(found)
 
-    def frames(self) -> Mapping[str, Pose]:
-        """Return the poses of the fixed frames by name; that of the world is "world"."""
-        fixed = {frame.child: frame.pose for frame in static_frames(self.cell.trial) if frame.parent == "world"}
-        return {"world": Pose((0.0, 0.0, 0.0)), **fixed}
+    def frame(self, name: str) -> Pose:
+        """Return the present pose of a frame: "world", an entity, a link, or a fixed frame of the cell.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        entities, links = self.names(), self._links()
+        fixed = {
+            each.child: each for each in (*static_frames(self.cell.trial), *(LINK_FRAMES if self.cell.arm else ()))
+        }
+        if name == "world":
+            return Pose((0.0, 0.0, 0.0))
+        if name in entities:
+            return self.state(name).pose
+        if name in links:
+            self.cell.simulation.refresh()
+            data, body = self.cell.simulation.data, links[name]
+            return Pose(tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist()))
+        if name in fixed:
+            return self.frame(fixed[name].parent) @ fixed[name].pose
+        raise UnknownNameError("frame", name, ["world", *fixed, *links, *entities])
+
+    @property
+    def types(self) -> frozenset[str]:
+        """Types of all parts, in play or not."""
+        return frozenset(
+            {*(part.type for part in self.cell.parts.world.parts), *dict(self.cell.trial.belt_clones()).values()}
+        )
 
     def spawnable(self) -> Mapping[str, int]:
         """Return the number of parts of each type that wait and can be spawned."""
@@ -298,8 +334,11 @@ class Entities:
         chosen = name or of_kind[-1]
         if chosen not in of_kind:
             raise UnknownNameError(f"waiting part of type {kind}", name, of_kind)
-        self.cell.parts.appear(chosen, _reachable(pose))
-        self._spawned[chosen] = None
+        placed = _reachable(pose)
+        self.cell.parts.appear(chosen, placed)
+        dof = self.cell.parts.part(chosen).dof
+        self.cell.simulation.data.qacc[dof : dof + 6] = 0.0
+        self._spawned[chosen] = kind, placed
         return chosen
 
     def delete(self, name: str) -> None:
@@ -342,6 +381,11 @@ class Entities:
                 found[ARM if name == _RAIL else name] = body
         return found
 
+    def _links(self) -> dict[str, int]:
+        """Return the engine's bodies of the links that other links or joints carry, by name."""
+        model = self.cell.simulation.first_model
+        return {model.body(body).name: body for body in range(1, model.nbody) if model.body_parentid[body]}
+
     def _is_tray(self, body: int) -> bool:
         return any(self.cell.simulation.model.body(tray.link).id == body for tray in self.cell.trays.values())
 
@@ -375,3 +419,11 @@ def _named(name: str, pose: Pose, description: str, tag: str, size: Sequence[flo
     width, depth = (size[1], size[0]) if turned else (size[0], size[1])
     lower, upper = (x - width / 2, y - depth / 2, z), (x + width / 2, y + depth / 2, z + CLEARANCE)
     return NamedPose(name, pose, description, (tag,), Box(lower, upper))
+
+
+def geom_box(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return lower and upper corner [m] of the box around a geom along the world's axes."""
+    centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
+    turn = data.geom_xmat[geom].reshape(3, 3)
+    middle, reach = data.geom_xpos[geom] + turn @ centre, np.abs(turn) @ half
+    return middle - reach, middle + reach

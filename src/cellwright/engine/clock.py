@@ -64,8 +64,8 @@ class Cadence:
 class Clock:
     """Clock that counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns].
 
-    Devices schedule by `now`, the time of the run. Clients see message time, which a reset of the state alone leaves
-    going on: it is `offset` ahead of `now`.
+    Devices schedule by `now`, the time of the run. Clients see message time, which is `offset` ahead of `now`: a reset
+    of the state alone leaves it going on, and one of the time alone sets it to 0.
 
     Args:
         timestep: length of a tick [s].
@@ -82,7 +82,8 @@ class Clock:
         self.tick = 0
         self.now = 0
         self.offset = 0
-        """Message time [ns] at tick 0; above 0 after a reset that kept the clock. It is no part of the state."""
+        """Message time [ns] at tick 0: above 0 after a reset of the state alone, below after one of the time alone.
+        It is no part of the state."""
 
     def read(self) -> int:
         """Return `now` [ns], for callers that take a function."""
@@ -91,6 +92,10 @@ class Clock:
     def message_time(self) -> int:
         """Return the time that messages carry [ns]: stamps, /clock, and the time of clients."""
         return self.now + self.offset
+
+    def restart_message_time(self) -> None:
+        """Let message time begin at 0 now, while the run goes on."""
+        self.offset = -self.now
 
     def advance(self) -> int:
         """Advance by one tick; return the new time [ns]."""

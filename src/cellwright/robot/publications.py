@@ -69,7 +69,7 @@ class CameraTopics:
 
         def build(picture: Picture) -> Message | None:
             age = camera.simulation.clock.message_time() - picture.time_ns
-            return make(replace(picture, time_ns=self._message_time() - age), camera)
+            return make(replace(picture, time_ns=max(0, self._message_time() - age)), camera)
 
         output.stream(partial(camera.look, colour=colour, depth=depth), build)
 

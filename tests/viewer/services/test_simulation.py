@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,103 +10,44 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from cellwright import load_trial
-from cellwright.cell.cell import Cell
-from cellwright.config.trial.trial import Trial
-from cellwright.engine.rate_control import RateControl
-from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import PendingResponse
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.viewer.services.control import Control, Reset
+from cellwright.viewer.services.entity_filters import BOX
 from cellwright.viewer.services.entity_services import EntityServices
-from cellwright.viewer.services.simulation import MAX_PENDING_STEPS, PAUSED, PLAYING, SimulationServices
+from cellwright.viewer.services.simulation import (
+    LOADING,
+    MAX_PENDING_STEPS,
+    NO_WORLD,
+    PAUSED,
+    PLAYING,
+    STOPPED,
+    SimulationServices,
+)
 from cellwright.viewer.services.simulation_requests import (
     ALL,
     ALREADY_THERE,
-    BOX,
     FAILED,
-    HULL,
     INCORRECT_STATE,
+    INCORRECT_TRANSITION,
     INVALID_POSE,
-    MAX_FILTER_LENGTH,
     NAME_INVALID,
     NAME_NOT_UNIQUE,
     NAMESPACE_INVALID,
     NO_RESOURCE,
+    NO_WORLD_LOADED,
     NOT_FOUND,
     OK,
     PREFIX,
     SPAWN_POSE_INVALID,
     SPAWNED,
-    SPHERE,
     STATE,
     TIME,
     UNSUPPORTED,
-    UNSUPPORTED_FORMAT,
-    BoundsFields,
-    RequestError,
-    Vector,
-    expression,
-    region,
 )
-
-STEP = 2_000_000
-"""Length of a step [ns]."""
-
-GEAR = "bin8|gear_part_1"
-IN_BIN7 = {"position": {"x": -0.3, "y": 0.23, "z": 0.9}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
-
-
-class Stop:
-    """Stop condition that only notes the request."""
-
-    reason = ""
-
-    def request(self, reason: str) -> None:
-        self.reason = reason
-
-
-class Services:
-    """The lesson's cell with its services, called as a server does."""
-
-    def __init__(
-        self, *, competition: bool = False, lockstep: bool = False, trial: str = "lesson", can_load: bool = False
-    ) -> None:
-        self.loaded: list[Trial] = []
-        self.cell = Cell(load_trial(trial), competition=competition)
-        self.rate = RateControl(None)
-        self.stop = Stop()
-        self.handlers: dict[str, Callable[[dict[str, Any]], Any]] = {}
-        self.acting: set[str] = set()
-        reset = Reset(self.cell.reset, act_on_state=partial(self.cell.reset, keeps_clock=True))
-        control = Control(self.rate, reset=reset, lockstep=lockstep)
-        entities = EntityServices(self.cell)
-        self.entities = entities.entities
-        SimulationServices(
-            self.cell.simulation,
-            control,
-            world=self.cell.name,
-            stop=self.stop,
-            entities=entities,
-            load=self.loaded.append if can_load else None,
-            hides=competition,
-        ).offer(self)
-
-    def offer(self, service: str, handler: Callable[..., Any], *, acts: bool = False) -> None:
-        name = service.removeprefix(PREFIX)
-        self.handlers[name] = handler
-        if acts:
-            self.acting.add(name)
-
-    def __call__(self, service: str, /, **request: Any) -> Any:
-        return self.handlers[service](request)
-
-    def code(self, service: str, /, **request: Any) -> tuple[int, str]:
-        result = self(service, **request)["result"]
-        return result["result"], result["error_message"]
+from tests.viewer.services.simulated import GEAR, IN_BIN7, STEP, Services
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +58,7 @@ def shared() -> Services:
 
 def test_each_feature_of_development_cell_is_listed(shared: Services) -> None:
     features = shared("GetSimulatorFeatures")["features"]["features"]
-    assert features == [*range(9), *range(10, 15), *range(20, 27), 31, 32, 33, 42, 44, 45]
+    assert features == [*range(9), *range(10, 15), *range(20, 27), 31, 32, 33, 42, 44, 45, 50]
 
 
 def test_competition_lists_what_it_answers_only() -> None:
@@ -150,7 +90,8 @@ def test_entities_are_listed_by_name_category_and_tags(shared: Services) -> None
     corners = [{"x": 0.05, "y": 0.6, "z": 2.0}, {"x": -0.65, "y": -0.1, "z": 0.5}]
     in_box = selected(bounds={"type": BOX, "points": corners})
     assert in_box
-    assert all(name.startswith("bin7|") for name in in_box)
+    assert {"bin7"} < {name.partition("|")[0] for name in in_box}
+    assert "agv1" not in in_box
 
 
 def test_categories_have_the_numbers_of_the_standard() -> None:
@@ -268,7 +209,7 @@ def test_deleted_part_waits_and_is_spawned_again() -> None:
     services = Services()
     piston = "bin7|piston_rod_part_3"
     assert [each["uri"] for each in services("GetSpawnables")["spawnables"]] == ["gear_part"]  # the belt's
-    assert services.code("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})[0] == NO_RESOURCE
+    assert services.code("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})[0] == FAILED
     assert services.code("DeleteEntity", entity=piston)[0] == OK
     assert services.code("DeleteEntity", entity=piston)[0] == NOT_FOUND
     assert services.code("DeleteEntity", entity="bin1")[0] == FAILED
@@ -307,11 +248,13 @@ def test_spawned_clone_is_not_brought_by_belt_again() -> None:
 @pytest.mark.parametrize(
     ("request_", "code"),
     [
-        ({"uri": "gear_part", "resource_string": "<sdf/>"}, UNSUPPORTED_FORMAT),
-        ({"entity_resource": {"resource_string": "<sdf/>"}}, UNSUPPORTED_FORMAT),
-        ({"uri": "piston_rod_part", "entity_namespace": "a"}, NAMESPACE_INVALID),
+        ({"resource_string": "<sdf/>"}, UNSUPPORTED),
+        ({"entity_resource": {"resource_string": "<sdf/>"}}, UNSUPPORTED),
+        ({"uri": "piston_rod_part", "entity_namespace": "a b"}, NAMESPACE_INVALID),
+        ({"uri": "piston_rod_part", "entity_namespace": "/1st"}, NAMESPACE_INVALID),
         ({}, NO_RESOURCE),
-        ({"uri": "anvil"}, NO_RESOURCE),
+        ({"uri": "anvil"}, NOT_FOUND),
+        ({"uri": "anvil", "resource_string": "<sdf/>"}, NOT_FOUND),
         ({"uri": "piston_rod_part", "name": GEAR.replace("8|gear_part", "7|piston_rod_part")}, NAME_NOT_UNIQUE),
         ({"uri": "piston_rod_part", "name": "mine"}, NAME_INVALID),
         ({"uri": "piston_rod_part", "initial_pose": {"pose": {"position": {"z": 1e9}}}}, SPAWN_POSE_INVALID),
@@ -350,7 +293,8 @@ def test_state_is_stopped_playing_or_paused() -> None:
 
     assert state() == 1
     assert services.code("SetSimulationState", state={"state": 1})[0] == 101
-    assert services.code("SetSimulationState", state={"state": 7})[0] == 102
+    assert services.code("SetSimulationState", state={"state": 7})[0] == UNSUPPORTED
+    assert services.code("SetSimulationState", state={"state": 5})[0] == INCORRECT_TRANSITION
     assert services.code("SetSimulationState", state={})[0] == FAILED
     services.cell.step()
     assert services.code("SetSimulationState", state={"state": 2})[0] == OK
@@ -363,11 +307,51 @@ def test_state_is_stopped_playing_or_paused() -> None:
     assert services.stop.reason
 
 
+def test_stopped_simulation_can_be_paused_and_stopped_again() -> None:
+    services = Services()
+    assert services.code("SetSimulationState", state={"state": STOPPED})[0] == OK
+    assert services.state == STOPPED
+    assert services.code("SetSimulationState", state={"state": PAUSED})[0] == OK
+    assert services.state == PAUSED
+    assert services.code("SetSimulationState", state={"state": PAUSED})[0] == ALREADY_THERE
+    assert services.code("SetSimulationState", state={"state": STOPPED})[0] == OK
+    assert services.state == STOPPED
+    services.step(1)
+    assert services.code("ResetSimulation", scope=STATE)[0] == OK
+    assert services.state == PAUSED  # message time is not at its begin
+    assert services.code("ResetSimulation")[0] == OK
+    assert services.state == STOPPED
+
+
+def test_stop_whose_reset_is_refused_lets_time_pass() -> None:
+    services = Services()
+    refused = Control(services.rate, reset=Reset(services.cell.reset, lambda: "emergency stop"))
+    SimulationServices(services.cell, refused, stop=services.stop).offer(services)
+    services.cell.step()
+    assert services.code("SetSimulationState", state={"state": STOPPED}) == (UNSUPPORTED, "emergency stop")
+    assert not services.rate.is_paused
+    assert services.cell.simulation.clock.tick == 1
+
+
+def test_each_service_answers_an_empty_request_with_a_code() -> None:
+    services = Services(can_load=True)
+    services.rate.pause()
+    for name in sorted(services.handlers.keys() - {"UnloadWorld", "GetSimulatorFeatures"}):
+        found = services(name)
+        if isinstance(found, PendingResponse):
+            services.cell.step()
+            found = found.response
+        assert found["result"]["result"] in {*range(5), *range(101, 110)}, name
+    services.cell.step()
+
+
 def test_steps_are_answered_when_they_have_passed() -> None:
     services = Services()
-    assert services.code("StepSimulation", steps=3)[0] == INCORRECT_STATE
+    assert services.code("StepSimulation", steps=3)[0] == FAILED
+    assert services.cell.simulation.clock.tick == 0
     services.rate.pause()
     assert services.code("StepSimulation", steps=0)[0] == FAILED
+    assert services.code("StepSimulation", steps=2**32)[0] == FAILED
     pending = services("StepSimulation", steps=3)
     assert isinstance(pending, PendingResponse)
     passed = []
@@ -385,7 +369,9 @@ def test_calls_that_wait_for_steps_are_limited() -> None:
     services.rate.pause()
     waiting = [services("StepSimulation", steps=1) for _ in range(MAX_PENDING_STEPS)]
     assert services.code("StepSimulation", steps=1)[0] == INCORRECT_STATE
-    services.cell.step()
+    for answered in range(MAX_PENDING_STEPS):
+        assert [each.response is not None for each in waiting].count(True) == answered
+        services.cell.step()
     assert all(each.response["result"]["result"] == OK for each in waiting)
     assert isinstance(services("StepSimulation", steps=1), PendingResponse)
 
@@ -425,28 +411,29 @@ def test_reset_interrupts_steps() -> None:
 def test_lockstep_has_its_own_steps() -> None:
     services = Services(lockstep=True)
     services.rate.pause()
-    assert services.code("StepSimulation", steps=1)[0] == INCORRECT_STATE
+    assert services.code("StepSimulation", steps=1)[0] == UNSUPPORTED
+    assert not services.features & {31, 32, 33}
 
 
 @pytest.mark.parametrize(
-    ("scope", "code", "time"),
-    [
-        (0, OK, 0),
-        (255, OK, 0),
-        (3, OK, 0),
-        (2, OK, STEP),
-        (6, OK, STEP),
-        (1, UNSUPPORTED, STEP),
-        (5, UNSUPPORTED, STEP),
-    ],
+    ("scope", "tick", "time"),
+    [(0, 0, 0), (255, 0, 0), (7, 0, 0), (3, 0, 0), (2, 0, STEP), (6, 0, STEP), (1, 1, 0), (5, 1, 0), (4, 1, STEP)],
 )
-def test_clock_goes_on_when_state_is_reset_without_time(scope: int, code: int, time: int) -> None:
+def test_reset_has_time_and_state_of_its_own(scope: int, tick: int, time: int) -> None:
     services = Services()
     services.cell.step()
-    assert services.code("ResetSimulation", scope=scope)[0] == code
+    assert services.code("ResetSimulation", scope=scope)[0] == OK
     clock = services.cell.simulation.clock
-    assert clock.tick == (0 if code == OK else 1)
-    assert clock.message_time() == time
+    assert (clock.tick, clock.message_time()) == (tick, time)
+    services.cell.step()
+    assert clock.message_time() == time + STEP
+
+
+def test_unknown_scope_is_unsupported_and_changes_nothing() -> None:
+    services = Services()
+    services.cell.step()
+    assert services.code("ResetSimulation", scope=8)[0] == UNSUPPORTED
+    assert services.cell.simulation.clock.tick == 1
 
 
 def test_state_of_entity_is_stamped_with_time_that_goes_on() -> None:
@@ -458,26 +445,53 @@ def test_state_of_entity_is_stamped_with_time_that_goes_on() -> None:
     assert stamp == {"sec": 0, "nanosec": 2 * STEP}
 
 
-def test_reset_of_state_deletes_what_was_spawned() -> None:
+@pytest.mark.parametrize("scope", [STATE, STATE | TIME])
+def test_reset_of_state_keeps_what_was_spawned(scope: int) -> None:
+    services = Services(trial=SAMPLE)
+    name = services("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})["entity_name"]
+    for _ in range(20):
+        services.cell.step()
+    services("SetEntityState", entity=name, state={"pose": {**IN_BIN7, "position": {"z": 1.5}}})
+    assert services.code("ResetSimulation", scope=scope)[0] == OK
+    assert services.position(name) == pytest.approx(list(IN_BIN7["position"].values()))
+    assert services.cell.simulation.clock.message_time() == (0 if scope & TIME else 20 * STEP)
+    assert services.code("SetEntityState", entity=name, state={"pose": IN_BIN7})[0] == OK
+    assert services.code("ResetSimulation", scope=SPAWNED)[0] == OK
+    assert name not in services("GetEntities")["entities"]
+
+
+def test_deleted_part_of_trial_is_back_after_reset_of_state() -> None:
+    services = Services()
+    before = services.position(GEAR)
+    services("DeleteEntity", entity=GEAR)
+    assert services("SpawnEntity", name=GEAR, uri="gear_part", initial_pose={"pose": IN_BIN7})["entity_name"] == GEAR
+    assert services.code("ResetSimulation", scope=STATE)[0] == OK
+    assert services.position(GEAR) == before
+
+
+def test_whole_reset_deletes_what_was_spawned() -> None:
     services = Services(trial=SAMPLE)
     before = services.cell.state_hash()
-    name = services("SpawnEntity", uri="piston_rod_part", initial_pose={"pose": IN_BIN7})["entity_name"]
-    services.cell.step()
-    assert services.code("ResetSimulation", scope=STATE)[0] == OK
-    assert name not in services("GetEntities")["entities"]
-    assert services.cell.state_hash() == before
+    request = {"uri": "piston_rod_part", "initial_pose": {"pose": IN_BIN7}}
+    name = services("SpawnEntity", **request)["entity_name"]
+    for scope in (0, STATE | SPAWNED):
+        services.cell.step()
+        assert services.code("ResetSimulation", scope=scope)[0] == OK
+        assert name not in services("GetEntities")["entities"]
+        assert services.cell.state_hash() == before
+        assert services("SpawnEntity", name=name, **request)["entity_name"] == name
 
 
 def test_features_lack_resets_that_are_refused() -> None:
     services = Services()
-    reset, simulation = Reset(services.cell.reset), services.cell.simulation
+    reset = Reset(services.cell.reset)
 
     def features(control: Control, *, has_clock: bool = True) -> set[int]:
-        SimulationServices(simulation, control, world="robot", stop=services.stop, has_clock=has_clock).offer(services)
+        SimulationServices(services.cell, control, stop=services.stop, has_clock=has_clock).offer(services)
         return set(services("GetSimulatorFeatures")["features"]["features"])
 
     assert features(Control(services.rate, reset=reset)) & {20, 21, 22} == {20, 21}
-    assert services.code("ResetSimulation", scope=STATE)[0] == FAILED
+    assert services.code("ResetSimulation", scope=STATE)[0] == UNSUPPORTED
     both = replace(reset, act_on_state=partial(services.cell.reset, keeps_clock=True))
     assert features(Control(services.rate, reset=both), has_clock=False) & {20, 21, 22} == {20, 22}
     assert services.code("ResetSimulation", scope=TIME | STATE)[0] == UNSUPPORTED
@@ -497,24 +511,25 @@ def test_world_is_loaded_by_name_or_text() -> None:
     for request, name in (
         ({"uri": "final01"}, "final01"),
         ({"world_resource": {"uri": "final01"}}, "final01"),  # of version 2
+        ({"uri": "final01", "resource_string": "time_limit: soon"}, "final01"),
         ({"resource_string": "time_limit: 60"}, load_trial(text="time_limit: 60").name),
     ):
         services = Services(can_load=True)
-        assert {40, 41} < set(services("GetSimulatorFeatures")["features"]["features"])
+        assert {40, 41, 43} < services.features
         assert services("LoadWorld", **request)["world"]["name"] == name
         assert [trial.name for trial in services.loaded] == [name]
         assert services("GetSimulationState")["state"]["state"] == 5
         assert services.code("LoadWorld", uri="lesson")[0] == INCORRECT_STATE
-        assert services.code("SetSimulationState", state={"state": 2})[0] == INCORRECT_STATE
+        assert services.code("SetSimulationState", state={"state": 2})[0] == INCORRECT_TRANSITION
 
 
 @pytest.mark.parametrize(
     ("request_", "code", "reason"),
     [
         ({}, 102, "either uri"),
-        ({"uri": "lesson", "resource_string": "time_limit: 60"}, 102, "either uri"),
-        ({"uri": "lessen"}, 102, "did you mean lesson"),
-        ({"uri": "/etc/hostname"}, 102, "unknown trial"),
+        ({"uri": "lessen"}, NOT_FOUND, "did you mean lesson"),
+        ({"uri": "lessen", "resource_string": "time_limit: 60"}, NOT_FOUND, "did you mean lesson"),
+        ({"uri": "/etc/hostname"}, NOT_FOUND, "unknown trial"),
         ({"resource_string": "time_limit: soon"}, 103, "time_limit"),
         ({"resource_string": "{"}, 103, "1:"),
         ({"resource_string": "a: 1\n" * 560_000}, 103, "more than 512 KiB of text"),
@@ -529,22 +544,43 @@ def test_wrong_world_is_refused(request_: dict[str, str], code: int, reason: str
 
 
 def test_session_that_cannot_load_says_so(shared: Services) -> None:
-    found, message = shared.code("LoadWorld", uri="final01")
-    assert found == UNSUPPORTED
-    assert "serve -d" in message
+    for name in ("LoadWorld", "UnloadWorld"):
+        found, message = shared.code(name, uri="final01")
+        assert found == UNSUPPORTED
+        assert "serve -d" in message
+
+
+def test_unloaded_world_stands_and_offers_nothing_until_another_is_loaded() -> None:
+    services = Services(can_load=True)
+    services.cell.step()
+    assert services.code("UnloadWorld")[0] == OK
+    assert (services.state, services.cell.simulation.now) == (NO_WORLD, 0)
+    assert not services.rate.take()
+    assert services.code("UnloadWorld")[0] == NO_WORLD_LOADED
+    assert services.code("GetCurrentWorld")[0] == NO_WORLD_LOADED
+    for name in ("GetEntities", "GetNamedPoses", "ResetSimulation", "StepSimulation"):
+        assert services.code(name)[0] == INCORRECT_STATE, name
+    assert services.code("SetSimulationState", state={"state": PLAYING})[0] == INCORRECT_TRANSITION
+    assert not services.rate.take()
+    assert not services.features & {25, 26, 31, 32, 33}
+    assert services("LoadWorld", uri="final01")["world"]["name"] == "final01"
+    assert services.state == LOADING
 
 
 def test_robot_without_entities_has_services_of_time() -> None:
     services = Services()
     control = Control(services.rate, refused={"pause": "a real robot runs in real time"})
     services.handlers.clear()
-    simulation: Simulation = services.cell.simulation
-    SimulationServices(simulation, control, world="robot", stop=services.stop).offer(services)
+    SimulationServices(services.cell, control, stop=services.stop).offer(services)
     assert set(services.handlers) == {
         *("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "ResetSimulation", "StepSimulation")
     }
-    assert services("GetSimulatorFeatures")["features"]["features"] == [24]
-    assert services.code("SetSimulationState", state={"state": 2}) == (FAILED, "a real robot runs in real time")
+    assert services("GetSimulatorFeatures")["features"]["features"] == [21, 24]
+    reason = "a real robot runs in real time"
+    assert services.code("SetSimulationState", state={"state": 2}) == (UNSUPPORTED, reason)
+    assert services.code("StepSimulation", steps=1) == (UNSUPPORTED, reason)
+    for scope in (0, STATE, SPAWNED):
+        assert services.code("ResetSimulation", scope=scope)[0] == UNSUPPORTED
 
 
 def test_recorded_requests_act_again() -> None:
@@ -563,44 +599,28 @@ def test_recorded_requests_act_again() -> None:
     assert first.cell.state_hash() == again.cell.state_hash()
 
 
-POINTS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+def test_joint_states_are_of_the_time_of_the_clock_and_equally_long() -> None:
+    services = Services()
+    times: list[int] = []
+    found: list[tuple[int, set[int]]] = []
+    bus = services.cell.bus
 
+    def nanoseconds(stamp: Any) -> int:
+        return int(stamp.sec * 10**9 + stamp.nanosec)
 
-@given(POINTS)
-def test_hull_of_cube_and_box_contain_same_points(point: tuple[float, float, float]) -> None:
-    corners = [Vector(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
-    hull = region(BoundsFields(HULL, [*corners, Vector()]))
-    box = region(BoundsFields(BOX, [Vector(0.5, 0.5, 0.5), Vector(-0.5, -0.5, -0.5)]))
-    sphere = region(BoundsFields(SPHERE, [Vector(), Vector(math.sqrt(0.75))]))
-    assert hull(np.array(point)) == box(np.array(point))
-    assert sphere(np.array(point)) or not box(np.array(point))
+    def take(message: Any) -> None:
+        lengths = {len(each) for each in (message.name, message.position, message.velocity, message.effort)}
+        found.append((times[-1] - nanoseconds(message.header.stamp), lengths))
 
-
-@given(st.lists(POINTS, min_size=4, max_size=12), st.lists(st.floats(0.01, 1.0), min_size=12, max_size=12))
-def test_hull_contains_weighted_mean_of_its_points(points: list[Any], weights: list[float]) -> None:
-    used = np.array(weights[: len(points)])
-    try:
-        contains = region(BoundsFields(HULL, [Vector(*each) for each in points]))
-    except RequestError as error:
-        assert "one plane" in str(error)  # noqa: PT017
-        return
-    assert contains(used @ np.array(points) / used.sum())
-
-
-@pytest.mark.parametrize(("kind", "count"), [(BOX, 3), (SPHERE, 1), (HULL, 3), (HULL, 33), (9, 2)])
-def test_unclear_bounds_are_refused(kind: int, count: int) -> None:
-    with pytest.raises(RequestError, match="bounds must be"):
-        region(BoundsFields(kind, [Vector(float(n), n * n, n**3) for n in range(count)]))
-    with pytest.raises(RequestError, match="finite"):
-        region(BoundsFields(kind, [Vector(math.nan)]))
-
-
-@pytest.mark.parametrize(
-    "text", ["(a+)+$", "(a*)*b", "a*b*c*d*", r"(a)\1", "x" * (MAX_FILTER_LENGTH + 1), "(", "[z-a]"]
-)
-def test_slow_or_wrong_filter_is_refused(text: str) -> None:
-    with pytest.raises(RequestError, match="filter"):
-        expression(text)
+    bus.subscribe("/clock", lambda message: times.append(nanoseconds(message.clock)))
+    bus.subscribe("/ariac/joint_states", take)
+    for scope in (None, STATE, TIME):
+        if scope is not None:
+            assert services.code("ResetSimulation", scope=scope)[0] == OK
+        for _ in range(50):
+            services.cell.step()
+    assert len(found) >= 12
+    assert all(0 <= age <= 100_000_000 and len(lengths) == 1 for age, lengths in found)
 
 
 def test_worlds_name_no_path_of_this_machine(shared: Services) -> None:

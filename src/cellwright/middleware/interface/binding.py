@@ -151,9 +151,9 @@ class _Streamed(_OnDemand):
         self._publisher.offer(partial(self._build, self._stamped(reading)))
 
     def _stamped(self, reading: Reading) -> Reading:
-        """Return a reading with the message time of its measurement."""
+        """Return a reading with the message time of its measurement, or 0 if message time has begun since."""
         offset = self._clock.offset
-        return reading.restamped(reading.time_ns + offset) if offset else reading
+        return reading.restamped(max(0, reading.time_ns + offset)) if offset else reading
 
 
 def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: Iterable[object]) -> None:

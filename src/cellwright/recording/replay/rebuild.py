@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar, cast, get_args
@@ -27,6 +28,7 @@ from cellwright.robot.services import RobotServices
 from cellwright.robot.servos import Motion
 from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.entity_services import EntityServices
+from cellwright.viewer.services.simulation_requests import PREFIX, SPAWNED, TIME
 
 
 @contextmanager
@@ -163,7 +165,14 @@ def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:
     node.simulation.clock.offset = recording.header.clock_offset
     collected = _Collected()
     RobotServices(node).offer(collected)
-    return Rebuilt(node, stamps, collected.found, node.close)
+    extras = collected.found | {f"{PREFIX}ResetSimulation": partial(_reset_time_again, node)}
+    return Rebuilt(node, stamps, extras, node.close)
+
+
+def _reset_time_again(node: RobotNode, request: dict[str, Any]) -> None:
+    """Repeat a reset of the time alone; one of the state began another recording."""
+    if request.get("scope", 0) in (TIME, TIME | SPAWNED):
+        node.simulation.clock.restart_message_time()
 
 
 class _Facts:

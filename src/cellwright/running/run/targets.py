@@ -305,13 +305,11 @@ class Target(ABC):
         offer_viewer_services(session.server, self.node, self.panel, self.control)
         session.server.offer("cellwright/parameters", lambda _request: self.ros_parameters())
         SimulationServices(
-            self.node.simulation,
+            self.node,
             self.control,
-            world=self.node.name,
             stop=session.stop,
             entities=self.entity_services(),
             load=session.load_world,
-            hides=self.node.in_competition,
             has_clock=self.identity is None or self.identity.tells_time,
         ).offer(session.server)
 

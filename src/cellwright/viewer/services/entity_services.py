@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from cellwright.cell.entities import Box, Category, Entities, EntityInfo, EntityState
+from cellwright.middleware.bus import ExternalInput, InputKind
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
+from cellwright.viewer.services.entity_filters import BOX, EMPTY, expression, overlapping
 from cellwright.viewer.services.simulation_requests import (
-    BOX,
-    EMPTY,
     FAILED,
     INVALID_POSE,
     NAME_INVALID,
     NAME_NOT_UNIQUE,
     NAMESPACE_INVALID,
     NO_RESOURCE,
+    OK,
     PREFIX,
+    SPAWN_FAILED,
     SPAWN_POSE_INVALID,
     SPAWNED,
-    UNSUPPORTED_FORMAT,
+    STATE,
+    TIME,
+    UNSUPPORTED,
     Answer,
     Filters,
     Header,
@@ -31,26 +34,29 @@ from cellwright.viewer.services.simulation_requests import (
     OfEntity,
     OfFilters,
     OfName,
+    OfSources,
     OfTags,
     RequestError,
     Scope,
     SetInfo,
     SetState,
     Spawn,
+    SpawnMany,
     answer,
     answered,
-    expression,
-    region,
 )
 
 if TYPE_CHECKING:
     from cellwright.cell.cell import Cell
 
+_NAMESPACE = re.compile(r"/?[A-Za-z_~]\w*(/[A-Za-z_]\w*)*/?|/?", re.ASCII)
+"""Namespaces of ROS."""
+
 
 class EntityServices:
     """Services of a cell's entities. `handlers` has those of a development cell by name, `ACTING` those that act."""
 
-    ACTING = frozenset({"SpawnEntity", "DeleteEntity", "SetEntityState", "ResetSimulation"})
+    ACTING = frozenset({"SpawnEntity", "SpawnEntities", "DeleteEntity", "SetEntityState", "ResetSimulation"})
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell
@@ -68,15 +74,16 @@ class EntityServices:
             "GetEntityState": (self.state, OfEntity),
             "SetEntityState": (self.set_state, SetState),
             "GetEntityBounds": (self.bounds, OfEntity),
-            "GetSpawnables": (self.spawnables, None),
+            "GetSpawnables": (self.spawnables, OfSources),
             "SpawnEntity": (self.spawn, Spawn),
+            "SpawnEntities": (self.spawn_many, SpawnMany),
             "DeleteEntity": (self.delete, OfEntity),
         }
         """Those that it refuses."""
 
     def replayed(self) -> dict[str, Callable[[Answer], Any]]:
         """Return the handlers of recorded requests that change the cell, by name."""
-        found = {**self.secret, "ResetSimulation": (self.delete_spawned, Scope)}
+        found = {**self.secret, "ResetSimulation": (self.reset_again, Scope)}
         return {f"{PREFIX}{name}": partial(answered, *found[name]) for name in sorted(self.ACTING)}
 
     def names(self, request: OfFilters) -> Answer:
@@ -125,10 +132,13 @@ class EntityServices:
         """Return the box around an entity, in the world frame."""
         return answer(bounds=_bounds(self.entities.bounds(request.entity)))
 
-    def spawnables(self) -> Answer:
-        """Return the part types; one with waiting parts can be spawned."""
+    def spawnables(self, request: OfSources) -> Answer:
+        """Return the part types; one with waiting parts can be spawned. There are no further sources."""
         waiting = self.entities.spawnable()
+        unknown = f"unknown sources: {', '.join(request.sources):.200}" if request.sources else ""
         return answer(
+            OK,
+            unknown,
             spawnables=[
                 {
                     "uri": kind,
@@ -137,21 +147,14 @@ class EntityServices:
                     "spawn_bounds": _bounds(None),
                 }
                 for kind in waiting
-            ]
+            ],
         )
 
     def spawn(self, request: Spawn) -> Answer:
-        """Put a waiting part into play."""
-        kind = request.uri or request.entity_resource.uri
-        if request.resource_string or request.entity_resource.resource_string:
-            raise RequestError(UNSUPPORTED_FORMAT, "resource_string: models cannot be added to a run; name a part type")
-        if request.entity_namespace:
-            raise RequestError(NAMESPACE_INVALID, "entity_namespace: a part has no topics; leave it empty")
-        if not kind:
-            raise RequestError(NO_RESOURCE, "uri is empty; name a part type of GetSpawnables")
-        waiting = self.entities.spawnable()
-        if kind not in waiting:
-            raise RequestError(NO_RESOURCE, f"uri: no part of type {kind!r:.60} waits; there are {', '.join(waiting)}")
+        """Put a waiting part into play. A namespace has no effect, since a part has no topics."""
+        kind = self._spawnable(request)
+        if not _NAMESPACE.fullmatch(request.entity_namespace):
+            raise RequestError(NAMESPACE_INVALID, f"entity_namespace: no name (got {request.entity_namespace!r:.60})")
         name = request.name
         if name in self.entities.names():
             if not request.allow_renaming:
@@ -168,17 +171,44 @@ class EntityServices:
             raise RequestError(SPAWN_POSE_INVALID, str(error)) from None
         return answer(entity_name=given)
 
+    def spawn_many(self, request: SpawnMany) -> Answer:
+        """Put several waiting parts into play, each on its own."""
+        results = []
+        for each in request.spawn_requests:
+            result = answered(lambda each=each: self.spawn(each), None, {})
+            results.append({"entity_name": "", **result})
+        failed = sum(each["result"]["result"] != OK for each in results)
+        if failed:
+            return answer(SPAWN_FAILED, f"{failed} of {len(results)} were not spawned; see results", results=results)
+        return answer(results=results)
+
     def delete(self, request: OfEntity) -> Answer:
         """Take a part out of the cell."""
         self.entities.delete(request.entity)
         return answer()
 
-    def delete_spawned(self, request: Scope) -> Answer:
-        """Take all spawned parts out of the cell, if the scope is these alone."""
-        if request.scope == SPAWNED:
-            for name in self.entities.spawned:
-                self.entities.delete(name)
+    def reset_again(self, request: Scope) -> Answer:
+        """Repeat what a recorded reset did to this run, which goes on: one of the state began another recording."""
+        if request.scope & (STATE | SPAWNED) == SPAWNED:
+            self.delete_spawned()
+        if request.scope & (STATE | TIME) == TIME:
+            self._cell.simulation.clock.restart_message_time()
         return answer()
+
+    def delete_spawned(self) -> None:
+        """Take all spawned parts out of the cell."""
+        for name in self.entities.spawned:
+            self.entities.delete(name)
+
+    def keep_spawned(self, act: Callable[[], object]) -> None:
+        """Reset the state by `act`; spawned parts then appear again where they appeared first."""
+        spawned = self.entities.spawned
+        act()
+        for name, (kind, pose) in spawned.items():
+            if name not in self.entities.names():  # else it is a part of the trial, which is at its own place again
+                request = {"name": name, "uri": kind, "initial_pose": {"pose": _pose(pose)}}
+                self._cell.bus.note(ExternalInput(InputKind.EXTRA, f"{PREFIX}SpawnEntity", request, ""))
+                self.entities.spawn(kind, name, pose)
 
     def named_poses(self, request: OfTags) -> Answer:
         """Return the named poses with some tags."""
@@ -209,8 +239,11 @@ class EntityServices:
         if filters.tags.tags:
             names = [name for name in names if filters.tags.selects(entities.info(name).tags)]
         if filters.bounds.type != EMPTY:
-            contains = region(filters.bounds)
-            names = [name for name in names if contains(np.array(entities.state(name).pose.position))]
+            simulation = self._cell.simulation
+            simulation.refresh()
+            shapes = {name: entities.solids(name) or entities.state(name).pose.position for name in names}
+            found = overlapping(filters.bounds, simulation.model, simulation.data, shapes)
+            names = [name for name in names if name in found]
         return names
 
     def _state(self, name: str) -> Answer:
@@ -220,14 +253,30 @@ class EntityServices:
             "header": {"stamp": {"sec": seconds, "nanosec": rest}, "frame_id": "world"},
             "pose": _pose(state.pose),
             "twist": {"linear": _vector(state.linear), "angular": _vector(state.angular)},
+            "acceleration": {
+                "linear": _vector(state.linear_acceleration),
+                "angular": _vector(state.angular_acceleration),
+            },
         }
 
+    def _spawnable(self, request: Spawn) -> str:
+        """Return the requested part type, of which a part waits."""
+        resource, waiting = request.resource, self.entities.spawnable()
+        if resource.uri in waiting:
+            return resource.uri
+        if resource.uri in self.entities.types:
+            raise RequestError(FAILED, f"uri: no part of type {resource.uri} waits; delete one, or spawn another type")
+        if resource.uri:
+            raise UnknownNameError("part type", resource.uri, waiting)
+        if resource.resource_string:
+            raise RequestError(UNSUPPORTED, "resource_string: models cannot be added to a run; name a part type")
+        raise RequestError(NO_RESOURCE, "uri: is empty; name a part type of GetSpawnables")
+
     def _frame(self, header: Header, code: int) -> Pose:
-        frames = self.entities.frames()
-        name = header.frame_id or "world"
-        if name not in frames:
-            raise RequestError(code, str(UnknownNameError("fixed frame", name, frames)))
-        return frames[name]
+        try:
+            return self.entities.frame(header.frame_id or "world")
+        except UnknownNameError as error:
+            raise RequestError(code, f"frame_id: {error}") from None
 
 
 def _vector(values: Iterable[float]) -> Answer:

@@ -1,17 +1,14 @@
-"""Requests of the standard `simulation_interfaces` as classes, its codes, and its filters.
+"""Requests of the standard `simulation_interfaces` as classes, and its codes.
 
 The fields are those of version 1; those that version 2 adds have defaults.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable
-from itertools import combinations
 from typing import Any, TypeAlias
 
 import msgspec
-import numpy as np
 
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose, Vector3
@@ -22,23 +19,20 @@ PREFIX = "simulation/"
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 """Codes of `simulation_interfaces/Result`."""
 
-ALREADY_THERE, UNKNOWN_STATE = 101, 102
+ALREADY_THERE, INCORRECT_TRANSITION = 101, 103
 INVALID_POSE = 101
-NO_WORLD, WORLD_PARSE_ERROR = 102, 103
-NAME_NOT_UNIQUE, NAME_INVALID, UNSUPPORTED_FORMAT, NO_RESOURCE, NAMESPACE_INVALID, SPAWN_POSE_INVALID = (
-    *range(101, 106),
-    109,
-)
-"""Further codes of `SetSimulationState`, `SetEntityState`, `LoadWorld` and `SpawnEntity`."""
+NO_WORLD_LOADED = 101
+WORLD_NOT_NAMED, WORLD_PARSE_ERROR = 102, 103
+NAME_NOT_UNIQUE, NAME_INVALID, NO_RESOURCE, NAMESPACE_INVALID, SPAWN_POSE_INVALID = 101, 102, 104, 105, 109
+SPAWN_FAILED = 150
+"""Further codes of `SetSimulationState`, `SetEntityState`, worlds, `SpawnEntity` and `SpawnEntities`."""
 
-TIME, STATE, SPAWNED, ALL = 1, 2, 4, 255
-"""Scopes of `ResetSimulation`."""
+TIME, STATE, SPAWNED = 1, 2, 4
+ALL = TIME | STATE | SPAWNED
+"""Scopes of `ResetSimulation`; the standard's own number for all has further bits."""
 
 EMPTY, BOX, HULL, SPHERE = range(4)
 """Types of `simulation_interfaces/Bounds`."""
-
-MAX_FILTER_LENGTH, MAX_REPEATS, MAX_HULL_POINTS = 200, 3, 32
-"""Bounds of a filter: length and repetitions of its expression, points of a convex hull."""
 
 Answer: TypeAlias = dict[str, Any]
 
@@ -191,6 +185,25 @@ class Spawn(msgspec.Struct):
     entity_namespace: str = ""
     initial_pose: PoseStamped = msgspec.field(default_factory=PoseStamped)
 
+    @property
+    def resource(self) -> Resource:
+        """Requested resource, in either version; a text counts only without a URI."""
+        return Resource(
+            self.uri or self.entity_resource.uri, self.resource_string or self.entity_resource.resource_string
+        )
+
+
+class SpawnMany(msgspec.Struct):
+    """Request of SpawnEntities."""
+
+    spawn_requests: list[Spawn] = []
+
+
+class OfSources(msgspec.Struct):
+    """Request of GetSpawnables."""
+
+    sources: list[str] = []
+
 
 class OfTags(msgspec.Struct):
     """Request of GetNamedPoses."""
@@ -268,53 +281,3 @@ def answered(method: Callable[..., Any], request_class: type[Any] | None, reques
         return answer(NOT_FOUND, str(error))
     except (CellwrightError, msgspec.ValidationError) as error:
         return answer(FAILED, str(error))
-
-
-def expression(text: str) -> re.Pattern[str]:
-    """Return a filter as an expression; one whose search could take long is refused."""
-    repeats = len(re.findall(r"[*+?{]", text))
-    if len(text) > MAX_FILTER_LENGTH or repeats > MAX_REPEATS or re.search(r"\)[*+?{]|\\\d", text):
-        raise RequestError(
-            FAILED,
-            f"filter: at most {MAX_FILTER_LENGTH} characters and {MAX_REPEATS} repetitions, none of a group "
-            f"(got {text!r:.60}); use a simpler expression",
-        )
-    try:
-        return re.compile(text)
-    except re.error as error:
-        raise RequestError(FAILED, f"filter: {error} (got {text!r:.60})") from None
-
-
-def region(bounds: BoundsFields) -> Callable[[Any], bool]:
-    """Return the test whether a point of the world is within bounds."""
-    points = np.array([each.values for each in bounds.points], dtype=np.float64).reshape(-1, 3)
-    if not np.isfinite(points).all():
-        raise RequestError(FAILED, "bounds: points must be finite")
-    if bounds.type == BOX and len(points) == 2:
-        lower, upper = points.min(axis=0), points.max(axis=0)
-        return lambda point: bool(((lower <= point) & (point <= upper)).all())
-    if bounds.type == SPHERE and len(points) == 2:
-        return lambda point: bool(np.linalg.norm(point - points[0]) <= points[1][0])
-    if bounds.type == HULL and 4 <= len(points) <= MAX_HULL_POINTS:
-        normals, offsets = _facets(points)
-        return lambda point: bool((normals @ point <= offsets + 1e-9).all())
-    raise RequestError(
-        FAILED,
-        "bounds must be a box of 2 points, a sphere of 2 points, or a hull of 4 to "
-        f"{MAX_HULL_POINTS} points (got type {bounds.type} with {len(points)})",
-    )
-
-
-def _facets(points: Any) -> tuple[Any, Any]:
-    """Return normals, shape (n, 3), and offsets of the planes that bound the hull of points: normal . p <= offset."""
-    a, b, c = (points[list(each)] for each in zip(*combinations(range(len(points)), 3), strict=True))
-    normals = np.cross(b - a, c - a)
-    lengths = np.linalg.norm(normals, axis=1)
-    keep = lengths > 1e-12
-    normals, offsets = normals[keep] / lengths[keep, None], None
-    offsets = np.einsum("ij,ij->i", normals, a[keep])
-    heights = normals @ points.T - offsets[:, None]
-    below, above = (heights <= 1e-9).all(axis=1), (heights >= -1e-9).all(axis=1)
-    if not len(normals) or (below & above).any():
-        raise RequestError(FAILED, "bounds: the points of a hull must not lie in one plane")
-    return np.concatenate([normals[below], -normals[above]]), np.concatenate([offsets[below], -offsets[above]])
