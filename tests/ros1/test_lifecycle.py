@@ -9,6 +9,7 @@ import time
 import pytest
 
 from cellwright.cli.options import SPEED
+from cellwright.clients.client.socket_transport import SocketTransport
 from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end
 from tests.waiting import wait_until
@@ -52,6 +53,18 @@ def is_whole(master: Ground) -> bool:
         and "/ariac/arm/command" in subscribers
         and "/ariac/agv1" in services
     )
+
+
+def test_program_that_starts_while_time_stands_hears_the_clock(master: Ground) -> None:
+    process = master.serve("lesson", "-d")
+    host, port = process.wait_for(r"^ready: lesson at (\S+):(\d+)").groups()
+    operator = SocketTransport((host, int(port)), node="/operator")
+    operator.ask_server("cellwright/control", {"action": "pause"})
+    state = operator.ask_server("simulation/GetEntityState", {"entity": "arm"})["state"]["header"]["stamp"]
+    assert simulated(master) == pytest.approx(state["sec"] + state["nanosec"] / 1e9)
+    operator.ask_server("simulation/ResetSimulation")
+    wait_until(lambda: simulated(master) == 0.0, "time 0")
+    operator.close()
 
 
 def test_killed_bridge_is_restarted(master: Ground) -> None:

@@ -200,7 +200,8 @@ class SimulationLoop:
     def _wait_for_rate(self) -> bool:
         """Serve clients while time stands; return False if the run must stop."""
         while not (self.stop.is_requested or self.rate.take()):
-            self._serve(_NAP, until_request=False)
+            # shortly after a request, as for a single step, which begins when the turn of the clients is over
+            self._serve(_NAP if self._service is None else self._serve_after, until_request=False)
             self._serve_and_poll()
         return not self.stop.is_requested
 

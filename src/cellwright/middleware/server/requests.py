@@ -34,6 +34,7 @@ from cellwright.middleware.wire.frames import (
     read_advance,
     time_frame,
 )
+from cellwright.middleware.wire.quiet_clock import TIME
 from cellwright.util.errors import (
     CellwrightError,
     MessageError,
@@ -160,7 +161,8 @@ class Requests:
         self._inputs = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
         self.pending: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
-        self.extras: dict[str, tuple[Extra, bool]] = {}
+        clock = cell.simulation.clock
+        self.extras: dict[str, tuple[Extra, bool]] = {TIME: (lambda _request: {"time": clock.message_time()}, False)}
         """Services of the server itself by name; true if they are noted as commands are. No bridge offers them."""
         self.guarded: dict[str, str] = {}
         """Those of them that require the key, with the reason that all other clients get."""

@@ -191,7 +191,8 @@ class LinkClient:
         encoding: str = "ros1",
         on_notice: Callable[[str], None] = nothing,
     ) -> None:
-        self._loop = loop
+        self.loop = loop
+        """Loop that delivers answers and messages."""
         self._on_end = on_end
         self._on_notice = on_notice
         self._is_behind: Callable[[], bool] = lambda: False
@@ -298,7 +299,7 @@ class LinkClient:
         if self._has_ended:
             return
         if self._is_behind():
-            self._loop.later(_PAUSE, lambda: self._answer(ping))
+            self.loop.later(_PAUSE, lambda: self._answer(ping))
         else:
             self._pong(ping)
 

@@ -41,7 +41,7 @@ from cellwright.middleware.ros1.bridge.node import (
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE, RosService, StepService, cell_service
 from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
 from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
-from cellwright.middleware.ros1.bridge.topics import CommandTopic, Publication
+from cellwright.middleware.ros1.bridge.topics import ClockPublication, CommandTopic, Publication
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
 from cellwright.middleware.wire.connection import LinkClient, address_of
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog, report, report_ready
@@ -147,7 +147,8 @@ class Bridge:
                 if not others:
                     continue
                 origin = others[0]
-            found.append(Publication(self._loop, self._link, topic, node=origin, sent=self._sent))
+            publication = ClockPublication if topic["name"] == CLOCK and self._sent is None else Publication
+            found.append(publication(self._loop, self._link, topic, node=origin, sent=self._sent))
         return found
 
     def _subscribe(self, topics: list[dict[str, Any]]) -> None:

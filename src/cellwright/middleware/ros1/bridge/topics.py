@@ -26,12 +26,13 @@ from cellwright.middleware.wire.command_queue import CommandQueue
 from cellwright.middleware.wire.connection import BufferedConnection, LinkClient
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame
+from cellwright.middleware.wire.quiet_clock import QuietClock
 
 PUBLICATION_QUEUE = 1000
 """Messages that may wait for a subscriber that does not read; then the oldest is dropped."""
 MAX_PUBLICATION_BYTES = 64 << 20  # bytes of them: pictures are large
 LOCKSTEP_QUEUE = 1_000_000  # the same number in lockstep, where nothing must be lost
-_PREFIX = struct.Struct("<I")
+_PREFIX, _STAMP = struct.Struct("<I"), struct.Struct("<II")
 _COUNTED = struct.Struct("<II")
 _identities = itertools.count(1)
 
@@ -171,6 +172,21 @@ class Publication(ManagedTopic):
         peers = tuple(self._peers)
         total = sum(peer.bytes for peer in peers)
         return self.name, total, [(peer.identity, peer.bytes, peer.messages, True) for peer in peers]
+
+
+class ClockPublication(Publication):
+    """Simulation time, again and again while it stands; in lockstep a plain `Publication` has each tick's."""
+
+    def __init__(self, loop: EventLoop, link: LinkClient, topic: dict[str, Any], **more: Any) -> None:
+        super().__init__(loop, link, topic, **more)
+        self._quiet = QuietClock(link, self._repeat, lambda: bool(self._peers))
+
+    def _publish(self, payload: bytes) -> None:
+        self._quiet.note()
+        super()._publish(payload)
+
+    def _repeat(self, time: int) -> None:
+        super()._publish(_STAMP.pack(*divmod(time, 1_000_000_000)))
 
 
 class Peer:

@@ -22,7 +22,7 @@ from cellwright.middleware.ros2.bridge.topics import CommandTopic, Publication, 
 from cellwright.middleware.wire.call_queue import MAX_WAITING_CALLS, CallQueue
 from cellwright.middleware.wire.command_queue import MESSAGE_TIMEOUT, Step, StepQueue, refusal_line
 from cellwright.middleware.wire.connection import LinkClient
-from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
+from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog, nothing
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 STEP_SERVICE, STEP_TYPE = "/cellwright/step", "cellwright_msgs/Step"
@@ -38,6 +38,8 @@ class CellCalls:
         self._link = link
         self._sender = sender
         self._queue = CallQueue()
+        self.before_answer: Callable[[], object] = nothing
+        """Called before an answer of the standard's services is sent."""
 
     def ask(self, name: str, type_name: str, request: bytes, answered: Callable[[Frame], None]) -> None:
         """Call a service; `answered` gets the frame ANSWER or REFUSED, usually in the thread of the loop."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import json
 import re
+from collections import deque
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
@@ -18,7 +19,7 @@ from rclpy.action import CancelResponse
 
 from cellwright.middleware.ros2.bridge.coroutines import Answer
 from cellwright.middleware.ros2.bridge.interfaces import fill, values_of
-from cellwright.middleware.ros2.bridge.node import RosNode
+from cellwright.middleware.ros2.bridge.node import RosNode, quality
 from cellwright.middleware.ros2.bridge.receiver import Respond
 from cellwright.middleware.ros2.bridge.services import CellCalls
 from cellwright.middleware.ros2.bridge.versions import in_version
@@ -29,15 +30,18 @@ SERVICES = (
     *("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "ResetSimulation", "StepSimulation"),
     *("GetEntities", "GetEntitiesStates", "GetEntityInfo", "SetEntityInfo", "GetEntityState", "SetEntityState"),
     *("GetEntityBounds", "GetNamedPoses", "GetNamedPoseBounds", "GetSpawnables", "SpawnEntity", "DeleteEntity"),
-    *("GetCurrentWorld", "GetAvailableWorlds", "LoadWorld"),
+    *("SpawnEntities", "GetCurrentWorld", "GetAvailableWorlds", "LoadWorld", "UnloadWorld"),
 )
 """Services of a cell. A robot answers FEATURE_UNSUPPORTED to those of entities and worlds."""
 
 UNSUPPORTED, OK, FAILED = 0, 1, 4
 """Codes of `simulation_interfaces/Result`."""
 
-CHUNK = 50
-"""Steps between two messages of feedback."""
+FEEDBACK_DEPTH = 1000
+"""Messages of feedback that are kept for a slow client: there is one for each step."""
+
+MAX_AHEAD = 8
+"""Single steps that are requested ahead: time need not stand while an answer travels."""
 
 
 class ServerServices:
@@ -79,11 +83,16 @@ class ServerServices:
         def serve(request: Any, respond: Respond) -> None:
             def answered(values: Mapping[str, Any]) -> None:
                 response = kind.Response()
+                self.before_answer()
                 respond(fill(response, in_version(response, values)))
 
             self.ask(name, values_of(request), answered)
 
         return serve
+
+    def before_answer(self) -> None:
+        """Publish the time that an answer is about."""
+        self._calls.before_answer()
 
     def ask(self, name: str, request: Mapping[str, Any], answered: Callable[[dict[str, Any]], object]) -> None:
         """Call a service; `answered` gets the values of the response."""
@@ -101,31 +110,43 @@ class StepAction:
         self._services = services
         self._steps = import_module("simulation_interfaces.action").SimulateSteps
         ros.receiver.offer(
-            self._steps, "simulate_steps", self._simulate, cancel_callback=lambda _goal: CancelResponse.ACCEPT
+            self._steps,
+            "simulate_steps",
+            self._simulate,
+            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+            feedback_pub_qos_profile=quality(is_reliable=True, is_transient_local=False, depth=FEEDBACK_DEPTH),
         )
 
     async def _simulate(self, goal: Any) -> Any:
-        """Step in parts, with feedback after each; a cancelled goal ends after the present part."""
-        wanted, done = int(goal.request.steps), 0
-        answer: dict[str, Any] = {"result": {"result": OK, "error_message": ""}}
-        while done < wanted and not goal.is_cancel_requested:
-            part = min(CHUNK, wanted - done)
-            answered = Answer()
-            self._services.ask("StepSimulation", {"steps": part}, answered.give)
-            answer = await answered
-            if answer["result"]["result"] != OK:
+        """Step one by one, with feedback after each; a cancelled goal ends after the requested steps."""
+        wanted, done, requested = int(goal.request.steps), 0, 0
+        feedback = self._steps.Feedback()
+        result: dict[str, Any] = {"result": OK, "error_message": ""}
+        waiting: deque[Answer] = deque()
+        while True:
+            is_going_on = result["result"] == OK and not goal.is_cancel_requested
+            while is_going_on and len(waiting) < MAX_AHEAD and requested < max(wanted, 1):
+                answered = Answer()
+                requested += 1
+                self._services.ask("StepSimulation", {"steps": min(wanted, 1)}, answered.give)  # none is refused
+                waiting.append(answered)
+            if not waiting:
                 break
-            done += part
-            feedback = self._steps.Feedback()
+            found = (await waiting.popleft())["result"]
+            if found["result"] != OK:
+                result = result if result["result"] != OK else found
+                continue
+            done += 1
             feedback.completed_steps, feedback.remaining_steps = done, wanted - done
             goal.publish_feedback(feedback)
-        if done == wanted:
-            goal.succeed()
-        elif goal.is_cancel_requested:
-            goal.canceled()
-        else:
+        self._services.before_answer()
+        if result["result"] != OK:
             goal.abort()
-        return fill(self._steps.Result(), answer)
+        elif done == wanted:
+            goal.succeed()
+        else:
+            goal.canceled()
+        return fill(self._steps.Result(), {"result": result})
 
 
 def offer_standard_services(ros: RosNode, calls: CellCalls, has: Mapping[str, Any]) -> list[object]:

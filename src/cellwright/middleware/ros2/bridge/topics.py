@@ -23,6 +23,7 @@ from cellwright.middleware.wire.command_queue import CommandQueue
 from cellwright.middleware.wire.connection import LinkClient
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog
 from cellwright.middleware.wire.frames import Frame
+from cellwright.middleware.wire.quiet_clock import QuietClock
 
 LOCKSTEP_DEPTH = 1000
 """Messages that are kept for a subscriber in lockstep, where nothing must be lost."""
@@ -30,7 +31,7 @@ LOCKSTEP_DEPTH = 1000
 CLOCK_PERIOD = 4_000_000
 """Shortest simulation time [ns] between two messages on /clock: 250 Hz, a tenth of a core for each subscriber."""
 
-_STAMP = struct.Struct("<4xiI")
+_STAMP, _LITTLE_ENDIAN = struct.Struct("<4siI"), b"\0\1\0\0"
 _NANOSECONDS = 1_000_000_000
 
 
@@ -106,17 +107,37 @@ class Publication:
 
 
 class ClockPublication(Publication):
-    """Simulation time, no more often than each `CLOCK_PERIOD`; in lockstep each tick's."""
+    """Simulation time, no more often than each `CLOCK_PERIOD`, and again and again while it stands.
+
+    In lockstep a plain `Publication` has each tick's, since steps count messages.
+    """
 
     _newest: int | None = None
-    period = CLOCK_PERIOD
+    _held: bytes | None = None
+
+    def __init__(self, ros: RosNode, link: LinkClient, *more: Any, **options: Any) -> None:
+        super().__init__(ros, link, *more, **options)
+        self._quiet = QuietClock(link, self._repeat, lambda: self._count_subscribers() > 0)
+
+    def flush(self) -> None:
+        """Publish the newest time if it came too early for that, as after a single step."""
+        if self._held is not None:
+            self._now(self._held)
 
     def _publish(self, payload: bytes) -> None:
-        seconds, rest = _STAMP.unpack_from(payload)
-        now = seconds * _NANOSECONDS + rest
-        if self._newest is None or not 0 <= now - self._newest < self.period:
-            self._newest = now
-            super()._publish(payload)
+        self._quiet.note()
+        now = _time_of(payload)
+        if self._newest is None or not 0 <= now - self._newest < CLOCK_PERIOD:
+            self._now(payload)
+        else:
+            self._held = payload
+
+    def _repeat(self, time: int) -> None:
+        self._now(_STAMP.pack(_LITTLE_ENDIAN, *divmod(time, _NANOSECONDS)))
+
+    def _now(self, payload: bytes) -> None:
+        self._newest, self._held = _time_of(payload), None
+        super()._publish(payload)
 
 
 class JointStates(Publication):
@@ -162,6 +183,11 @@ class CommandTopic(CommandQueue):
         self._losses.count(self.name, numbers.note(number))
         data = json.dumps(values_of(message)).encode() if self._is_values else message
         self.take(self._sender, data, name=name)
+
+
+def _time_of(payload: bytes) -> int:
+    _, seconds, rest = _STAMP.unpack_from(payload)
+    return int(seconds * _NANOSECONDS + rest)
 
 
 def as_bytes(message: Any, type_name: str) -> bytes:
