@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.middleware.ros2.packages.contents import definitions
 from tests.cells import INITIAL, JOINTS
-from tests.ros2.ground import Ground, ground
+from tests.ros2.ground import Ground, bridge_pid, ground
 
 pytestmark = pytest.mark.ros2
 
@@ -36,8 +36,10 @@ def use_each_service(gear: str) -> dict[str, Any]:
         EntityState,
         Result,
         SimulationState,
+        SpawnEntity,
         TagsFilter,
     )
+    from simulation_interfaces.srv import SpawnEntities
 
     found: dict[str, Any] = {}
     with Node() as me:
@@ -82,6 +84,15 @@ def use_each_service(gear: str) -> dict[str, Any]:
         given = call("SpawnEntity", uri="gear_part", initial_pose=PoseStamped(pose=pose)).entity_name
         assert given in call("GetEntities").entities
         call("DeleteEntity", entity=given)
+        both = [SpawnEntity(initial_pose=PoseStamped(pose=pose)) for _ in range(2)]
+        both[0].entity_resource.uri = "gear_part"
+        both[1].entity_resource.uri = "anvil"
+        spawned = me.call("/spawn_entities", "simulation_interfaces/SpawnEntities", spawn_requests=both)
+        assert spawned.result.result == SpawnEntities.Response.ENTITIES_SPAWN_FAILED
+        assert [each.result.result for each in spawned.results] == [Result.RESULT_OK, Result.RESULT_NOT_FOUND]
+        found["SpawnEntities"] = True
+        call("ResetSimulation", scope=2)
+        assert spawned.results[0].entity_name in call("GetEntities").entities
         assert call("GetCurrentWorld").world.name == "lesson"
         assert len(call("GetAvailableWorlds").worlds) > 20
         missing = me.call("/get_entity_info", "simulation_interfaces/GetEntityInfo", entity="nothing").result
@@ -96,9 +107,9 @@ def use_each_service(gear: str) -> dict[str, Any]:
 def test_program_uses_each_service(cell: Ground) -> None:
     found = cell.client(use_each_service, GEAR).value()
     services = {path[4:-4] for path in definitions()["simulation_interfaces"] if path.startswith("srv/")}
-    of_own_test, not_offered = {"LoadWorld"}, {"SpawnEntities", "UnloadWorld"}
-    assert services == set(found) - {"features"} | of_own_test | not_offered
-    assert len(found["features"]) == 29
+    of_own_test = {"LoadWorld", "UnloadWorld"}
+    assert services == set(found) - {"features"} | of_own_test
+    assert len(found["features"]) == 31
 
 
 def reset_state(joints: list[str], far: list[float]) -> dict[str, Any]:
@@ -192,15 +203,18 @@ def test_steps_of_lockstep_count_on_over_reset_of_state(tmp_path: Path) -> None:
 
 def simulate_steps() -> list[Any]:
     """Step a paused cell over the action, once to the end and once until a cancel."""
-    from rclpy_node import Node
+    from rclpy_node import BEST_EFFORT, MANY, Node
     from simulation_interfaces.action import SimulateSteps
     from simulation_interfaces.msg import SimulationState
 
     with Node() as me:
-        steps = me.action_client("/simulate_steps", "simulation_interfaces/SimulateSteps")
+        steps = me.action_client(
+            "/simulate_steps", "simulation_interfaces/SimulateSteps", feedback_sub_qos_profile=MANY
+        )
         refused = me.act(me.act(steps.send_goal_async, SimulateSteps.Goal(steps=10)).get_result_async)
         me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=2))
         counts: list[list[int]] = []
+        clocks = me.listen("/clock", "rosgraph_msgs/Clock", BEST_EFFORT)
 
         def note(message: Any) -> None:
             counts.append([message.feedback.completed_steps, message.feedback.remaining_steps])
@@ -208,19 +222,77 @@ def simulate_steps() -> list[Any]:
         goal = me.act(steps.send_goal_async, SimulateSteps.Goal(steps=120), note)
         whole = me.act(goal.get_result_async)
         me.wait(lambda: [120, 0] in counts, "last feedback")
+        newest = me.call("/get_entity_state", "simulation_interfaces/GetEntityState", entity="arm").state.header.stamp
+        me.wait(lambda: clocks and clocks[-1].clock == newest, "time of the last step")
+        none = me.act(me.act(steps.send_goal_async, SimulateSteps.Goal(steps=0)).get_result_async)
         goal = me.act(steps.send_goal_async, SimulateSteps.Goal(steps=100_000))
         me.act(goal.cancel_goal_async)
         cancelled = me.act(goal.get_result_async)
         me.call("/set_simulation_state", "simulation_interfaces/SetSimulationState", state=SimulationState(state=1))
-        return [[each.status, each.result.result.result] for each in (refused, whole, cancelled)] + counts
+        return [[each.status, each.result.result.result] for each in (refused, whole, none, cancelled)] + counts
 
 
 def test_steps_have_feedback_and_can_be_cancelled(cell: Ground) -> None:
     succeeded, canceled, aborted = 4, 5, 6
     assert cell.client(simulate_steps).value() == [
-        *([aborted, 3], [succeeded, 1], [canceled, 1]),
-        *([50, 70], [100, 20], [120, 0]),
+        *([aborted, 4], [succeeded, 1], [aborted, 4], [canceled, 1]),
+        *([done, 120 - done] for done in range(1, 121)),
     ]
+
+
+def hear_clock_while_paused() -> dict[str, Any]:
+    """Step, reset and stop a paused cell; return the times of its answers and those that were heard."""
+    from rclpy_node import BEST_EFFORT, Node
+    from simulation_interfaces.msg import SimulationState
+
+    def nanoseconds(stamp: Any) -> int:
+        return int(stamp.sec * 10**9 + stamp.nanosec)
+
+    package = "simulation_interfaces"
+    with Node() as me:
+
+        def request(service: str, kind: str, **fields: Any) -> None:
+            result = me.call(service, f"{package}/{kind}", **fields).result
+            assert result.result == 1, result.error_message
+
+        def now() -> int:
+            state = me.call("/get_entity_state", f"{package}/GetEntityState", entity="arm").state
+            return nanoseconds(state.header.stamp)
+
+        def hear_later_than(time: int) -> int:
+            return int(me.wait(lambda: (now := nanoseconds(clocks[-1].clock)) > time and now, "next time"))
+
+        def turn(state: int) -> None:
+            request("/set_simulation_state", "SetSimulationState", state=SimulationState(state=state))
+
+        turn(2)
+        paused_at = now()
+        clocks = me.listen("/clock", "rosgraph_msgs/Clock", BEST_EFFORT)
+        heard = [me.wait(lambda: clocks and nanoseconds(clocks[-1].clock), "time while paused")]
+        for _ in range(10):
+            request("/step_simulation", "StepSimulation")  # its default is one step
+            heard.append(hear_later_than(heard[-1]))
+        stepped_to = now()
+        request("/reset_simulation", "ResetSimulation", scope=1)
+        me.wait(lambda: nanoseconds(clocks[-1].clock) == 0, "time 0 after a reset of the time")
+        request("/step_simulation", "StepSimulation", steps=3)
+        me.wait(lambda: nanoseconds(clocks[-1].clock) == now() > 0, "time of three steps")
+        states = []
+        for state in (1, 0, 1, 2, 0):
+            turn(state)
+            states.append(me.call("/get_simulation_state", f"{package}/GetSimulationState").state.state)
+            if state == 0:
+                me.wait(lambda: nanoseconds(clocks[-1].clock) == 0, "time 0 of a stopped simulation")
+        turn(1)
+        me.wait(lambda: nanoseconds(clocks[-1].clock) > 0, "time that passes")
+        return {"paused_at": paused_at, "heard": heard, "stepped_to": stepped_to, "states": states}
+
+
+def test_clock_moves_after_each_step_and_is_there_while_paused(cell: Ground) -> None:
+    found = cell.client(hear_clock_while_paused).value()
+    assert found["heard"] == [found["paused_at"] + step * 2_000_000 for step in range(11)]
+    assert found["stepped_to"] == found["heard"][-1]
+    assert found["states"] == [1, 0, 1, 2, 0]
 
 
 def call_in_burst(count: int) -> int:
@@ -241,27 +313,61 @@ def test_calls_in_burst_are_all_answered(cell: Ground) -> None:
     assert cell.client(call_in_burst, 300).value() == 300
 
 
-def load_world(name: str, before: str) -> list[Any]:
-    """Load a world; return its name, and that of the world that the node has then."""
-    from rclpy_node import Node
+def change_world(name: str, before: str) -> dict[str, Any]:
+    """Load a world, unload it, and load the first one again; return what a program finds that stays."""
+    from rclpy_node import BEST_EFFORT, Node
+    from simulation_interfaces.msg import SimulationState
 
+    package = "simulation_interfaces"
     with Node() as me:
 
+        def ask(service: str, kind: str, **fields: Any) -> Any:
+            return me.call(service, f"{package}/{kind}", timeout=1.0, **fields)
+
         def current() -> str:
-            answer = me.call("/get_current_world", "simulation_interfaces/GetCurrentWorld", timeout=1.0)
+            assert "cellwright" in me.node.get_node_names()
+            answer = ask("/get_current_world", "GetCurrentWorld")
             return "" if answer is None else answer.world.name
 
+        def load(uri: str) -> int:
+            loaded = ask("/load_world", "LoadWorld", uri=uri)
+            assert (loaded.result.result, loaded.world.name) == (1, uri), loaded.result.error_message
+            me.wait(lambda: current() == uri, "other world")
+            me.wait(lambda: clocks and clocks[-1].clock.sec == clocks[-1].clock.nanosec == 0, "time 0 of it")
+            return int(ask("/get_simulation_state", "GetSimulationState").state.state)
+
+        me.wait(lambda: "cellwright" in me.node.get_node_names(), "node")
         me.wait(lambda: current() == before, "first world")
-        loaded = me.call("/load_world", "simulation_interfaces/LoadWorld", uri=name)
-        assert loaded.result.result == 1, loaded.result.error_message
-        after = me.wait(lambda: (found := current()) not in ("", before) and found, "other world")
-        return [loaded.world.name, after]
+        clocks = me.listen("/clock", "rosgraph_msgs/Clock", BEST_EFFORT)
+        states = [load(name)]
+        playing = ask("/set_simulation_state", "SetSimulationState", state=SimulationState(state=1)).result.result
+        me.wait(lambda: clocks[-1].clock.nanosec > 0, "time of the other world")
+        parameters = me.call("/cellwright/list_parameters", "rcl_interfaces/ListParameters").result.names
+        entities = list(ask("/get_entities", "GetEntities").entities)
+        unloaded = ask("/unload_world", "UnloadWorld").result.result
+        states.append(int(ask("/get_simulation_state", "GetSimulationState").state.state))
+        states.append(load(before))
+        again = me.call("/cellwright/list_parameters", "rcl_interfaces/ListParameters").result.names
+        return {
+            "states": states,
+            "results": [playing, unloaded],
+            "has_arm": ["arm" in entities, "arm" in ask("/get_entities", "GetEntities").entities],
+            "arm_parameters": [sum(each.startswith("ariac.arm.") for each in names) for names in (parameters, again)],
+        }
 
 
-def test_other_trial_is_loaded_as_world(tmp_path: Path) -> None:
+def test_other_trial_is_loaded_as_world_and_the_node_stays(tmp_path: Path) -> None:
+    stopped, no_world = 0, 4
     with ground(tmp_path) as made:
         served = made.serve("lesson", "-d")
-        assert made.client(load_world, "final01", "lesson").value() == ["final01", "final01"]
+        bridge = bridge_pid(served)
+        found = made.client(change_world, "final01", "lesson").value()
+        assert found["states"] == [stopped, no_world, stopped]
+        assert found["results"] == [1, 1]
+        assert found["has_arm"] == [False, True]
+        without, with_arm = found["arm_parameters"]
+        assert without < with_arm
+        assert bridge_pid(served) == bridge
         made.stop(served)
         assert served.finish() == 0
 

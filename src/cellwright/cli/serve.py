@@ -5,10 +5,11 @@ import itertools
 import os
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack, closing
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -22,12 +23,16 @@ from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.wire.frames import WORLD_CHANGE
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session
 from cellwright.running.run.observers import Pictures
 from cellwright.running.run.targets import cell_result
 from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence
 from cellwright.viewer.web.start import LOOPBACK
+
+if TYPE_CHECKING:
+    from cellwright.middleware.ros2.host import Ros2
 
 RESULT = "/cellwright/result"
 """Service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""
@@ -58,7 +63,9 @@ EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 
 
 class WorldChange:
-    """Change of a served development cell to another trial, as clients request it.
+    """Change of a served development cell to another trial, as clients request it; close it at the end.
+
+    The node of ROS 2 stays. The other trial is stopped at its begin.
 
     Args:
         cell_of: returns the cell of a trial.
@@ -67,13 +74,22 @@ class WorldChange:
     _POLLS = 3
     """Polls of the session after a request, so that its answer arrives before the connections end."""
 
-    _REASON = "another world is loaded"
-
     def __init__(self, cell_of: Callable[[Trial], Cell]) -> None:
         self._cell_of = cell_of
         self._next: Cell | None = None
+        self._kept = ExitStack()
+        self._ros2: Ros2 | None = None
         self.port: int | None = None
         """Port of the session that was to load a world: the next one's too."""
+
+    @property
+    def has_changed(self) -> bool:
+        """True if a world has replaced that of the command."""
+        return self.port is not None
+
+    def close(self) -> None:
+        """End what the sessions share."""
+        self._kept.close()
 
     def follow(self, session: Session) -> None:
         """Let a session, not opened yet, load worlds."""
@@ -85,16 +101,17 @@ class WorldChange:
 
             def stop_soon() -> None:
                 if next(polls) == self._POLLS:
-                    session.stop.request(self._REASON)
+                    session.stop.request(WORLD_CHANGE)
 
             session.on_poll.append(stop_soon)
 
         session.load_world = load
+        session.ros2, session.ros2_keeper = self._ros2, self._kept
 
     def take(self, session: Session) -> CellTarget | None:
         """Return the next cell as a target, once; None if the session ended for another reason, as by a signal."""
-        cell, self._next = self._next, None
-        return None if cell is None or session.stop.reason != self._REASON else CellTarget(lambda: cell)
+        cell, self._next, self._ros2 = self._next, None, session.ros2
+        return None if cell is None or session.stop.reason != WORLD_CHANGE else CellTarget(lambda: cell)
 
 
 def served_session(
@@ -250,12 +267,12 @@ def serve(
     can_load = development and not any((page, ros1, lockstep, as_json, kept, video, log, file))
     worlds = WorldChange(partial(options.new_cell, console, seed=seed_value, servo=servo, competition=False))
     status = DONE
-    while target is not None:
-        session = served_session(
-            target, console, rate=RateControl(rate), serve=ServerOptions(host, worlds.port or port), **more
-        )
-        if can_load:
-            worlds.follow(session)
-        status = run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose)
-        target = worlds.take(session)
+    with closing(worlds):
+        while target is not None:
+            pace = RateControl(rate, paused=worlds.has_changed)
+            session = served_session(target, console, rate=pace, serve=ServerOptions(host, worlds.port or port), **more)
+            if can_load:
+                worlds.follow(session)
+            status = run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose)
+            target = worlds.take(session)
     raise typer.Exit(status)

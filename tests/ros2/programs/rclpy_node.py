@@ -85,13 +85,13 @@ class Node:
         assert done.wait(TIMEOUT), "no answer"
         return future.result()
 
-    def action_client(self, name: str, type_name: str) -> Any:
+    def action_client(self, name: str, type_name: str, **more: Any) -> Any:
         """Return a client of an action, which has a server. The thread that spins makes it.
 
         Made in another thread it may be waited for before it is complete, which is an error in Kilted.
         """
         kind = interface(type_name, "action")
-        client = self.result(self.executor.create_task(lambda: ActionClient(self.node, kind, name)))
+        client = self.result(self.executor.create_task(lambda: ActionClient(self.node, kind, name, **more)))
         assert client.wait_for_server(TIMEOUT), f"no action {name}"
         return client
 

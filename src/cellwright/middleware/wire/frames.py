@@ -65,6 +65,10 @@ _TIME = struct.Struct("<q")
 _JSON_LENGTH = struct.Struct("<I")
 
 
+WORLD_CHANGE = "another world is loaded"
+"""Reason of an end after which a server with another world follows at the same address."""
+
+
 class FrameKind(IntEnum):
     """Purpose of a frame."""
 

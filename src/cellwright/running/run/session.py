@@ -27,6 +27,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.wire.frames import WORLD_CHANGE
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.agent_work import work_in_process
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
@@ -174,6 +175,8 @@ class Session(SessionState):
         self.page: WebPage | None = None
         self.ros: Ros1 | None = None
         self.ros2: Ros2 | None = None
+        self.ros2_keeper: ExitStack | None = None
+        """Keeps the node of ROS 2 beyond this session, for one with another world; it gets `ros2` before it opens."""
         self._is_over = False
         self._run: ExitStack | None = None
         self._opened = ExitStack()
@@ -219,11 +222,13 @@ class Session(SessionState):
             identity = target.identity or SIMULATOR
             self.ros = opened.enter_context(Ros1(self.notice, lambda: self.stop.is_requested, identity=identity))
             self.ros.prepare()
-        if self._ros2:
+        if self._ros2 and self.ros2 is not None:
+            self.ros2.await_change(lambda: self.stop.is_requested)
+        elif self._ros2:
             from cellwright.middleware.ros2.host import Ros2
             from cellwright.middleware.ros2.host.ros2 import CELL_NODE
 
-            self.ros2 = opened.enter_context(
+            self.ros2 = (self.ros2_keeper or opened).enter_context(
                 Ros2(
                     self.notice,
                     lambda: self.stop.is_requested,
@@ -261,6 +266,8 @@ class Session(SessionState):
             self.page.close()
 
     def _closing_reason(self) -> str:
+        if self.stop.reason == WORLD_CHANGE:
+            return WORLD_CHANGE
         if self.result is None or not self.target.runs_from_start:
             return self.target.stopped
         return f"the run is over: {self.result.outcome}"

@@ -12,6 +12,7 @@ import json
 import re
 import signal
 import sys
+import time
 import types
 from pathlib import Path
 from typing import Any
@@ -37,15 +38,18 @@ from cellwright.middleware.ros2.bridge.standard_services import FEATURES, offer_
 from cellwright.middleware.ros2.bridge.topics import ClockPublication, CommandTopic, JointStates, Publication
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
 from cellwright.middleware.wire.connection import LinkClient, address_of
-from cellwright.middleware.wire.event_loop import EventLoop, report, report_ready
-from cellwright.middleware.wire.frames import Frame, FrameKind
+from cellwright.middleware.wire.event_loop import EventLoop, MissingError, report, report_ready
+from cellwright.middleware.wire.frames import WORLD_CHANGE, Frame, FrameKind
 
 CLOCK, DESCRIPTION = "/clock", "/robot_description"
 
 ROS1_ONLY = "controller_manager_msgs/"
 """Types of the cell's services that have another form in ROS 2."""
 
-ENDED, ANSWERED = 0, 3
+ENDED, ANSWERED, CHANGED = 0, 3, 4
+
+CHANGE_TIMEOUT = 30.0
+"""Time [s] in which the server of another world answers."""
 
 _NAME = re.compile(r"/[\w/]+")
 _LOOK_PERIOD = 0.05  # time between two looks for subscribers [s]
@@ -87,8 +91,33 @@ class Bridge:
     def _serve(self) -> int:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._loop.stop(ENDED))
+        while (status := self._present()) == CHANGED:
+            self._clear()
+        return status
+
+    def _connect(self) -> LinkClient:
+        """Return a connection to the cell; one of another world may take a while."""
+        end = time.monotonic() + (CHANGE_TIMEOUT if self._ros is not None else 0.0)
+        while True:
+            try:
+                return LinkClient(self._loop, self._address, self._name, self._cell_ended, "ros2", self._log_notice)
+            except MissingError:
+                if time.monotonic() > end:
+                    raise
+            time.sleep(_LOOK_PERIOD)
+
+    def _clear(self) -> None:
+        """Remove the offers of a world that has gone; the node stays, and so do programs that know it."""
+        assert self._ros is not None
+        self._ros.renew()
+        self._parameters.withdraw()
+        self._loop.close()
+        self._loop = EventLoop()
+
+    def _present(self) -> int:
+        """Carry messages of one cell until it ends; return CHANGED if another world follows it."""
         self._loop.wake_by_signals()
-        self._link = LinkClient(self._loop, self._address, self._name, self._cell_ended, "ros2", self._log_notice)
+        self._link = self._connect()
         parameters = self._ask(PARAMETERS, {})
         state = self._ask(CONTROL, {"action": "state"})
         self._has = {FEATURES: self._ask(FEATURES, {}) or {}}
@@ -96,7 +125,7 @@ class Bridge:
         self._controllers = [self._ask(each, {}) or {} for each in (NODES, ACTIVITY)] if has_controllers else [{}]
         if parameters is None or state is None:
             return ENDED
-        ros = self._ros = RosNode(self._name, self._arguments)
+        ros = self._ros = self._ros or RosNode(self._name, self._arguments)
         self._offer(ros, self._link.welcome)
         self._parameters = NodeParameters(ros, self._link, parameters, state.get("speed"))
         self._describe(ros, description_of(parameters))
@@ -160,6 +189,9 @@ class Bridge:
             self._publication_class(topic)(ros, link, topic, self._named(topic), sent, in_lockstep=in_lockstep)
             for topic in out
         ]
+        for publication in self._publications:
+            if isinstance(publication, ClockPublication):
+                calls.before_answer = publication.flush
         if in_lockstep:
             published = {each.name: each for each in self._publications}
             steps_look.append(StepQueue(loop, link, self._commands))
@@ -199,7 +231,7 @@ class Bridge:
             report("the cell is gone")
         for action in self._actions:
             action.end()
-        self._loop.stop(ENDED)
+        self._loop.stop(CHANGED if reason == WORLD_CHANGE else ENDED)
 
     def _leave(self) -> None:
         if self._ros is not None:

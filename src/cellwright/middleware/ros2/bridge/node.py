@@ -24,6 +24,7 @@ SIGN_OFF_TIMEOUT = 5.0  # time for the node to leave the graph [s]; then the pro
 
 
 _WARN = 30  # level of rcl_interfaces/Log, whose constant is a number in some distributions, and bytes in others
+_ENTITIES = ("publisher", "subscription", "service")
 _LOGGED = 100  # lines that a late reader of /rosout gets
 
 
@@ -70,6 +71,7 @@ class RosNode:
         latched = quality(is_reliable=True, is_transient_local=True, depth=_LOGGED)
         self._further: list[Any] = []
         self._rosout = self.node.create_publisher(Log, "/rosout", latched)
+        self._own = {id(each) for kind in _ENTITIES for each in getattr(self.node, f"{kind}s")}
         self.receiver = Receiver(self.node)
         self.group = ReentrantCallbackGroup()
         self.executor = SingleThreadedExecutor()
@@ -108,8 +110,21 @@ class RosNode:
 
     def start(self) -> None:
         """Begin to call callbacks."""
-        self._thread.start()
+        if not self._thread.is_alive():
+            self._thread.start()
         self.receiver.start()
+
+    def renew(self) -> None:
+        """Remove all that was offered, so that the node can offer another cell; it stays in the graph."""
+        self.receiver.close(SIGN_OFF_TIMEOUT)
+        for kind in _ENTITIES:
+            for entity in [each for each in getattr(self.node, f"{kind}s") if id(each) not in self._own]:
+                getattr(self.node, f"destroy_{kind}")(entity)
+        for node in self._further:
+            self.executor.remove_node(node)
+            node.destroy_node()
+        self._further.clear()
+        self.receiver = Receiver(self.node)
 
     def close(self) -> None:
         """Leave the graph; the order is the one in which rclpy ends without complaint."""

@@ -26,7 +26,8 @@ class NodeParameters:
 
     def __init__(self, ros: RosNode, link: LinkClient, values: dict[str, Any], speed: object) -> None:
         self._link = link
-        node = ros.node
+        self._node = node = ros.node
+        self._before = set(node.get_parameters_by_prefix(""))
         read_only = ParameterDescriptor(read_only=True)
         for name, value in flat(values):
             if name != USE_SIM_TIME and not node.has_parameter(name):
@@ -40,6 +41,13 @@ class NodeParameters:
             self._is_declared = False
             node.declare_parameter(SPEED, UNLIMITED if isinstance(speed, str) else float(speed), described)
         self._is_declared = True
+
+    def withdraw(self) -> None:
+        """Remove the parameters, for those of another cell."""
+        self._node.remove_on_set_parameters_callback(self._set)
+        for name in set(self._node.get_parameters_by_prefix("")) - self._before:
+            self._node.describe_parameter(name).read_only = False  # else it could not be removed
+            self._node.undeclare_parameter(name)
 
     def _set(self, parameters: list[Any]) -> SetParametersResult:
         """Set the speed at the cell, which may refuse it, as in a competition."""

@@ -92,7 +92,7 @@ class Ros2:
             name: [other] if self.options.names == "ros2_control" else [name, other]
             for name, other in (others or {}).items()
         }
-        self._is_stopped = is_stopped
+        self.is_stopped = is_stopped
         found = installations.find(environment)
         for note in found.notes:
             report(note)
@@ -131,19 +131,26 @@ class Ros2:
             UsageError: it failed; the text has the reason.
         """
         self._address = address
-        if self._is_stopped():
+        if self.is_stopped():
             return False
         try:
-            bridge = self._start()
+            bridge = self._start() if self._bridge is None or self._bridge.poll() is not None else self._bridge
         except OSError as error:
             raise UsageError(f"the ROS 2 bridge could not be started: {error}") from None
-        self._was_ready = start_bridge(bridge, "ROS 2", serve, self._is_stopped, lambda line: self.report(line))
+        self._was_ready = start_bridge(bridge, "ROS 2", serve, self.is_stopped, lambda line: self.report(line))
         return self._was_ready
 
     @property
     def bridge_pid(self) -> int | None:
         """Process id of the bridge; None if it does not run."""
         return None if self._bridge is None else self._bridge.pid
+
+    def await_change(self, is_stopped: Callable[[], bool]) -> None:
+        """Expect that the bridge joins the server of another world, which runs until it `is_stopped`."""
+        self.is_stopped = is_stopped
+        self._was_ready = False
+        if self._bridge is not None:
+            self._bridge.is_ready = False
 
     def poll(self) -> None:
         """Check the bridge, and restart it if it has ended; call it often, and from the same thread."""
@@ -194,5 +201,5 @@ class Ros2:
 
     def _on_line(self, line: str) -> None:
         """Forward the bridge's output, except complaints about its disconnection at the end."""
-        if not self._is_stopped():
+        if not self.is_stopped():
             self.report(f"ROS 2: {line}")
