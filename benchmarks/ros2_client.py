@@ -124,7 +124,8 @@ def action(client: Client, name: str, number: float) -> list[float]:
         def accept(answered: Any) -> None:
             answered.result().get_result_async().add_done_callback(finish)
 
-        caller.send_goal_async(goal).add_done_callback(accept)
+        # by the thread that spins: rclpy drops an answer that comes before the sender has noted its goal
+        client.executor.create_task(lambda: caller.send_goal_async(goal).add_done_callback(accept))
         done.wait()
         if statuses != [GoalStatus.STATUS_SUCCEEDED]:
             raise ValueError(f"{name}/follow: a goal ended otherwise (got status {statuses[0]})")

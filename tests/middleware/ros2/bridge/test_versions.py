@@ -16,7 +16,7 @@ from cellwright.middleware.ros2.packages.contents import definitions
 from cellwright.viewer.services.simulation_requests import FAILED, INCORRECT_STATE, INVALID_POSE, OK
 from tests.middleware.ros2.packages.test_interfaces import loaded, run
 from tests.ros2.requirement import installation_of
-from tests.viewer.services.test_simulation import GEAR, IN_BIN7, Services
+from tests.viewer.services.simulated import GEAR, IN_BIN7, Services
 
 RELEASES: dict[str, dict[str, dict[str, Any]]] = json.loads(
     (Path(__file__).parents[3] / "data" / "ros2_releases.json").read_text(encoding="utf-8")
