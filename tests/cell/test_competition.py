@@ -246,6 +246,22 @@ def test_open_kit_has_points_of_waiting_tray_until_agv_departs() -> None:
     assert cell.competition.evidence().orders[0].kits[0].unsent == ()
 
 
+def test_kit_of_agv_that_was_just_sent_is_on_its_way() -> None:
+    cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS)))
+    start(cell)
+    run(cell, 1.1)
+    cell.agvs[1].send("order_0_kit_0")
+    run(cell, 0.5)
+    found = cell.competition.evidence()
+    kit = found.orders[0].kits[0]
+    assert [(each.tray, each.is_sent, each.score.total) for each in kit.unsent or ()] == [("agv1", True, 6.0)]
+    assert "its AGV was on its way when the run ended" in kit.bonus_sentence
+    assert found.total == 0.0
+    run(cell, 0.5)
+    found = cell.competition.evidence()
+    assert (found.orders[0].kits[0].unsent, found.total) == (None, 6.0)
+
+
 def test_wanted_parts_on_one_tray_announce_next_order() -> None:
     """Wanted parts are those of the next order. One tray must hold them; faulty ones do not count."""
     disks = (KitObject("disk_part", Pose((0.1, -0.1, 0.0))), KitObject("disk_part", Pose((-0.1, -0.1, 0.0))))

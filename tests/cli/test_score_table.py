@@ -12,6 +12,7 @@ from cellwright.cell.kitting.evidence import (
     NOT_ANNOUNCED,
     NOT_SUBMITTED,
     OFF_TRAY,
+    ON_ITS_WAY,
     REASONS,
     KitEvidence,
     kit_evidence,
@@ -129,8 +130,23 @@ def test_kit_never_submitted_says_what_its_trays_would_have_earned() -> None:
     assert list(summary.kit_lines(replace(unjudged(is_announced=True), unsent=())))[2:] == [f"    {NO_PARTS}"]
 
 
+def test_kit_on_its_way_says_so_and_what_it_would_have_earned() -> None:
+    score = KitScore("kit", is_submitted=True, parts=(part(Verdict.TOO_FAR), part(Verdict.MISSING)))
+    tray = UnsentTray(
+        "agv1", (TrayObject("bin7|piston_rod_part_5", "piston_rod_part", False, Pose()),), score, is_sent=True
+    )
+    found = unjudged(is_announced=True)
+    parts = tuple(replace(each, cause=ON_ITS_WAY) for each in found.parts)
+    assert list(summary.kit_lines(replace(found, parts=parts, unsent=(tray,))))[1:] == [
+        "  on its way: its AGV was on its way when the run ended, and had not submitted",
+        "    the kit yet",
+        "    agv1 was on its way with 1 piston_rod_part; as this kit it would have earned",
+        "      1 of 6 points (there 1, pose 0, bonus 0)",
+    ]
+
+
 def test_each_loss_has_a_reason() -> None:
-    causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, NOT_ANNOUNCED, OFF_TRAY}
+    causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, ON_ITS_WAY, NOT_ANNOUNCED, OFF_TRAY}
     assert set(REASONS) == causes - {Verdict.PLACED, BonusVerdict.EARNED}
     lost = kit(*(part(verdict) for verdict in Verdict))
     kinds = [line.partition(": ")[0] for line in summary.loss_lines(lost)]

@@ -22,6 +22,7 @@ from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.evidence import (
     NOT_ANNOUNCED,
     NOT_SUBMITTED,
+    ON_ITS_WAY,
     REASONS,
     Evidence,
     KitEvidence,
@@ -310,7 +311,7 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
                 )
                 for (kind, sentence), count in known.items():  # counts of each outcome; indented, below the reason
                     yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
-            if cause == NOT_SUBMITTED:
+            if cause in (NOT_SUBMITTED, ON_ITS_WAY):
                 yield from (f"  {sentence}" for sentence in kit.unsent_sentences())
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"

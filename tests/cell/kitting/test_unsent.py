@@ -1,12 +1,14 @@
 """Tests of kits that were never submitted: what waits on the trays, and what it would have earned."""
 
 import json
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.kitting.evidence import NO_PARTS, KitEvidence, evidence, evidence_to_json
+from cellwright.cell.kitting.evidence import NO_PARTS, ON_ITS_WAY, REASONS, KitEvidence, evidence, evidence_to_json
 from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.kit_score import score_kit
 from cellwright.cell.kitting.scorer import Scorer
@@ -20,7 +22,13 @@ LATER = order(1, ("disk_part",), start_time=99.0)
 CELL = tuple(Part(f"bin5|{kind}_{n}", kind, Pose()) for kind in TYPES for n in range(9))
 
 
-def kits_of(trays: dict[str, TrayContents] | None, first: Order = GEARS, *, submits: bool = False) -> list[KitEvidence]:
+def kits_of(
+    trays: dict[str, TrayContents] | None,
+    first: Order = GEARS,
+    *,
+    submits: bool = False,
+    sent: Mapping[str, str] = MappingProxyType({}),
+) -> list[KitEvidence]:
     """Return the evidence after an order was announced, and its first kit submitted or not."""
     scorer = Scorer((first, LATER))
     scorer.begin(0)
@@ -28,7 +36,8 @@ def kits_of(trays: dict[str, TrayContents] | None, first: Order = GEARS, *, subm
     if submits:
         scorer.submit(first.kits[0].kit_type, full_tray(first), 1)
     trial = Trial("t", orders=(first, LATER), bin_parts=CELL)
-    return [each for order in evidence(trial, scorer.game_score(9), 9, trays=trays).orders for each in order.kits]
+    found = evidence(trial, scorer.game_score(9), 9, trays=trays, sent=sent)
+    return [each for order in found.orders for each in order.kits]
 
 
 def test_kit_never_submitted_names_parts_on_tray_and_their_points() -> None:
@@ -38,6 +47,34 @@ def test_kit_never_submitted_names_parts_on_tray_and_their_points() -> None:
     assert list(found.unsent_sentences()) == [f"{words} (there 1, pose 1, bonus 0)"]
     assert found.bonus_sentence == f"its kit was never submitted; {words} (there 1, pose 1, bonus 0)"
     assert found.score.total == 0.0  # an explanation earns nothing
+
+
+def test_kit_on_its_way_says_so_and_names_its_points() -> None:
+    there = (tray_object(name="bin5|gear_part_1"),)
+    found = kits_of({TRAY_1: full_tray(GEARS), TRAY_2: there}, sent={TRAY_2: GEARS.kits[0].kit_type})[0]
+    sent, waiting = found.unsent_sentences()
+    assert sent.startswith("agv2 was on its way with 1 gear_part; as this kit it would have earned 2 of 6 points (")
+    assert waiting.startswith("agv1's tray held 2 gear_part; as this kit it would have earned 6 of 6 points (")
+    assert found.bonus_sentence == f"{REASONS[ON_ITS_WAY]}; {sent}; {waiting}"
+    assert [part.cause for part in found.parts] == [ON_ITS_WAY] * 2
+    assert [part.sentence() for part in found.parts] == [REASONS[ON_ITS_WAY]] * 2
+    assert found.score.total == 0.0
+
+
+def test_empty_tray_on_its_way_says_so() -> None:
+    found = kits_of({TRAY_1: ()}, sent={TRAY_1: GEARS.kits[0].kit_type})[0]
+    assert found.bonus_sentence == f"{REASONS[ON_ITS_WAY]}; {NO_PARTS}"
+
+
+def test_agv_on_its_way_with_another_kit_leaves_reason() -> None:
+    there = {TRAY_1: full_tray(GEARS)}
+    assert kits_of(there, sent={TRAY_1: "order_0_kit_7"}) == kits_of(there)
+    assert kits_of(there, sent={TRAY_1: GEARS.kits[0].kit_type})[1] == kits_of(there)[1]  # of an unannounced order
+
+
+def test_submitted_kit_on_its_way_again_keeps_its_score() -> None:
+    there, again = {TRAY_2: full_tray(GEARS)}, {TRAY_2: GEARS.kits[0].kit_type}
+    assert kits_of(there, submits=True, sent=again)[0] == kits_of(there, submits=True)[0]
 
 
 def test_faulty_part_on_waiting_tray_is_named_and_earns_nothing() -> None:
@@ -76,6 +113,7 @@ def test_json_has_parts_and_points_of_waiting_trays() -> None:
     (tray,) = json.loads(json.dumps(evidence_to_json(found)))["orders"][0]["kits"][0]["unsent"]
     assert tray["parts"] == [{"name": "bin5|gear_part_1", "type": "gear_part", "faulty": True}]
     assert (tray["tray"], tray["would_earn"], tray["part_presence"]) == ("agv1", 0.0, 0.0)
+    assert tray["on_its_way"] is False
 
 
 OBJECTS = st.builds(

@@ -30,6 +30,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import seconds
 
 NOT_SUBMITTED = "not submitted"
+ON_ITS_WAY = "on its way"
 NOT_ANNOUNCED = "not announced"
 OFF_TRAY = "off tray"
 NO_PARTS = "no part lay on a waiting tray"
@@ -48,6 +49,7 @@ REASONS: Mapping[str, str] = MappingProxyType(
         Verdict.FAULTY: "only a faulty one, which does not count",
         Verdict.MISSING: "not on the tray at submission",
         NOT_SUBMITTED: "its kit was never submitted",
+        ON_ITS_WAY: "its AGV was on its way when the run ended, and had not submitted the kit yet",
         NOT_ANNOUNCED: "its order was never announced",
         BonusVerdict.PARTS_SHORT: "an ordered part is missing, so there is no bonus",
         BonusVerdict.EXTRA_OBJECTS: "the tray holds more than was ordered, so there is no bonus",
@@ -208,6 +210,7 @@ def evidence(
     attainable: AttainableScore | None = None,
     fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
     trays: Mapping[str, TrayContents] | None = None,
+    sent: Mapping[str, str] = MappingProxyType({}),
 ) -> Evidence:
     """Return the evidence for a score of the trial that was played.
 
@@ -218,6 +221,7 @@ def evidence(
         attainable: the attainable points, if known already.
         fates: fates of the parts that judged kits lack, by kit type; see `kit_evidence`.
         trays: contents of the trays at their stations, by link, for kits that were not submitted; None if unknown.
+        sent: kit types that AGVs have been sent with and not submitted yet, by the tray's link.
     """
     attainable = attainable or attainable_score(trial)
     announced = {order.order_id: order for order in score.orders}
@@ -243,22 +247,27 @@ def evidence(
         for order in (*score.orders, *silent)
     )
     if trays is not None:
-        orders = tuple(_with_trays(order, trial, trays) for order in orders)
+        orders = tuple(_with_trays(order, trial, trays, sent) for order in orders)
     return Evidence(orders, attainable, score.part_travel_time, process_time, system_cost(trial.sensors))
 
 
-def _with_trays(found: OrderEvidence, trial: Trial, trays: Mapping[str, TrayContents]) -> OrderEvidence:
+def _with_trays(
+    found: OrderEvidence, trial: Trial, trays: Mapping[str, TrayContents], sent: Mapping[str, str]
+) -> OrderEvidence:
     """Return the evidence of an order with the trays that wait for its kits that were not submitted."""
-    kits = {kit.kit_type: kit for order in trial.orders for kit in order.kits}
     if not found.is_announced:
         return found
-    return replace(
-        found,
-        kits=tuple(
-            kit if kit.score.is_submitted else replace(kit, unsent=unsent_trays(kits[kit.score.kit_type], trays))
-            for kit in found.kits
-        ),
-    )
+    kits = {kit.kit_type: kit for order in trial.orders for kit in order.kits}
+
+    def with_trays(kit: KitEvidence) -> KitEvidence:
+        if kit.score.is_submitted:
+            return kit
+        unsent = unsent_trays(kits[kit.score.kit_type], trays, sent)
+        if kit.score.kit_type not in sent.values():
+            return replace(kit, unsent=unsent)
+        return replace(kit, unsent=unsent, parts=tuple(replace(part, cause=ON_ITS_WAY) for part in kit.parts))
+
+    return replace(found, kits=tuple(map(with_trays, found.kits)))
 
 
 def evidence_to_json(found: Evidence) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from cellwright.cell.kitting.inventory import TrayContents
@@ -27,11 +28,13 @@ class UnsentTray:
         tray: AGV of the tray.
         contents: the parts on it.
         score: score of the kit if this tray were submitted as it.
+        is_sent: True if its AGV has been sent with this kit, and submits it when it departs.
     """
 
     tray: str
     contents: TrayContents
     score: KitScore
+    is_sent: bool = False
 
     def sentence(self) -> str:
         """The parts on the tray, and the points that they would have earned."""
@@ -41,12 +44,14 @@ class UnsentTray:
         best = (PRESENCE_POINTS + BONUS_POINTS + POSE_POINTS) * len(score.parts)
         terms = f"there {score.part_presence:g}, pose {score.part_pose:g}, bonus {score.all_parts_bonus:g}"
         earned = f"{score.total:g} of {best:g} points ({terms})"
-        return f"{self.tray}'s tray held {held}; as this kit it would have earned {earned}"
+        subject = f"{self.tray} was on its way with" if self.is_sent else f"{self.tray}'s tray held"
+        return f"{subject} {held}; as this kit it would have earned {earned}"
 
     def as_json(self) -> dict[str, Any]:
         """Return the tray as JSON values."""
         return {
             "tray": self.tray,
+            "on_its_way": self.is_sent,
             "parts": [{"name": each.name, "type": each.type, "faulty": each.is_faulty} for each in self.contents],
             "would_earn": self.score.total,
             "part_presence": self.score.part_presence,
@@ -56,16 +61,19 @@ class UnsentTray:
         }
 
 
-def unsent_trays(kit: Kit, trays: Mapping[str, TrayContents]) -> tuple[UnsentTray, ...]:
-    """Judge each tray that holds parts as the kit, the best first.
+def unsent_trays(
+    kit: Kit, trays: Mapping[str, TrayContents], sent: Mapping[str, str] = MappingProxyType({})
+) -> tuple[UnsentTray, ...]:
+    """Judge each tray that holds parts as the kit: those on their way with it first, then the best.
 
     Args:
         kit: the kit that was not submitted.
         trays: contents of the trays that wait at their stations, by the tray's link.
+        sent: kit types that AGVs have been sent with and not submitted yet, by the tray's link.
     """
     found = [
-        UnsentTray(link.partition("::")[0], contents, score_kit(kit, contents))
+        UnsentTray(link.partition("::")[0], contents, score_kit(kit, contents), sent.get(link) == kit.kit_type)
         for link, contents in trays.items()
         if contents
     ]
-    return tuple(sorted(found, key=lambda each: (-each.score.total, each.tray)))
+    return tuple(sorted(found, key=lambda each: (not each.is_sent, -each.score.total, each.tray)))
