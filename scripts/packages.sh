@@ -3,13 +3,25 @@
 # be there in the end (`what`) and with which `packages`. Nothing is done where all of them are there. With `--list` they
 # are printed.
 # Where it may not install (neither root nor sudo without a password) it says what to type; in CI that is an error.
+# Status 2: arguments that are not valid. 130: Ctrl-C.
 
-if [ "${1:-}" = --list ]; then
+if [ "$*" = --list ]; then
     printf '%s\n' "${packages[@]}"
     exit 0
 fi
 
 say() { echo "$script: $*"; }
+
+# A program that answers Ctrl-C by a status of its own would let the script go on. A subshell needs this again.
+end_at_ctrl_c() { trap 'exit 130' INT; }
+end_at_ctrl_c
+
+# For scripts that take nothing, or only the options in `takes`.
+refuse_arguments() {
+    [ "$#" -eq 0 ] && return
+    say "$*: not valid (give ${takes:-}--list, or nothing)"
+    exit 2
+}
 
 # Not here: the sentence, and an error only where the tests must not pass without it.
 give_up() {
@@ -21,6 +33,7 @@ give_up() {
 has_apt() { command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; }
 
 install_packages() {
+    end_at_ctrl_c
     there=$(dpkg-query --show --showformat '${db:Status-Status}:${Package}\n' "${packages[@]}" 2>/dev/null || true)
     wanted=()
     for package in "${packages[@]}"; do

@@ -41,6 +41,7 @@ class Machine:
             text=True,
             timeout=30,
             check=False,
+            start_new_session=True,  # a Ctrl-C goes to its group
         )
         assert done.stderr == ""
         return done.returncode, done.stdout
@@ -230,9 +231,55 @@ def test_ros2_without_apt_or_environment_says_so(machine: Machine, ros2: Path, c
 
 
 @pytest.mark.parametrize("ci", [False, True])
+@pytest.mark.parametrize("status", [2, 130])
+def test_ros2_with_bad_arguments_or_interrupted_has_its_status(
+    machine: Machine, ros2: Path, status: int, ci: bool
+) -> None:
+    python = machine.folder / "checkout" / ".venv" / "bin" / "python"
+    python.write_text(f"#!/bin/sh\nexit {status}\n")
+    assert machine.run("--jazzy", script=ros2, ci=ci) == (status, "")
+    assert not machine.called("apt-get")
+
+
+@pytest.mark.parametrize("ci", [False, True])
+@pytest.mark.parametrize("script", [SCRIPT, DISPLAY, BROWSER], ids=lambda each: each.name)
+def test_unknown_arguments_are_refused_with_valid_ones(machine: Machine, script: Path, ci: bool) -> None:
+    takes = "--run, " if script == SCRIPT else ""
+    name = script.name
+    assert machine.run("humble", script=script, ci=ci) == (
+        2,
+        f"{name}: humble: not valid (give {takes}--list, or nothing)\n",
+    )
+    assert machine.run("--list", "jazzy", script=script, ci=ci)[0] == 2
+    assert not machine.called("apt-get")
+
+
+CTRL_C = "kill -INT 0; exit 100"
+"""What a terminal does to the whole group, and apt then ends as after any failure."""
+
+
+@pytest.mark.parametrize("script", [SCRIPT, DISPLAY, BROWSER], ids=lambda each: each.name)
+def test_ctrl_c_ends_installation_with_130(machine: Machine, script: Path) -> None:
+    machine.program("apt-get", f"trap '' INT; {CTRL_C}")
+    status, said = machine.run(script=script)
+    assert status == 130
+    assert "could not install" not in said
+    assert machine.called("apt-get") == 1
+
+
+def test_ctrl_c_ends_installation_of_tools_for_ros2_with_130(machine: Machine, ros2: Path) -> None:
+    machine.program("apt-get", f"trap '' INT; {CTRL_C}")
+    status, said = machine.run(script=ros2)
+    assert status == 130
+    assert "could not install" not in said
+    assert machine.called("apt-get") == 1
+    assert machine.called("python") == 1
+
+
+@pytest.mark.parametrize("ci", [False, True])
 def test_failed_ros2_is_an_error_in_ci_alone(machine: Machine, ros2: Path, ci: bool) -> None:
     python = machine.folder / "checkout" / ".venv" / "bin" / "python"
-    python.write_text("#!/bin/sh\necho 'install-ros2: error: pip failed:'\nexit 2\n")
+    python.write_text("#!/bin/sh\necho 'install-ros2: error: pip failed:'\nexit 1\n")
     status, said = machine.run(script=ros2, ci=ci)
     assert status == ci
     assert said == "install-ros2: error: pip failed:\ninstall-ros2: ROS 2 is not installed; see above\n"

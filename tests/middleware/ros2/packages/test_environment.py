@@ -210,10 +210,10 @@ def test_machine_without_wheels_is_refused(monkeypatch: pytest.MonkeyPatch) -> N
         (MissingToolsError("requires g++; install what is missing"), 3, "install-ros2: requires g++; install what is"),
         (
             UsageError("pip failed:\nno network"),
-            2,
+            1,
             "install-ros2: error: pip failed:\ninstall-ros2: error: no network\n",
         ),
-        (KeyboardInterrupt(), 1, "install-ros2: interrupted; the next call continues\n"),
+        (KeyboardInterrupt(), 130, "install-ros2: interrupted; the next call continues\n"),
     ],
 )
 def test_exit_status_tells_missing_tools_from_errors(
@@ -231,6 +231,16 @@ def test_exit_status_tells_missing_tools_from_errors(
     monkeypatch.setattr(environment, "install", installed)
     assert main([]) == status
     assert capsys.readouterr().out.startswith(said)
+
+
+@pytest.mark.parametrize("word", ["humble", "--jazzy"])
+def test_invalid_argument_is_refused_with_valid_ones(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([word])
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert word in said
+    assert "jazzy,kilted" in said
 
 
 def test_collected_wheels_are_progress(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -207,14 +207,18 @@ def _lock(path: Path, progress: Progress) -> Iterator[None]:
         yield
 
 
-MISSING_TOOLS = 3
-"""Exit status: programs that build the interfaces are missing."""
+FAILED, MISSING_TOOLS, INTERRUPTED = 1, 3, 130
+"""Exit statuses: a step failed, programs that build the interfaces are missing, and Ctrl-C."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Install ROS 2 into an environment of its own; return the exit status: 0, 1, 2 or `MISSING_TOOLS`."""
-    parser = argparse.ArgumentParser(prog="install-ros2", description=main.__doc__)
-    parser.add_argument("distribution", nargs="?", default=DISTRIBUTIONS[0], help=" or ".join(DISTRIBUTIONS))
+    """Install ROS 2 into an environment of its own; return the exit status: 0 or one of those above.
+
+    Raises:
+        SystemExit: an argument is not valid (2), or help was asked for.
+    """
+    parser = argparse.ArgumentParser(prog="install-ros2", description="Install ROS 2 into an environment of its own.")
+    parser.add_argument("distribution", nargs="?", default=DISTRIBUTIONS[0], choices=DISTRIBUTIONS)
     parser.add_argument("--interfaces", choices=DISTRIBUTIONS, help="take the common ones built for this distribution")
     options = parser.parse_args(arguments)
     distribution: str = options.distribution
@@ -229,11 +233,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return MISSING_TOOLS
     except KeyboardInterrupt:
         progress.say("interrupted; the next call continues")
-        return 1
+        return INTERRUPTED
     except UsageError as error:
         for line in str(error).splitlines():
             progress.say(f"error: {line}")
-        return 2
+        return FAILED
     progress.say(f"ROS 2 {distribution} is there: {folder} ({time.monotonic() - started:.0f} s)")
     return 0
 
