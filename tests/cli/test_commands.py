@@ -42,6 +42,12 @@ def test_ros_arguments_without_ros2_are_refused_and_forgotten(
     assert cellwright("trials").status == 0
 
 
+def test_ros_argument_of_another_form_is_named_before_anything_starts(cellwright: CommandLine) -> None:
+    ran = cellwright("serve", "lesson", "--ros2", "--ros-args", "-r", "__ns:cell1")
+    reason = "--ros-args: -r __ns:cell1: not a rule; give -r FROM:=TO, such as -r __ns:=/cell1"
+    assert (ran.status, ran.out, ran.err) == (2, "", f"error: {reason}\n")
+
+
 def test_words_behind_ros_arguments_are_options_again(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "--ros2", "--ros-args", "-r", "__ns:=/cell1", "--", "--ros2-range", "far", "lesson")
     assert (ran.status, ran.err) == (2, "error: --ros2-range far: give localhost or subnet\n")

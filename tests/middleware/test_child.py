@@ -8,13 +8,14 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.child import Child, Lines, RestartDelay, describe_exit, start_bridge
+from cellwright.middleware.child import BridgeProcess, Child, Lines, RestartDelay, describe_exit, start_bridge
 from cellwright.util.errors import UsageError
 from tests.processes import is_running
 from tests.waiting import TIMEOUT, wait_until
@@ -152,7 +153,7 @@ class Started:
 
     def __init__(self, ready_after: float) -> None:
         self.is_ready = False
-        self.last_line = "no license"
+        self.last_line, self.last_printed = "no license", ""
         self._left = ready_after
 
     def poll(self) -> None:
@@ -179,6 +180,37 @@ def test_bridge_that_lives_may_start_slowly_and_says_so(monkeypatch: pytest.Monk
 def test_bridge_that_lives_without_being_ready_is_given_up_after_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(UsageError, match="the ROS 2 bridge is not ready after 300 s: no license"):
         wait_with_clock(monkeypatch, math.inf, [])
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        ("import sys; print('ports'); print('domain', file=sys.stderr); sys.exit(1)", ": domain"),
+        ("import sys; print('\\033[31;1mno ports\\033[m'); sys.exit(1)", ": no ports"),
+        (
+            "import sys; sys.exit(1)",
+            (
+                ": it gave no reason; see the variables that `printenv | grep ROS` prints, "
+                "and the newest log of ~/.ros/log"
+            ),
+        ),
+    ],
+    ids=["on stderr", "on stdout", "nowhere"],
+)
+def test_bridge_that_ends_early_gives_its_reason_or_where_to_look(tmp_path: Path, program: str, said: str) -> None:
+    (tmp_path / "bridge.py").write_text(program)
+    bridge = BridgeProcess(
+        tmp_path / "bridge.py",
+        ("127.0.0.1", 1),
+        (),
+        python=sys.executable,
+        environment=os.environ,
+        on_line=lambda _line: None,
+    )
+    with pytest.raises(UsageError) as failed:
+        start_bridge(bridge, "ROS 2", lambda _seconds: None, lambda: False, lambda _line: None)
+    bridge.stop()
+    assert str(failed.value) == f"the ROS 2 bridge ended with status 1{said}"
 
 
 @pytest.mark.parametrize(

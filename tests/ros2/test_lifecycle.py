@@ -267,10 +267,16 @@ def test_missing_interface_and_unknown_range_are_refused(domain: Ground) -> None
         (("serve", "lesson", "--ros2", "--ros2-names", "all"), "--ros2-names all: give both, 2017 or ros2_control"),
         (("serve", "lesson", "--ros2-range", "subnet"), "--ros2-range requires --ros2"),
         (("serve", "lesson", "--ros-args", "-r", "__ns:=/a"), "--ros-args requires --ros2"),
+        (
+            ("serve", "lesson", "--ros2", "--ros-args", "-r", "__node:=a/b"),
+            "Couldn't parse remap rule: '-r __node:=a/b'",
+        ),
     ):
         process = domain.cellwright(*arguments)
         assert process.finish() == 2
         assert reason in process.err
+        assert process.said.count(reason) == 1
+        assert "/src/" not in process.err
     process = domain.cellwright("serve", "lesson", "--ros2", CELLWRIGHT_ROS2_PYTHON="/usr/bin/python3")
     assert process.finish() == 2
     assert "has no rclpy" in process.err

@@ -212,6 +212,10 @@ def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app
         sys.stderr.write(f"error: {_ROS_ARGUMENTS} requires --ros2\n")
         return BAD_INPUT
     try:
+        if ros_arguments:
+            from cellwright.middleware.ros2.host.arguments import check_ros_arguments
+
+            check_ros_arguments(ros_arguments)
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:
         for line in str(error).splitlines():

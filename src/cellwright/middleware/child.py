@@ -7,6 +7,7 @@ thread that starts it. No call waits longer than documented.
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import time
@@ -117,6 +118,7 @@ class Child:
 
 
 _READY_LINE = "ready"
+_COLOURS = re.compile(r"\x1b\[[\d;]*m")
 
 
 class BridgeProcess(Child):
@@ -133,7 +135,7 @@ class BridgeProcess(Child):
         on_line: Callable[[str], None],
     ) -> None:
         self.is_ready = False  # true if everything is registered
-        self.last_line = ""
+        self.last_line = self.last_printed = ""  # on stderr, and on stdout, where libraries of ROS have errors too
         self._on_line = on_line
         host, port = address
         if ip_address(host).is_unspecified:
@@ -150,6 +152,8 @@ class BridgeProcess(Child):
     def _on_output(self, line: str) -> None:
         if line == _READY_LINE:
             self.is_ready = True
+        else:
+            self.last_printed = _COLOURS.sub("", line)
 
     def _on_error_line(self, line: str) -> None:
         self.last_line = line
@@ -160,6 +164,7 @@ READY_LIMIT = 300.0
 """Time [s] for a program that lives to be ready: a busy machine may take ten times as long as an idle one."""
 READY_PERIOD = 20.0  # time [s] between two lines about one that is not ready yet
 _SERVING = 0.02  # [s]
+_WHERE_TO_LOOK = "see the variables that `printenv | grep ROS` prints, and the newest log of ~/.ros/log"
 
 
 class Waiting:
@@ -209,7 +214,8 @@ def start_bridge(
         status = bridge.poll()
         if status is not None or waiting.is_over():
             how = f"is not ready after {READY_LIMIT:g} s" if status is None else describe_exit(status)
-            raise UsageError(f"the {kind} bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
+            why = bridge.last_line or bridge.last_printed or f"it gave no reason; {_WHERE_TO_LOOK}"
+            raise UsageError(f"the {kind} bridge {how}: {why}")
     return bridge.is_ready
 
 

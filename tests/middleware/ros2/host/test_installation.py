@@ -184,3 +184,20 @@ def test_interpreter_is_asked_for_all_interfaces(machine: Machine) -> None:
     python = machine.python("asked", f'shift 2; echo "$@" > {log}; {answer()}')
     find(machine.shell | {PYTHON_VARIABLE: python}, root=machine.root)
     assert log.read_text().split() == interface_packages()
+
+
+@pytest.mark.parametrize("domain", ["300", "233", "abc", "-1", "1.5", "٣", " "])
+def test_invalid_domain_is_refused_before_anything_starts(machine: Machine, domain: str) -> None:
+    machine.own("jazzy")
+    with pytest.raises(UsageError) as refused:
+        find({**machine.shell, "ROS_DOMAIN_ID": domain}, root=machine.root)
+    assert str(refused.value) == (
+        "ROS_DOMAIN_ID: must be a whole number from 0 to 232, since higher domains have no ports "
+        f"(got {domain!r}); set another, or unset it"
+    )
+
+
+@pytest.mark.parametrize("domain", ["", "0", "007", "232"])
+def test_valid_domain_is_kept(machine: Machine, domain: str) -> None:
+    machine.own("jazzy")
+    assert find({**machine.shell, "ROS_DOMAIN_ID": domain}, root=machine.root).environment["ROS_DOMAIN_ID"] == domain

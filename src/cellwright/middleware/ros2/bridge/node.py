@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import sys
 import threading
@@ -25,6 +26,7 @@ SIGN_OFF_TIMEOUT = 5.0  # time for the node to leave the graph [s]; then the pro
 
 _WARN = 30  # level of rcl_interfaces/Log, whose constant is a number in some distributions, and bytes in others
 _ENTITIES = ("publisher", "subscription", "service")
+_PLACE_IN_SOURCE = re.compile(r",? at /\S+:\d+")  # of rcl's own files
 _LOGGED = 100  # lines that a late reader of /rosout gets
 
 
@@ -67,7 +69,8 @@ class RosNode:
             base = name.rpartition("/")
             self.node: Any = rclpy.create_node(base[2], namespace=base[0] or None)
         except Exception as error:  # rclpy has no common class of errors
-            raise MissingError(f"ROS 2 cannot start: {type(error).__name__}: {error}") from None
+            words = _PLACE_IN_SOURCE.sub("", f"{type(error).__name__}: {error}")
+            raise MissingError(f"ROS 2 cannot start: {words}") from None
         latched = quality(is_reliable=True, is_transient_local=True, depth=_LOGGED)
         self._further: list[Any] = []
         self._rosout = self.node.create_publisher(Log, "/rosout", latched)

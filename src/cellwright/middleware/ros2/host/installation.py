@@ -18,6 +18,10 @@ from cellwright.util.process import run_briefly, sourced_environment
 PYTHON_VARIABLE = "CELLWRIGHT_ROS2_PYTHON"
 """Environment variable: the interpreter that takes precedence over all others."""
 
+DOMAIN_VARIABLE = "ROS_DOMAIN_ID"
+MAX_DOMAIN = 232
+"""Largest domain: its ports of UDP begin at 7400 + 250 times its number, and ports end at 65535."""
+
 HOW_TO_GET_IT = (
     "scripts/install-ros2 installs it on Linux; with a ROS 2 distribution, source its setup first; "
     f"set {PYTHON_VARIABLE} to use another Python that has rclpy"
@@ -71,9 +75,10 @@ def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/op
     In /opt/ros the distributions that Cellwright is tested with come first, then others, the newest first by name.
 
     Raises:
-        UsageError: there is none; the text has installation instructions.
+        UsageError: there is none, and the text has installation instructions; or `ROS_DOMAIN_ID` is not valid.
     """
     here = dict((os.environ if environment is None else environment).items())
+    _check_domain(here)
     here.pop("PYTHONHOME", None)
     if BOOTSTRAP_VARIABLES[1] in here:  # set by an interpreter with other wheels, which has started this process
         for name in BOOTSTRAP_VARIABLES:
@@ -91,6 +96,16 @@ def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/op
         if found := _asked(str(folder / "bin" / "python3"), _own(distribution, folder, here)):
             return found
     raise UsageError(f"ROS 2 is required, but no Python here has rclpy; {HOW_TO_GET_IT}")
+
+
+def _check_domain(environment: Mapping[str, str]) -> None:
+    """Refuse a domain that no node can join: ROS 2 starts for seconds, and ends without a reason."""
+    text = environment.get(DOMAIN_VARIABLE, "")
+    if text and not (text.isascii() and text.isdecimal() and int(text) <= MAX_DOMAIN):
+        raise UsageError(
+            f"{DOMAIN_VARIABLE}: must be a whole number from 0 to {MAX_DOMAIN}, since higher domains have no ports "
+            f"(got {text!r:.40}); set another, or unset it"
+        )
 
 
 def _pythons(environment: Mapping[str, str]) -> Iterator[str]:

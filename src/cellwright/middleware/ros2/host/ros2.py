@@ -25,6 +25,7 @@ NAMES = ("both", "2017", "ros2_control")
 
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros2" / "bridge" / "bridge.py"
 _PROFILES = "large_messages.xml"
+_REASON = "ROS 2 cannot start: "  # of the bridge's node, in its last line
 
 
 OLD_PROFILES_VARIABLE, PROFILES_VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"
@@ -104,11 +105,11 @@ class Ros2:
         self._installation = replace(found, environment={**found.environment, **own, **more})
         self.for_programs: Mapping[str, str] = own
         """Environment that leads a program of ROS 2 to the same nodes."""
-        self.domain = found.environment.get("ROS_DOMAIN_ID") or "0"
+        self.domain = found.environment.get(installations.DOMAIN_VARIABLE) or "0"
         self._bridge: BridgeProcess | None = None
         self._delay = RestartDelay()
         self._again = 0.0
-        self._was_ready = self._has_started = False
+        self._was_ready = self._has_started = self._is_joining = False
         self._address = ("", 0)
 
     def __enter__(self) -> Self:
@@ -137,7 +138,9 @@ class Ros2:
             bridge = self._start() if self._bridge is None or self._bridge.poll() is not None else self._bridge
         except OSError as error:
             raise UsageError(f"the ROS 2 bridge could not be started: {error}") from None
+        self._is_joining = True
         self._was_ready = start_bridge(bridge, "ROS 2", serve, self.is_stopped, lambda line: self.report(line))
+        self._is_joining = False
         return self._was_ready
 
     @property
@@ -200,6 +203,6 @@ class Ros2:
         return self._bridge
 
     def _on_line(self, line: str) -> None:
-        """Forward the bridge's output, except complaints about its disconnection at the end."""
-        if not self.is_stopped():
+        """Forward the bridge's output, except complaints about its disconnection, and the reason that `join` raises."""
+        if not self.is_stopped() and not (self._is_joining and line.startswith(_REASON)):
             self.report(f"ROS 2: {line}")
