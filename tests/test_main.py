@@ -73,7 +73,7 @@ def test_ctrl_c_outside_handlers_prints_interrupted(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(command_line, "main", interrupt)
-    assert way_in.main() == 1
+    assert way_in.main() == 130
     assert capsys.readouterr().err == "interrupted\n"
 
 

@@ -6,6 +6,7 @@ import threading
 
 from cellwright.util.process import StandardStreams, exit_despite_threads, silent_ctrl_c
 
+_INTERRUPTED = 130  # as in cli/main.py, which may not be loaded yet
 _NO_MEMORY = ("failed to map segment", "annot allocate memory", "ould not allocate memory")
 """Parts of the messages in which the library loader and the engine report a lack of memory."""
 
@@ -23,7 +24,7 @@ def main() -> int:
         return status
     except KeyboardInterrupt:  # between two lines of ours, where nothing else handles it
         sys.stderr.write("interrupted\n")
-        return 1
+        return _INTERRUPTED
     except Exception as error:
         if not (reason := _shortage(error)):
             raise

@@ -1,5 +1,7 @@
 """Tests of the command table: every command exists, and is loaded from its place in the table."""
 
+from pathlib import Path
+
 import pytest
 import typer
 
@@ -31,6 +33,20 @@ def test_removed_bench_command_names_replacement(cellwright: CommandLine) -> Non
     ran = cellwright("bench", "step")
     assert ran.status == 2
     assert ran.err == "error: bench: command removed; run `python -m benchmarks` in a checkout of Cellwright\n"
+
+
+@pytest.mark.parametrize("command", ["run", "check", "serve", "view", "eval"])
+def test_ctrl_c_while_files_are_read_has_status_of_shells(
+    cellwright: CommandLine, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "read_bytes", interrupted)
+    monkeypatch.setattr(Path, "read_text", interrupted)
+    Path("own.yaml").touch()
+    ran = cellwright(command, "own.yaml")
+    assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
 
 
 @pytest.mark.parametrize("command", [("trials",), ("serve", "lesson"), ("run", "lesson")])

@@ -39,6 +39,8 @@ TRY_AGAIN = 75
 
 Schedulers tell it from the others, which are final. (EX_TEMPFAIL of sysexits.h)
 """
+INTERRUPTED = 130
+"""Ctrl-C ended a command that had no result by then, such as while it read its files; Typer's status too."""
 
 
 def argument(metavar: str, text: str) -> Any:
@@ -141,8 +143,6 @@ def _loaded(name: str) -> Any:
     return typer.main.get_command(alone)
 
 
-_INTERRUPTED = 130  # what Typer returns for Ctrl-C
-
 app = typer.Typer(
     name="cellwright",
     cls=CommandsOnDemand,
@@ -163,7 +163,7 @@ app = typer.Typer(
         cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node
         cellwright replay run.mcap   # inspect and play a recording""",
-    epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
+    epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started; 130 Ctrl-C, and no result.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
@@ -229,8 +229,7 @@ def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app
             sys.stderr.write(f"error: {printable(message)} (see {place} --help)\n")
         return BAD_INPUT
     except typer.Abort:
-        status = _INTERRUPTED
-    if status == _INTERRUPTED:
+        status = INTERRUPTED
+    if status == INTERRUPTED:
         sys.stderr.write("interrupted\n")
-        return NOT_DONE
     return int(status or 0)

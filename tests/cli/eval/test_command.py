@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import io
 import json
+import signal
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from rich.console import Console
 
+from cellwright.cli.eval import command, conclusion
 from cellwright.cli.eval.conclusion import show_summary
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import main
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.engine import Running
+from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.running.evaluation.summary import Threshold
 from tests.cli.conftest import CommandLine
@@ -277,3 +282,55 @@ def test_protected_results_are_runs_of_their_own_and_the_report_says_what_it_rel
     assert ran.status == 0
     assert ran.out.count("it was changed after it was written; this line is not believed") == 2
     assert "[1/1] tiny seed 1: 6 of 6 points" in ran.out
+
+
+def interrupted(*_: object, **_more: object) -> None:
+    """Stand-in for a step in which Ctrl-C comes."""
+    raise KeyboardInterrupt
+
+
+def ended(*_: object, **_more: object) -> None:
+    """Stand-in for a step in which a service manager ends the command."""
+    signal.raise_signal(signal.SIGTERM)
+
+
+@pytest.mark.parametrize(
+    "come",
+    [
+        interrupted,
+        pytest.param(ended, marks=pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")),
+    ],
+)
+def test_signal_while_the_agent_is_checked_leaves_all_runs(
+    come: Callable[..., None], tiny: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Evaluation, "check_agent", come)
+    ran = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--seeds", "20", "--out", "c8")
+    assert ran.out == "20 runs, agent programs.py:Deliver, results in c8\n"
+    assert (ran.status, ran.err) == (75, "interrupted; repeat the command to continue\n")
+
+
+def test_ctrl_c_while_a_class_begins_leaves_all_runs(tiny: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Evaluation, "run", interrupted)
+    ran = tiny("eval", "tiny.yaml", "--agents", "programs.py:Deliver")
+    assert ran.out == "1 run, 1 programs, results in evaluation\n"
+    assert (ran.status, ran.err) == (75, "interrupted; repeat the command to continue\n")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_ctrl_c_while_files_are_written_leaves_them_for_the_same_command(
+    tiny: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver")
+    with monkeypatch.context() as patch:
+        patch.setattr(conclusion, "draw_worst", interrupted)
+        assert tiny(*work).status == 75
+    assert tiny(*work).status == 0
+
+
+def test_ctrl_c_before_the_plan_starts_nothing(tiny: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "make_jobs", interrupted)
+    ran = tiny("eval", "tiny.yaml")
+    assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
+    assert not Path("evaluation").exists()

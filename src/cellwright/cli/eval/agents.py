@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cli import options
-from cellwright.cli.eval.conclusion import refuse_file, write_beside
+from cellwright.cli.eval.conclusion import continued_later, refuse_file, write_beside
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import DONE, TRY_AGAIN
 from cellwright.cli.output import echo, print_entry, print_line
@@ -64,16 +64,30 @@ def evaluate_class(patterns: Sequence[str], given: ClassOptions) -> NoReturn:
         store = ResultsFile(given.out)
     except OSError as error:
         refuse_file(f"--out {given.out}: cannot be written: {error.strerror}", error)
-    with store:
-        if given.fresh:
-            store.forget(job.key for job in jobs)
-        results, failures = _run(jobs, students, store, given, console)
-    failures += [
-        f"{agent}: its files changed while the class ran, and its results may be another program's; repeat the command"
-        for agent, digest in _digests(students).items()
-        if digest != programs[agent]
-    ]
-    left = len(jobs) - len(results)
+    with continued_later():
+        with store:
+            if given.fresh:
+                store.forget(job.key for job in jobs)
+            results, failures = _run(jobs, students, store, given, console)
+        failures += [
+            f"{agent}: its files changed while the class ran, and its results may be another program's; "
+            "repeat the command"
+            for agent, digest in _digests(students).items()
+            if digest != programs[agent]
+        ]
+        _conclude(students, results, failures, given, console, left=len(jobs) - len(results))
+
+
+def _conclude(
+    students: Sequence[Student],
+    results: Sequence[Result],
+    failures: list[str],
+    given: ClassOptions,
+    console: Console,
+    *,
+    left: int,
+) -> NoReturn:
+    """Write and print the sheet and the feedback, and exit."""
     by_agent: dict[str, list[Result]] = {student.agent: [] for student in students}
     for result in results:
         by_agent[result.agent].append(result)

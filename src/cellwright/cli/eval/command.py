@@ -24,7 +24,15 @@ from cellwright.cli.arguments import (
     page_options,
 )
 from cellwright.cli.eval.agents import ClassOptions, evaluate_class
-from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of, write_beside
+from cellwright.cli.eval.conclusion import (
+    AsTable,
+    conclude,
+    continued_later,
+    refuse_file,
+    require_table,
+    threshold_of,
+    write_beside,
+)
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.eval.watch import page_beside
 from cellwright.cli.main import argument, flag, option
@@ -260,7 +268,7 @@ def evaluate(
         tracking = Tracking(log or (), out, parameters_of(plan, part, threshold), threshold)
     except OSError as error:
         refuse_file(f"--out {out}: cannot be written: {error.strerror}", error)
-    with ExitStack() as stack, tracking:
+    with continued_later(), ExitStack() as stack, tracking:
         with store:
             if fresh:
                 store.forget(job.key for job in own)

@@ -1,7 +1,8 @@
 """Conclusion of an evaluation: its files, its tables and its exit status, for `cellwright eval` and its `merge`."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -13,6 +14,7 @@ from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, TRY_AGAIN, flag
 from cellwright.cli.output import echo, print_entry, print_line, write_result
+from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
@@ -52,6 +54,17 @@ def write_beside(file: Path, content: str | bytes) -> list[str]:
     if file.is_symlink():
         return [f"{file}: cannot be written: it is a link; remove it"]
     return write_result(file, content)
+
+
+@contextmanager
+def continued_later() -> Iterator[None]:
+    """Let any Ctrl-C, and the first SIGTERM or SIGHUP, end the evaluation with `TRY_AGAIN`: its results are kept."""
+    try:
+        with ended_as_by_ctrl_c():
+            yield
+    except KeyboardInterrupt:
+        echo("interrupted; repeat the command to continue", err=True)
+        raise typer.Exit(TRY_AGAIN) from None
 
 
 def conclude(
