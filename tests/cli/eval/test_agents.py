@@ -132,6 +132,22 @@ def test_unusable_class_is_refused(lessons: CommandLine, arguments: tuple[str, .
 @QUICK_WORKERS
 @QUICK_AGENTS
 @pytest.mark.slow
+def test_class_without_a_program_that_can_be_made_is_bad_input_with_a_sheet(lessons: CommandLine) -> None:
+    Path("students", "none.py").write_text("class Yours: pass\n")
+    names = ("broken", "none")
+    work = ("eval", "tiny.yaml", "--out", "class", *(f"--agents=students/{name}.py:Mine" for name in names))
+    ran = lessons(*work, "--seeds", "2", "--json")
+    assert (ran.status, json.loads(ran.out)["exit_status"]) == (2, 2)
+    assert [sheet()[name]["reason"] != "" for name in names] == [True, True]
+    assert "error: --agents: no program could be made, as students/broken.py:Mine: " in ran.err
+    assert "numpi" in ran.err
+    assert lessons(*work, "--seeds", "2").status == 2
+    assert lessons(*work, "--agents", "students/crashing.py:Mine").status == 0
+
+
+@QUICK_WORKERS
+@QUICK_AGENTS
+@pytest.mark.slow
 def test_program_that_changes_while_the_class_runs_is_named(lessons: CommandLine) -> None:
     for name in CLASS:
         Path("students", f"{name}.py").unlink()

@@ -13,7 +13,7 @@ from rich.console import Console
 from cellwright.cli import options
 from cellwright.cli.eval.conclusion import continued_later, refuse_file, write_beside
 from cellwright.cli.eval.progress import EvalProgress
-from cellwright.cli.main import DONE, TRY_AGAIN
+from cellwright.cli.main import BAD_INPUT, DONE, TRY_AGAIN
 from cellwright.cli.output import echo, print_entry, print_line
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
@@ -93,7 +93,8 @@ def _conclude(
         by_agent[result.agent].append(result)
     found = gradebook.rows(students, by_agent, given.threshold)
     failures += _write(found, by_agent, given)
-    status = TRY_AGAIN if failures or left else DONE
+    is_none_made = not any(row.is_made for row in found)
+    status = TRY_AGAIN if failures or left else BAD_INPUT if is_none_made else DONE
     document = json.dumps({"exit_status": status, "agents": [row.as_json() for row in found]}, indent=2)
     failures += write_beside(given.out / "summary.json", document + "\n")
     console.print()
@@ -105,6 +106,8 @@ def _conclude(
         console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
     print_entry(console, "sheet", f"{given.out / SHEET}, {given.out / PAGE}")
     print_entry(console, "feedback", str(given.out / gradebook.FEEDBACK))
+    if status == BAD_INPUT:
+        echo(f"error: --agents: no program could be made, as {found[0].student.agent}: {found[0].reason}", err=True)
     for failure in failures:
         echo(f"error: {failure}", err=True)
     if given.as_json:

@@ -196,7 +196,8 @@ def evaluate(
 
     Exit status: 0 every run is done, not below --min-score, and repeatable (--repeat); 1 some are not; 2 bad input, and
     nothing was started; 3 no run is at fault, but some have no order. With 75 runs are left: a signal came, or the
-    machine failed, such as by a full disk. The same command continues. With --agents 0 says that the sheet is complete.
+    machine failed, such as by a full disk. The same command continues. With --agents 0 says that the sheet is complete,
+    and 2 also that no program could be made.
     """
     if over not in (None, "socket"):
         options.refuse(f"--over {over}: give socket")

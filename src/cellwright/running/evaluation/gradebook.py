@@ -56,6 +56,11 @@ class Row:
         return Lost.REFUSED.value in self.outcomes
 
     @property
+    def is_made(self) -> bool:
+        """True if the program could be made in a run at least."""
+        return not self.outcomes.keys() <= {Lost.REFUSED.value, Lost.NOT_RUN.value}
+
+    @property
     def feedback(self) -> str:
         """Path of its feedback, from the folder of the evaluation."""
         return f"{FEEDBACK}/{self.student.file_name}.html"
