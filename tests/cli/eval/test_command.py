@@ -7,6 +7,7 @@ import json
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -21,6 +22,7 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.engine import Running
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
+from cellwright.running.evaluation.merge import other_agents
 from cellwright.running.evaluation.summary import Threshold
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_WORKERS
@@ -334,3 +336,47 @@ def test_ctrl_c_before_the_plan_starts_nothing(tiny: CommandLine, monkeypatch: p
     ran = tiny("eval", "tiny.yaml")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
     assert not Path("evaluation").exists()
+
+
+def written() -> dict[str, bytes]:
+    """Return the content of each file of the evaluation."""
+    return {str(file): file.read_bytes() for file in Path("before").rglob("*") if file.is_file()}
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_folder_of_another_program_is_refused_unless_fresh(tiny: CommandLine) -> None:
+    work = ("eval", "tiny.yaml", "--out", "before", "--agent")
+    deliver, other = (f"programs.py:{name}" for name in ("Deliver", "GiveUp"))
+    assert tiny(*work, deliver).status == 0
+    before = written()
+    ran = tiny(*work, other)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err == (
+        f"error: --out before: holds results of another program, {deliver}; "
+        "give another folder, or --fresh to replace its report\n"
+    )
+    assert written() == before
+    assert tiny(*work, "programs.py:None_", "--fresh").status == 2  # no such class: it has a plan, and no result
+    assert tiny(*work, other, "--fresh").status == 1
+    assert "1 of them has a result already" in tiny(*work, other).out
+    assert f"another program, {other};" in tiny(*work, deliver).err
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_changed_or_mistyped_program_goes_on_in_its_folder(tiny: CommandLine) -> None:
+    work = ("eval", "tiny.yaml", "--out", "before", "--agent")
+    assert tiny(*work, "programs.py:Delivers").status == 2
+    assert tiny(*work, "programs.py:Deliver").status == 0
+    Path("programs.py").write_text(f"{PROGRAMS}\n# changed\n")
+    for agent in ("programs.py:Deliver", f"{Path.cwd()}/programs.py:Deliver"):
+        ran = tiny(*work, agent)
+        assert (ran.status, "have a result already" in ran.out) == (0, False)
+
+
+def test_class_folder_is_of_all_its_programs(tmp_path: Path) -> None:
+    runs = [replace(result(), agent=agent) for agent in ("b.py:B", "a.py:A")]
+    assert other_agents(tmp_path, runs, "a.py:A") == ["b.py:B"]
+    assert other_agents(tmp_path, runs, "kitter") == ["a.py:A", "b.py:B"]
+    assert other_agents(tmp_path, [], "kitter") == []

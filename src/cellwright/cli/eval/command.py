@@ -48,7 +48,7 @@ from cellwright.running.evaluation.engine import Engine, Running
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, log_name, make_jobs, models_digest, repeated
 from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED
-from cellwright.running.evaluation.merge import PLAN_NAME, RECORDINGS, plan_of, plan_text
+from cellwright.running.evaluation.merge import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
 from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
 from cellwright.running.evaluation.process import MEBIBYTE, RunLimits, usable_processors
 from cellwright.running.evaluation.result import Result, ResultsFile
@@ -152,7 +152,12 @@ def evaluate(
     ] = None,
     out: Annotated[Path, option("FOLDER", "Folder for results, logs and reports.", OUTPUT)] = Path("evaluation"),
     fresh: Annotated[
-        bool, flag("--fresh", "Run everything, also what has a valid result in FOLDER already.", OUTPUT)
+        bool,
+        flag(
+            "--fresh",
+            "Run everything, also what has a valid result in FOLDER already, or in place of another program.",
+            OUTPUT,
+        ),
     ] = False,
     record: Annotated[
         bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
@@ -274,6 +279,12 @@ def evaluate(
             if fresh:
                 store.forget(job.key for job in own)
                 tracking.forget()
+            elif others := other_agents(out, store.results.values(), agent):
+                more = f" (and {len(others) - 1} more)" if len(others) > 1 else ""
+                options.refuse(
+                    f"--out {out}: holds results of another program, {others[0]}{more}; "
+                    "give another folder, or --fresh to replace its report"
+                )
             unwritten = write_beside(out / PLAN_NAME, plan_text(plan))
             stack.enter_context(page_beside(out, min_score or "", page, console, stays=not as_json))
             kept = partial(_drop_recording, out, threshold) if record_failed else None

@@ -4,7 +4,7 @@ import errno
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -73,6 +73,25 @@ def read_plan(folder: Path) -> dict[str, Any]:
     if misfit := find_misfit(plan, _FORM):
         raise UsageError(f"{file}: not a plan ({misfit}); repeat that shard")
     return {name: plan[name] for name in _FORM}
+
+
+def other_agents(folder: Path, results: Iterable[Result], agent: str) -> list[str]:
+    """Return the programs other than `agent` that the evaluation in a folder is of, sorted.
+
+    It is of the program of the folder's plan, or of all that have results if that one has none: a plan is written
+    before its program is checked.
+    """
+    known = {result.agent for result in results}
+    with suppress(UsageError, OSError):  # a class has no plan, and a damaged one is written again
+        planned = str(read_plan(folder)["agent"])
+        known = {planned} if planned in known else known
+    return sorted(each for each in known if _program_of(each) != _program_of(agent))
+
+
+def _program_of(agent: str) -> str:
+    """Return an agent's name, with one path for a file that may be given by several."""
+    file, colon, name = agent.rpartition(":")
+    return f"{os.path.abspath(file)}:{name}" if colon and file.endswith(".py") else agent
 
 
 @dataclass(frozen=True, slots=True)
