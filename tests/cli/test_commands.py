@@ -1,6 +1,8 @@
 """Tests of the command table: every command exists, and is loaded from its place in the table."""
 
+import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -39,12 +41,15 @@ def test_removed_bench_command_names_replacement(cellwright: CommandLine) -> Non
 def test_ctrl_c_while_files_are_read_has_status_of_shells(
     cellwright: CommandLine, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Path, "read_bytes", interrupted)
-    monkeypatch.setattr(Path, "read_text", interrupted)
     Path("own.yaml").touch()
+    opened = os.open
+
+    def interrupted(path: Any, *flags: Any, **more: Any) -> int:
+        if str(path).endswith("own.yaml"):
+            raise KeyboardInterrupt
+        return opened(path, *flags, **more)
+
+    monkeypatch.setattr(os, "open", interrupted)
     ran = cellwright(command, "own.yaml")
     assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
 

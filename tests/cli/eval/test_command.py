@@ -293,6 +293,7 @@ def interrupted(*_: object, **_more: object) -> None:
 
 def ended(*_: object, **_more: object) -> None:
     """Stand-in for a step in which a service manager ends the command."""
+    assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL, "the tests would end too"
     signal.raise_signal(signal.SIGTERM)
 
 
