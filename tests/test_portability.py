@@ -174,7 +174,7 @@ def test_eval_scores_runs_and_ends_stuck_one(cellwright: Elsewhere, tmp_path: Pa
     assert "gave up" in again.stdout + again.stderr
     assert len((tmp_path / "results" / "results.jsonl").read_bytes().splitlines()) == 1
     assert (tmp_path / "results" / "report.html").is_file()
-    stuck = cellwright(*asked, "agents.py:Stuck", "--time-limit", "1", status=1)
+    stuck = cellwright(*asked[:3], "stuck", "--agent", "agents.py:Stuck", "--time-limit", "1", status=1)
     assert "wall limit" in stuck.stdout + stuck.stderr
     assert "cannot limit the memory of a run" in stuck.stdout + stuck.stderr
 
