@@ -4,10 +4,7 @@ import ast
 import importlib
 import subprocess
 import sys
-import warnings
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -56,46 +53,6 @@ def test_unknown_name_is_refused() -> None:
         getattr(cellwright, "Robot")  # noqa: B009
 
 
-@pytest.mark.parametrize(("old", "new"), cellwright._MOVED.items())
-def test_old_module_names_of_version_0_1_work(old: str, new: str) -> None:
-    before = set(sys.modules)
-    with warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always")
-        found = importlib.import_module(f"cellwright.{old}")
-    assert f"cellwright.{old} is deprecated; use cellwright.{new}" in [str(each.message) for each in warned]
-    assert found is importlib.import_module(f"cellwright.{new}")
-    for name in set(sys.modules) - before:
-        if sys.modules[name].__name__ != name:
-            del sys.modules[name]
-
-
 def test_unknown_module_is_not_found() -> None:
     with pytest.raises(ModuleNotFoundError, match="clientele"):
         importlib.import_module("cellwright.clientele")
-
-
-@pytest.mark.parametrize(
-    ("module", "old", "new"),
-    [
-        ("cellwright", "OpenedRecording", "Recording"),
-        ("cellwright.middleware.interface.table", "says", "publishes"),
-        ("cellwright.middleware.interface.table", "Where", "Availability"),
-        ("cellwright.recording.replay.opened", "OpenedRecording", "Recording"),
-        ("cellwright.rendering.scene.scene", "Frame", "SceneFrame"),
-        ("cellwright.clients.client.client:Client", "intend", "set_status"),
-    ],
-)
-def test_former_name_gives_the_present_object_with_a_warning(module: str, old: str, new: str) -> None:
-    owner: Any = importlib.import_module(module.partition(":")[0])
-    if ":" in module:
-        calls: list[str] = []
-        client: Any = SimpleNamespace(**{new: calls.append})
-        with pytest.warns(DeprecationWarning, match=rf"{old} is deprecated; use .*\b{new}"):
-            getattr(owner.Client, old)(client, "fetching")
-        assert calls == ["fetching"]
-        return
-    with pytest.warns(DeprecationWarning, match=rf"{old} is deprecated; use .*\b{new}"):
-        found = getattr(owner, old)
-    assert found is getattr(owner, new)
-    with pytest.raises(AttributeError, match="'nonsense'"):
-        owner.nonsense  # noqa: B018

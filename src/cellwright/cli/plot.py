@@ -18,7 +18,6 @@ def plot(
     panels: Annotated[
         str | None, option("NAMES", "Panels, with commas: score, trays, joints, tool, commands. Default: all.")
     ] = None,
-    what: Annotated[str | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Plot a recording over simulation time, on one page.
 
@@ -38,9 +37,6 @@ def plot(
     from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
-    if what is not None:
-        output.warn("--what is --panels now")
-        panels = what if panels is None else panels
     names = PANELS if panels is None else map(str.strip, panels.split(","))
     chosen = [options.one_of("--panels", "panel", name, PANELS) for name in names]
     path = Path(f"{file.stem}-plot.png") if out is None else out  # in the working folder

@@ -44,14 +44,6 @@ def test_panels_and_out_select_content_and_file(recording: Path, cellwright: Com
 
 
 @pytest.mark.slow
-def test_former_option_what_selects_panels_with_warning(
-    recording: Path, cellwright: CommandLine, tmp_path: Path
-) -> None:
-    ran = cellwright("plot", str(recording), "--what", "score", "--out", str(tmp_path / "score.svg"))
-    assert (ran.status, ran.err) == (0, "warning: --what is --panels now\n")
-
-
-@pytest.mark.slow
 def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
     data = recording.read_bytes()

@@ -15,7 +15,6 @@ import pytest
 import cellwright
 from cellwright.cli.main import main
 from cellwright.clients.client import Client
-from cellwright.clients.client.in_process import InProcess
 from cellwright.config.robot.config import RobotConfig
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.rebuild import rebuild
@@ -170,17 +169,6 @@ def test_log_of_robot_is_refused(tmp_path: Path) -> None:
         pytest.raises(UsageError, match="log: only a cell has a log"),
     ):
         session.run(until=0.1)
-
-
-def test_session_of_version_0_1_gives_client_with_warning() -> None:
-    cell = cellwright.Cell(BARE)
-    with pytest.warns(DeprecationWarning, match="NodeClient"):
-        client = cellwright.Session.in_process(cell)
-    with pytest.warns(DeprecationWarning, match="NodeClient"):
-        other = cellwright.Session(InProcess(cell))  # type: ignore[arg-type]
-    assert [type(each).__name__ for each in (client, other)] == ["NodeClient", "NodeClient"]
-    assert isinstance(client, cellwright.NodeClient)
-    client.sleep(0.1)
 
 
 def test_few_stack_frames_lie_between_command_line_and_agent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_message
 from cellwright.clients.client.pictures import CameraPicture, LatestPicture
-from cellwright.clients.client.session import Latest, NodeClient, Rate, Session
+from cellwright.clients.client.session import Latest, NodeClient, Rate
 
 __all__ = [
     "ARM_JOINTS",
@@ -12,6 +12,5 @@ __all__ = [
     "LatestPicture",
     "NodeClient",
     "Rate",
-    "Session",
     "trajectory_message",
 ]

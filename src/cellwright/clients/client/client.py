@@ -4,7 +4,6 @@ import contextlib
 import json
 import logging
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -151,11 +150,6 @@ class Client(NodeClient):
         with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
             self.publish(_STATUS_TOPIC, String(text))
 
-    def intend(self, text: str) -> None:
-        """Former name of `set_status`."""
-        warnings.warn("Client.intend is deprecated; use Client.set_status", DeprecationWarning, stacklevel=2)
-        self.set_status(text)
-
     def joint_arrays(self) -> JointArrays:
         """Return the newest joint states as arrays with their names; a UsageError before the first message."""
         if self.joint_states.message is None:
@@ -272,11 +266,6 @@ class Client(NodeClient):
         for each, count in zip(paused, counts, strict=True):
             if each.count == count and each.message is not None:  # a cell that runs ahead of its clients
                 each.wait_for_next(1.0)
-
-    def doze(self, duration: float) -> None:
-        """Former name of `idle`."""
-        warnings.warn("Client.doze is deprecated; use Client.idle", DeprecationWarning, stacklevel=2)
-        self.idle(duration)
 
     @property
     def gripper_enabled(self) -> bool:

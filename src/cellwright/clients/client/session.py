@@ -320,7 +320,3 @@ class Latest:
         seen = self.count
         is_next = self._session.wait_until(lambda: self.message is not None and self.count != seen, timeout)
         return self.message if is_next else None
-
-
-Session = NodeClient
-"""Name in version 0.1; it works in 0.2."""

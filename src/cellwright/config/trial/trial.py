@@ -7,9 +7,8 @@ trial without a file.
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
-from cellwright._package import former_names
 from cellwright.config.layout import PART_TYPES
 from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
@@ -333,7 +332,3 @@ class Trial:
                 found.append((f"{each.type}_clone_{counts[each.type]}", each))
                 counts[each.type] += 1
         return tuple(found)
-
-
-if not TYPE_CHECKING:  # so that a type checker reports unknown names
-    __getattr__ = former_names(__name__, Sensor="SensorConfig")

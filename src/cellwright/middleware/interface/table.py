@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias, TypedDict, Unpack
+from typing import TypeAlias, TypedDict, Unpack
 
-from cellwright._package import former_names
 from cellwright.middleware.bus import COMMANDS, LARGE, LATCHED, RELIABLE, Direction, Qos
 
 
@@ -147,15 +146,3 @@ def accepts(
     """
     more.setdefault("qos", COMMANDS)
     return Endpoint(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)
-
-
-if not TYPE_CHECKING:  # so that a type checker reports unknown names
-    __getattr__ = former_names(
-        __name__,
-        says="publishes",
-        takes="accepts",
-        Row="Endpoint",
-        Where="Availability",
-        Kind="EndpointKind",
-        Pace="Timing",
-    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -51,12 +50,6 @@ class Command:
         """
         data = json.dumps(given.message).encode() if given.kind is InputKind.EXTRA else to_cdr(given.message)
         return Command(tick, given.kind, given.name, type_name, given.node, data, stamp)
-
-    @property
-    def how(self) -> InputKind:
-        """Former name of `kind`."""
-        warnings.warn("Command.how is deprecated; use kind", DeprecationWarning, stacklevel=2)
-        return self.kind
 
     def message(self) -> Any:
         """Decode the message or request; a dictionary of JSON values for input that bypasses the bus.

@@ -4,12 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright._package import former_names
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.recording.format.commands import Command
@@ -411,7 +410,3 @@ def open_recording(path: str | Path) -> Recording:
 
 def _time(value: float | None) -> int | None:
     return None if value is None else nanoseconds(value)
-
-
-if not TYPE_CHECKING:  # so that a type checker reports unknown names
-    __getattr__ = former_names(__name__, OpenedRecording="Recording")

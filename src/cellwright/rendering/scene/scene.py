@@ -8,12 +8,11 @@ import struct
 import zlib
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright._package import former_names
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose, Vector3
 
@@ -306,7 +305,3 @@ def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
     """Convert sRGB values 0..1 to linear light (IEC 61966-2-1)."""
     c = np.asarray(colour, np.float32)
     return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-if not TYPE_CHECKING:  # so that a type checker reports unknown names
-    __getattr__ = former_names(__name__, Frame="SceneFrame")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Self
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.variation import Bounds
@@ -51,10 +51,6 @@ _LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
 def warn_at_runtime(line: str) -> None:
     """Issue a line as a `RuntimeWarning`."""
     warnings.warn(line, RuntimeWarning, stacklevel=2)
-
-
-def _warn_of_name(old: str, new: str) -> None:
-    warnings.warn(f"cellwright.{old} is deprecated; use cellwright.{new}", DeprecationWarning, stacklevel=3)
 
 
 class Program(ABC):
@@ -180,24 +176,6 @@ class Session(SessionState):
         self._is_over = False
         self._run: ExitStack | None = None
         self._opened = ExitStack()
-
-    def __new__(cls, target: Any, *_: Any, **__: Any) -> Self:  # noqa: D102
-        if not hasattr(target, "advance"):
-            return super().__new__(cls)
-        _warn_of_name("Session(transport)", "NodeClient(transport)")
-        return cast("Self", NodeClient(target))
-
-    @classmethod
-    def in_process(cls, node: Cell | RobotNode, **more: Any) -> NodeClient:
-        """`NodeClient.in_process`, under its name of version 0.1."""
-        _warn_of_name("Session.in_process", "NodeClient.in_process")
-        return NodeClient.in_process(node, **more)
-
-    @classmethod
-    def connect(cls, address: str | tuple[str, int], **more: Any) -> NodeClient:
-        """`NodeClient.connect`, under its name of version 0.1."""
-        _warn_of_name("Session.connect", "NodeClient.connect")
-        return NodeClient.connect(address, **more)
 
     def __enter__(self) -> Self:
         with ExitStack() as opened:
