@@ -71,7 +71,7 @@ class Refusals:
         self._recent: dict[tuple[str, str], int] = {}  # times of the newest lines [ns], by source and kind
         self._unreported: Counter[str] = Counter()
         self.newest_report: str | None = None
-        """What the newest refusal added to its reason in its report, which may be empty; None if it was only counted.
+        """Addition of the newest refusal's report to its reason, which may be empty; None if it was only counted.
         A reader sets it back to None."""
 
     @property

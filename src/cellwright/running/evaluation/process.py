@@ -133,7 +133,7 @@ class WorkerProcess(GuardedProcess):
         """True if the agent could be made, and no run was ordered."""
         self.refused = ""
         self.invalid = ""
-        """What is wrong with its newest line; empty if nothing is."""
+        """Fault of its newest line; empty if there is none."""
         self.kills_itself = False
         """True if the program has sent its own process, or its guard, a signal that ends it."""
         self.own_time: OwnTime | None = None

@@ -154,7 +154,7 @@ _WORDS = {
     "NodeDiedError": "its node died",
     "OutOfMemoryError": "its node had no memory left",
 }
-"""What the machine did, by errors of Ray."""
+"""Faults of the machine, by errors of Ray."""
 
 
 def _make_task() -> Callable[[Mapping[str, Any]], dict[str, Any]]:

@@ -1,1 +1,1 @@
-"""What controller nodes of the io_teleop stack are made of."""
+"""Parts of controller nodes of the io_teleop stack."""
