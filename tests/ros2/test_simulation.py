@@ -220,8 +220,9 @@ def simulate_steps() -> list[Any]:
             counts.append([message.feedback.completed_steps, message.feedback.remaining_steps])
 
         goal = me.act(steps.send_goal_async, SimulateSteps.Goal(steps=120), note)
-        whole = me.act(goal.get_result_async)
+        # the result only then: once it has come, rclpy drops feedback that is still on its way
         me.wait(lambda: [120, 0] in counts, "last feedback")
+        whole = me.act(goal.get_result_async)
         newest = me.call("/get_entity_state", "simulation_interfaces/GetEntityState", entity="arm").state.header.stamp
         me.wait(lambda: clocks and clocks[-1].clock == newest, "time of the last step")
         none = me.act(me.act(steps.send_goal_async, SimulateSteps.Goal(steps=0)).get_result_async)
