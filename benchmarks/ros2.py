@@ -43,6 +43,8 @@ CALLS, ROUNDS, SECONDS, LISTENERS = 300, 3, 60, 5
 """Round trips in a measurement, measurements; length of the stream of joint states [s], listeners of the clock."""
 CLOCK_SECONDS = 10
 PICTURE_SECONDS = 20
+PATIENCE = 300.0
+"""Time [s] for one measurement: a node of ROS may hang for good in its own library."""
 FOLLOW = "/bench/follow"
 PICTURES = {"/bench/image": ("sensor_msgs/Image", 30), "/bench/points": ("sensor_msgs/PointCloud2", 10)}
 """Type and rate [Hz] of each stream: pictures of 640 x 480, and clouds of 320 x 240 points with colours."""
@@ -65,6 +67,7 @@ class Clients(threading.Thread):
         self._python, self._environment, self._quick = found.python, dict(environment), quick
         self.figures: dict[str, list[Any]] = {}
         self.error = ""
+        self._running: list[subprocess.Popen[str]] = []
         self._bare = self._start("echo", "/bare", 0)
         assert self._bare.stdout is not None
         self._bare.stdout.readline()
@@ -90,17 +93,20 @@ class Clients(threading.Thread):
                 "stream", 1 if self._quick else CLOCK_SECONDS, *["/clock"] * (1 if self._quick else LISTENERS)
             )
             self._measure("stream", 1 if self._quick else PICTURE_SECONDS, *PICTURES)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, subprocess.TimeoutExpired) as error:
             self.error = f"a client in rclpy failed: {error}"
         finally:
+            for each in self._running:
+                each.kill()  # one that has ended takes no harm
             self._bare.communicate("")
 
     def _measure(self, kind: str, number: float, *names: str) -> None:
         """Run a client for each name, all at the same time."""
         before = busy(self._bridge_pid)
-        running = [(name, self._start(kind, name, number)) for name in names]
-        for name, each in running:
-            self.figures.setdefault(f"{kind} {name}", []).append(json.loads(each.communicate()[0]))
+        self._running = [self._start(kind, name, number) for name in names]
+        for name, each in zip(names, self._running, strict=True):
+            printed = each.communicate(timeout=PATIENCE)[0]
+            self.figures.setdefault(f"{kind} {name}", []).append(json.loads(printed))
         self.shares[names[-1]] = (busy(self._bridge_pid) - before) / number * 100
 
 

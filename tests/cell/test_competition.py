@@ -255,7 +255,7 @@ def test_kit_of_agv_that_was_just_sent_is_on_its_way() -> None:
     found = cell.competition.evidence()
     kit = found.orders[0].kits[0]
     assert [(each.tray, each.is_sent, each.score.total) for each in kit.unsent or ()] == [("agv1", True, 6.0)]
-    assert "its AGV was on its way when the run ended" in kit.bonus_sentence
+    assert "its AGV was on its way, and had not submitted" in kit.bonus_sentence
     assert found.total == 0.0
     run(cell, 0.5)
     found = cell.competition.evidence()

@@ -137,9 +137,11 @@ def test_kit_on_its_way_says_so_and_what_it_would_have_earned() -> None:
     )
     found = unjudged(is_announced=True)
     parts = tuple(replace(each, cause=ON_ITS_WAY) for each in found.parts)
+    console = Console(file=io.StringIO(), width=80, highlight=False)
+    summary.show_kit(console, "order_0", replace(found, parts=parts))
+    assert "order_0, kit kit: on its way, no points" in console.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert list(summary.kit_lines(replace(found, parts=parts, unsent=(tray,))))[1:] == [
-        "  on its way: its AGV was on its way when the run ended, and had not submitted",
-        "    the kit yet",
+        "  on its way: its AGV was on its way, and had not submitted the kit yet",
         "    agv1 was on its way with 1 piston_rod_part; as this kit it would have earned",
         "      1 of 6 points (there 1, pose 0, bonus 0)",
     ]

@@ -255,7 +255,7 @@ def test_unknown_arguments_are_refused_with_valid_ones(machine: Machine, script:
 
 
 CTRL_C = "kill -INT 0; exit 100"
-"""What a terminal does to the whole group, and apt then ends as after any failure."""
+"""Ctrl-C of a terminal, which reaches the whole group; apt then ends as after any failure."""
 
 
 @pytest.mark.parametrize("script", [SCRIPT, DISPLAY, BROWSER], ids=lambda each: each.name)

@@ -91,10 +91,13 @@ class Competition(Device):
 
     def evidence(self) -> Evidence:
         """Return the score at this moment, with the evidence for each point earned or lost."""
-        agvs = [each for each in self._agvs.values() if each.holds_unsent_kit]
-        trays = {each.tray.link: self.tray_objects(each.tray) for each in agvs}
-        sent = {each.tray.link: each.kit_type for each in agvs if each.state == "preparing_to_deliver"}
-        return evidence(self.trial, self.score(), self.process_time, fates=self.fates(), trays=trays, sent=sent)
+        trays = {each.tray.link: self.tray_objects(each.tray) for each in self._agvs.values() if each.holds_unsent_kit}
+        return evidence(self.trial, self.score(), self.process_time, fates=self.fates(), trays=trays, sent=self.sent)
+
+    @property
+    def sent(self) -> dict[str, str]:
+        """Kit types that AGVs have been sent with and not submitted yet, by the tray's link."""
+        return {each.tray.link: each.kit_type for each in self._agvs.values() if each.state == "preparing_to_deliver"}
 
     def fates(self) -> dict[str, tuple[Fate | None, ...]]:
         """Return the fates of the parts that judged kits lack, by kit type, for each ordered part."""

@@ -119,7 +119,6 @@ class Entities:
 
     Args:
         cell: the cell.
-
     """
 
     cell: Cell

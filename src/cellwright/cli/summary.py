@@ -20,7 +20,6 @@ from rich.text import Text
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.evidence import (
-    NOT_ANNOUNCED,
     NOT_SUBMITTED,
     ON_ITS_WAY,
     REASONS,
@@ -344,7 +343,7 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
     """Print what a kit earned: its name, its table, and why points were lost."""
     title = Text(f"{order_id}, kit {kit.score.kit_type}: ")
     if not kit.score.is_submitted:
-        reason = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
+        reason = kit.parts[0].cause if kit.parts else NOT_SUBMITTED  # of all parts
         title += Text(f"{reason}, no points", style="bold")
     else:
         title += Text(f"{kit.score.total:g} of {kit.attainable.maximum:g} points", style="bold")

@@ -11,6 +11,7 @@ import pytest
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS, QUICK_WORKERS
 from tests.running.evaluation.programs import TRIAL
+from tests.running.evaluation.results import result
 
 CLASS = {
     "good": """
@@ -143,6 +144,18 @@ def test_class_without_a_program_that_can_be_made_is_bad_input_with_a_sheet(less
     assert "numpi" in ran.err
     assert lessons(*work, "--seeds", "2").status == 2
     assert lessons(*work, "--agents", "students/crashing.py:Mine").status == 0
+
+
+def test_class_does_not_replace_the_report_of_one_program(lessons: CommandLine) -> None:
+    folder = Path("before")
+    folder.mkdir()
+    files = {"plan.json": b"{}\n", "results.jsonl": result().line + b"\n", "summary.json": b"{}\n"}
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    ran = lessons("eval", "tiny.yaml", "--agents", "students/good.py:Mine", "--out", "before")
+    assert ran.status == 2
+    assert "error: --out before: holds the evaluation of one program; give another folder" in ran.err
+    assert {each.name: each.read_bytes() for each in folder.iterdir() if each.is_file()} == files
 
 
 @QUICK_WORKERS

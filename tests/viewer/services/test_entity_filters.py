@@ -12,16 +12,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.viewer.services.entity_filters import (
+from cellwright.viewer.services.entity_filters import MAX_FILTER_LENGTH, POSIX_CLASSES, expression, overlapping
+from cellwright.viewer.services.simulation_requests import (
     BOX,
+    FAILED,
     HULL,
-    MAX_FILTER_LENGTH,
-    POSIX_CLASSES,
     SPHERE,
-    expression,
-    overlapping,
+    UNSUPPORTED,
+    BoundsFields,
+    RequestError,
+    Vector,
 )
-from cellwright.viewer.services.simulation_requests import FAILED, UNSUPPORTED, BoundsFields, RequestError, Vector
 
 SHAPES = """<mujoco><asset><mesh name="wedge" vertex="0 0 0 .2 0 0 0 .2 0 0 0 .2"/></asset><worldbody>
 <geom name="box" type="box" size=".1 .1 .1" pos="1 0 0" euler="0 0 45"/>

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cellwright.util.pose import Pose
-from cellwright.viewer.services.entity_filters import BOX, SPHERE
 from cellwright.viewer.services.simulation_requests import (
+    BOX,
     FAILED,
     INVALID_POSE,
     NAME_INVALID,
@@ -19,6 +19,7 @@ from cellwright.viewer.services.simulation_requests import (
     OK,
     SPAWN_FAILED,
     SPAWN_POSE_INVALID,
+    SPHERE,
 )
 from tests.viewer.services.simulated import GEAR, IN_BIN7, Services
 

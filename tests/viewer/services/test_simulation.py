@@ -15,7 +15,6 @@ from cellwright import load_trial
 from cellwright.middleware.bus import PendingResponse
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.viewer.services.control import Control, Reset
-from cellwright.viewer.services.entity_filters import BOX
 from cellwright.viewer.services.entity_services import EntityServices
 from cellwright.viewer.services.simulation import (
     LOADING,
@@ -29,6 +28,7 @@ from cellwright.viewer.services.simulation import (
 from cellwright.viewer.services.simulation_requests import (
     ALL,
     ALREADY_THERE,
+    BOX,
     FAILED,
     INCORRECT_STATE,
     INCORRECT_TRANSITION,

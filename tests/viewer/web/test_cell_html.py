@@ -98,7 +98,9 @@ def test_parts_on_tray_are_ticked_before_submission() -> None:
     assert words(cell_panels.orders_html(panel)).count("✓") == 2
     assert "2 of 2" in words(cell_panels.orders_html(panel))
     assert "as order_0_kit_0 now 6 of 6" in words(cell_panels.trays_html(panel))
-    assert "not submitted" in words(cell_panels.evidence_html(panel))
+    assert "not submitted: no points" in words(cell_panels.evidence_html(panel))
+    assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
+    assert "on its way: no points" in words(cell_panels.evidence_html(panel_of(cell)))
     assert "0 of 6 points" in words(cell_panels.head_html(panel))
 
 

@@ -49,7 +49,7 @@ REASONS: Mapping[str, str] = MappingProxyType(
         Verdict.FAULTY: "only a faulty one, which does not count",
         Verdict.MISSING: "not on the tray at submission",
         NOT_SUBMITTED: "its kit was never submitted",
-        ON_ITS_WAY: "its AGV was on its way when the run ended, and had not submitted the kit yet",
+        ON_ITS_WAY: "its AGV was on its way, and had not submitted the kit yet",
         NOT_ANNOUNCED: "its order was never announced",
         BonusVerdict.PARTS_SHORT: "an ordered part is missing, so there is no bonus",
         BonusVerdict.EXTRA_OBJECTS: "the tray holds more than was ordered, so there is no bonus",
@@ -246,13 +246,13 @@ def evidence(
         )
         for order in (*score.orders, *silent)
     )
-    if trays is not None:
+    if trays is not None or sent:
         orders = tuple(_with_trays(order, trial, trays, sent) for order in orders)
     return Evidence(orders, attainable, score.part_travel_time, process_time, system_cost(trial.sensors))
 
 
 def _with_trays(
-    found: OrderEvidence, trial: Trial, trays: Mapping[str, TrayContents], sent: Mapping[str, str]
+    found: OrderEvidence, trial: Trial, trays: Mapping[str, TrayContents] | None, sent: Mapping[str, str]
 ) -> OrderEvidence:
     """Return the evidence of an order with the trays that wait for its kits that were not submitted."""
     if not found.is_announced:
@@ -262,7 +262,7 @@ def _with_trays(
     def with_trays(kit: KitEvidence) -> KitEvidence:
         if kit.score.is_submitted:
             return kit
-        unsent = unsent_trays(kits[kit.score.kit_type], trays, sent)
+        unsent = None if trays is None else unsent_trays(kits[kit.score.kit_type], trays, sent)
         if kit.score.kit_type not in sent.values():
             return replace(kit, unsent=unsent)
         return replace(kit, unsent=unsent, parts=tuple(replace(part, cause=ON_ITS_WAY) for part in kit.parts))

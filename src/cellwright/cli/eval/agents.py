@@ -20,6 +20,7 @@ from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, 
 from cellwright.running.evaluation import gradebook, gradebook_page
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, make_jobs
+from cellwright.running.evaluation.merge import PLAN_NAME
 from cellwright.running.evaluation.process import RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
@@ -66,6 +67,11 @@ def evaluate_class(patterns: Sequence[str], given: ClassOptions) -> NoReturn:
         refuse_file(f"--out {given.out}: cannot be written: {error.strerror}", error)
     with continued_later():
         with store:
+            if (given.out / PLAN_NAME).exists() and store.results and not given.fresh:
+                options.refuse(
+                    f"--out {given.out}: holds the evaluation of one program; "
+                    "give another folder, or --fresh to replace its report"
+                )
             if given.fresh:
                 store.forget(job.key for job in jobs)
             results, failures = _run(jobs, students, store, given, console)

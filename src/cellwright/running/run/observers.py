@@ -27,6 +27,8 @@ from cellwright.running.run.options import RecordOptions
 from cellwright.running.run.targets import CellTarget, SessionState, at, cell_result, outcome_word
 from cellwright.util.errors import RenderingError, UsageError
 
+_SCENE = 1  # number of the scene in a render process
+
 
 @contextmanager
 def keep_log(session: SessionState) -> Iterator[None]:
@@ -122,9 +124,6 @@ def _latest_end(session: SessionState) -> int | None:
     if isinstance(session.target, CellTarget) and (limit := session.target.node.trial.time_limit) > 0:
         ends.append(nanoseconds(limit))
     return None if (end := min(ends)) == NEVER else end
-
-
-_SCENE = 1  # number of the scene in a render process
 
 
 class Quality(StrEnum):

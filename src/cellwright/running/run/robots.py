@@ -51,6 +51,8 @@ class RobotTarget(Target):
     controller_names = MappingProxyType(CONTROLLER_NAMES)
     node: RobotNode
 
+    _was_loaded = False  # true if a program had loaded the robot before
+
     def __init__(self, make: Callable[[], RobotNode], *, node: str = NODE, sim_time: bool = False) -> None:
         super().__init__(make)
         self.identity = robot_identity(node, sim_time=sim_time)
@@ -60,13 +62,16 @@ class RobotTarget(Target):
         """Return the target of a node, or of one that is made from a robot; in real time it follows the wall clock."""
         if isinstance(robot, RobotNode):
             made = robot.made_with
-            return cls(lambda: robot, node=str(made["node"]), sim_time=bool(made["sim_time"]))
+            target = cls(lambda: robot, node=str(made["node"]), sim_time=bool(made["sim_time"]))
+        else:
 
-        def make() -> RobotNode:
-            config = robot if isinstance(robot, RobotConfig) else robot()
-            return RobotNode(config, sim_time=not is_real_time, stamp=time.time_ns)
+            def make() -> RobotNode:
+                config = robot if isinstance(robot, RobotConfig) else robot()
+                return RobotNode(config, sim_time=not is_real_time, stamp=time.time_ns)
 
-        return cls(make, sim_time=not is_real_time)
+            target = cls(make, sim_time=not is_real_time)
+        target._was_loaded = isinstance(robot, RobotNode | RobotConfig)
+        return target
 
     def open(self, session: SessionState) -> None:
         """Create the node."""
@@ -76,12 +81,11 @@ class RobotTarget(Target):
         self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
-        """Configuration file of the robot; none if the robot is not that of its file, as one changed by a program.
-
-        The file is read again, so that its sources are collected for a robot that was loaded before, too: 40 ms.
-        """
+        """Configuration file of the robot; none if the robot is not that of its file, as one changed by a program."""
         config = self.node.config
-        try:
+        if not self._was_loaded:
+            return [config.path]
+        try:  # read again, so that its sources are collected
             is_as_in_file = load_robot(config.path, lambda _line: None, config.xacro_arguments) == config
         except CellwrightError:
             return []

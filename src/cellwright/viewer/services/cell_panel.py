@@ -41,7 +41,7 @@ def known_evidence(cell: Cell) -> Evidence:
     if not hides_ground_truth(cell):
         return cell.competition.evidence()
     trial = replace(without_faults(cell), orders=tuple(known_orders(cell)))
-    return evidence(trial, cell.competition.score(), cell.competition.process_time)
+    return evidence(trial, cell.competition.score(), cell.competition.process_time, sent=cell.competition.sent)
 
 
 IN_COMPETITION = "not available in competition mode; use development mode (-d)"
@@ -123,7 +123,8 @@ class CellPanel:
     def _score(self, score: GameScore, attainable: AttainableScore) -> dict[str, Any]:
         """Score with its evidence, without times, and without orders that are still secret."""
         fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they reveal the faulty parts
-        found = evidence_to_json(evidence(without_faults(self._cell), score, attainable=attainable, fates=fates))
+        trial, sent = without_faults(self._cell), self._cell.competition.sent
+        found = evidence_to_json(evidence(trial, score, attainable=attainable, fates=fates, sent=sent))
         for key in ("process_time", "part_travel_time"):
             del found[key]
         known = {order.order_id for order in known_orders(self._cell)}

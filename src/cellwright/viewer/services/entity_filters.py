@@ -15,10 +15,15 @@ from numpy.typing import NDArray
 
 from cellwright.cell.entities import geom_box
 from cellwright.util.pose import Vector3
-from cellwright.viewer.services.simulation_requests import FAILED, UNSUPPORTED, BoundsFields, RequestError
-
-EMPTY, BOX, HULL, SPHERE = range(4)
-"""Types of `simulation_interfaces/Bounds`."""
+from cellwright.viewer.services.simulation_requests import (
+    BOX,
+    FAILED,
+    HULL,
+    SPHERE,
+    UNSUPPORTED,
+    BoundsFields,
+    RequestError,
+)
 
 MAX_FILTER_LENGTH, MAX_REPEATS, MAX_HULL_POINTS = 200, 3, 32
 """Limits of a filter: length and repetitions of its expression, points of a convex hull."""

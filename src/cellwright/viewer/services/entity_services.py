@@ -11,8 +11,10 @@ from cellwright.cell.entities import Box, Category, Entities, EntityInfo, Entity
 from cellwright.middleware.bus import ExternalInput, InputKind
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
-from cellwright.viewer.services.entity_filters import BOX, EMPTY, expression, overlapping
+from cellwright.viewer.services.entity_filters import expression, overlapping
 from cellwright.viewer.services.simulation_requests import (
+    BOX,
+    EMPTY,
     FAILED,
     INVALID_POSE,
     NAME_INVALID,

@@ -105,9 +105,8 @@ class SimulationServices:
         self._entities = entities
         self._worlds = None if entities is None else WorldServices(node, control, load)
         self._has_clock = has_clock
-        self._paused_run: int | None = (
-            None  # the run that was paused on request; before its first tick it is not stopped
-        )
+        self._paused_run: int | None = None
+        """The run that was paused on request: before its first tick it is not stopped."""
         self._pending: list[PendingResponse] = []
         simulation.on_reset.append(self._interrupt)
         simulation.on_rewind.append(lambda _time: self._interrupt())

@@ -219,7 +219,8 @@ def _of_how_many(score: Panel) -> str:
 def _judged(kit: Panel) -> str:
     parts = [widgets.title(kit["kit_type"], f"{kit['total']:g} of {kit['best']:g}")]
     if not kit["submitted"]:
-        parts.append(widgets.dim("not submitted: no points"))
+        cause = kit["parts"][0]["cause"] if kit["parts"] else "not submitted"  # of all parts
+        parts.append(widgets.dim(f"{cause}: no points"))
         return widgets.block(*parts)
     points = f"presence {kit['part_presence']:g}, pose {kit['part_pose']:g}, bonus {kit['all_parts_bonus']:g}"
     parts.append(widgets.dim(f"{points} ({kit['bonus_reason']})"))
