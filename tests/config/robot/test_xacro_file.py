@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.robot.model import RobotModel
+from cellwright.config.robot import urdf_file
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.util.errors import DescriptionError
+from fuzz.targets import xacro_file as target
 
 ARM = """<robot xmlns:xacro="http://ros.org/wiki/xacro">
   <xacro:macro name="arm" params="side y">
@@ -142,3 +144,8 @@ def test_included_git_lfs_pointer_is_named(tmp_path: Path) -> None:
     (tmp_path / "more.xacro").write_text("version https://git-lfs.github.com/spec/v1\n")
     with pytest.raises(DescriptionError, match=r"more\.xacro: a Git LFS pointer, not the file itself"):
         names(tmp_path, '<robot xmlns:xacro="x"><xacro:include filename="more.xacro"/></robot>')
+
+
+def test_search_with_random_files_leaves_the_bound_of_users() -> None:
+    target.attempt(next(target.seeds()))
+    assert urdf_file.MAX_EXPANSION_TIME > target.MAX_EXPANSION_TIME
