@@ -40,6 +40,16 @@ _DROP = 0.0005  # initial height of parts above their surface [m]
 _PITCH = (0.14, 0.13)  # of the grid that parts lie on [m]
 _TABLE = (1.2, 1.8, 0.05)  # [m]
 _TABLES = [(x, y) for x in (-4.2, -2.8) for y in (-1.0, 1.0)]  # middles [m]: beyond the bins, seen from the arm
+MEMORY = """
+import json, sys
+from benchmarks.growth import grown_cell, run
+from benchmarks.soak.memory import MEBIBYTE, resident
+cell = grown_cell(int(sys.argv[1]), 0, 2)
+run(cell, int(sys.argv[2]))
+data = cell.simulation.data
+print(json.dumps([resident(), data.maxuse_arena / MEBIBYTE, data.narena / MEBIBYTE]))
+"""
+"""Prints the resident memory of a process with a cell, and its arena's use and size [MiB]."""
 
 
 def resting_parts(count: int) -> tuple[Part, ...]:
@@ -74,18 +84,6 @@ def run(cell: Cell, steps: int) -> None:
     """Take some steps."""
     for _ in range(steps):
         cell.step()
-
-
-MEMORY = """
-import json, sys
-from benchmarks.growth import grown_cell, run
-from benchmarks.soak.memory import MEBIBYTE, resident
-cell = grown_cell(int(sys.argv[1]), 0, 2)
-run(cell, int(sys.argv[2]))
-data = cell.simulation.data
-print(json.dumps([resident(), data.maxuse_arena / MEBIBYTE, data.narena / MEBIBYTE]))
-"""
-"""Prints the resident memory of a process with a cell, and its arena's use and size [MiB]."""
 
 
 def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure | Curve]:

@@ -22,6 +22,27 @@ from cellwright.recording.plots.charts import COLOURS, FAINT, SETTINGS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as MatplotlibFigure
 
+WIDTH = 120
+"""Length of a line of text."""
+HEAD = """# Benchmarks
+
+What does Cellwright cost in time and memory? `make bench` (`python -m benchmarks --write docs/benchmarks.md`) measures
+it on your machine and writes this page. It exits with status 1 if a figure is outside its bound.
+
+## Reading the tables
+
+- **Compare ratios, not times.** A ratio (`x`) compares two things in one run on one machine, and is similar elsewhere.
+  A time is valid only for the machine below, in its state then.
+- A **bound** is a target of the project. Figures without a bound are for information.
+- The best of several repeats counts, unless a note says otherwise: other work can only slow a machine down. Compared
+  things run in turn.
+- `make bench AGAINST=FOLDER` also runs the trial in another checkout of Cellwright, which needs no installation: for
+  one of the last commit, `git worktree add ../before HEAD`. Alone: `python -m benchmarks trial --against FOLDER`.
+- A skipped benchmark names what this machine lacks.
+- To find where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
+"""
+_PANEL_WIDTH, _PANEL_HEIGHT = 2.75, 2.4  # of a curve [in]; three fit the page
+
 
 def value_text(figure: Figure) -> str:
     """Return the value in about three digits with its unit; a dash where there is none."""
@@ -90,28 +111,6 @@ def _label(figure: Figure) -> Text:
     if figure.note:
         text.append(f"\n  {figure.note}", style="dim")
     return text
-
-
-WIDTH = 120
-"""Length of a line of text."""
-
-HEAD = """# Benchmarks
-
-What does Cellwright cost in time and memory? `make bench` (`python -m benchmarks --write docs/benchmarks.md`) measures
-it on your machine and writes this page. It exits with status 1 if a figure is outside its bound.
-
-## Reading the tables
-
-- **Compare ratios, not times.** A ratio (`x`) compares two things in one run on one machine, and is similar elsewhere.
-  A time is valid only for the machine below, in its state then.
-- A **bound** is a target of the project. Figures without a bound are for information.
-- The best of several repeats counts, unless a note says otherwise: other work can only slow a machine down. Compared
-  things run in turn.
-- `make bench AGAINST=FOLDER` also runs the trial in another checkout of Cellwright, which needs no installation: for
-  one of the last commit, `git worktree add ../before HEAD`. Alone: `python -m benchmarks trial --against FOLDER`.
-- A skipped benchmark names what this machine lacks.
-- To find where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
-"""
 
 
 def page(
@@ -186,9 +185,6 @@ def picture(curves: Sequence[Curve]) -> MatplotlibFigure:
             axes.set_ylabel(curve.unit)
             axes.legend(loc="lower right")
     return drawn
-
-
-_PANEL_WIDTH, _PANEL_HEIGHT = 2.75, 2.4  # of a curve [in]; three fit the page
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:

@@ -37,6 +37,15 @@ IN_TURN = 2
 MIN_SPEED_UP = 2.6
 """Required speed of a whole trial compared with commit 0cde9954, before the work on speed."""
 
+PROGRAM = """
+import json, sys, time
+from benchmarks.trial import run_with_agent
+begin = time.process_time()
+run, _commands = run_with_agent(int(sys.argv[1]))
+print(json.dumps([time.process_time() - begin, run.engine / run.wall, run.steps]))
+"""
+"""Runs the trial with the agent; prints its processor time [s], its engine's share and its steps."""
+
 
 @dataclass(frozen=True)
 class FinishedRun:
@@ -129,16 +138,6 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     )
     hashes = {run.state_hash for run in (agent, alone, observed)}
     yield Figure("different end states of the three", len(hashes), "", maximum=1, note=f"{agent.state_hash[:12]}…")
-
-
-PROGRAM = """
-import json, sys, time
-from benchmarks.trial import run_with_agent
-begin = time.process_time()
-run, _commands = run_with_agent(int(sys.argv[1]))
-print(json.dumps([time.process_time() - begin, run.engine / run.wall, run.steps]))
-"""
-"""Runs the trial with the agent; prints its processor time [s], its engine's share and its steps."""
 
 
 def compare(folder: Path, on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:

@@ -26,6 +26,8 @@ COLOURS = {
 }
 """Red, green, blue, opacity in 0..1, by name."""
 
+_FINGERS = ("ff", "mf", "rf", "lf")
+
 
 @dataclass(frozen=True, slots=True)
 class Shape:
@@ -232,9 +234,6 @@ def trunk_solids() -> Drawing:
         "Link_head_pitch": [ball((0.02, 0.0, 0.58), 0.11, "")],
         "Link_waist_yaw": [block((-0.03, 0.0, -0.155), (0.15, 0.19, 0.10), "")],
     }
-
-
-_FINGERS = ("ff", "mf", "rf", "lf")
 
 
 def hand(robot: RobotModel, side: str) -> dict[str, list[Shape]]:

@@ -24,6 +24,15 @@ from tools.qinglong.drawing import (
 )
 
 NAME = "QingLong"
+TORSO = "base_link"
+FINGERTIP = (1.5e-8, 1.5e-8, 1.5e-8, 0.0, 0.0, 0.0)
+"""Inertia [kg m^2] of a fingertip, for which the figures have none: that of a ball of water of its mass, 1 g."""
+_HEAD = """\
+<?xml version="1.0"?>
+<!-- The QingLong humanoid (OpenLoong), as the io_teleop node knows it: 95 joints, both hands. Written by
+     `python -m tools.qinglong` from figures; change those, or the drawing, and not this file.
+     Joints stand in the order of their indices. Lengths in m, angles in rad, masses in kg, efforts in N m. -->
+"""
 
 
 @cache
@@ -51,17 +60,6 @@ def figures() -> RobotModel:
 def _inertial(mass: float, com: list[float], inertia: list[float]) -> Inertial:
     (x, y, z), (xx, yy, zz, xy, xz, yz) = com, inertia
     return Inertial(mass, Pose((x, y, z)), (xx, yy, zz, xy, xz, yz))
-
-
-TORSO = "base_link"
-FINGERTIP = (1.5e-8, 1.5e-8, 1.5e-8, 0.0, 0.0, 0.0)
-"""Inertia [kg m^2] of a fingertip, for which the figures have none: that of a ball of water of its mass, 1 g."""
-_HEAD = """\
-<?xml version="1.0"?>
-<!-- The QingLong humanoid (OpenLoong), as the io_teleop node knows it: 95 joints, both hands. Written by
-     `python -m tools.qinglong` from figures; change those, or the drawing, and not this file.
-     Joints stand in the order of their indices. Lengths in m, angles in rad, masses in kg, efforts in N m. -->
-"""
 
 
 def urdf_text() -> str:

@@ -160,6 +160,9 @@ PictureCamera = Annotated[
 ]
 OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's browser.", VIEWING)]
 
+VIDEO = "Video"
+DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
+
 
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
     """Return the options of the page; None for no page."""
@@ -187,7 +190,6 @@ def _is_local(host: str) -> bool:
         return host == "localhost"
 
 
-VIDEO = "Video"
 VideoFile = Annotated[
     Path | None,
     option(
@@ -216,8 +218,6 @@ VideoSize = Annotated[str, option("WxH", "Size in pixels, such as 1920x1080.", V
 VideoFine = Annotated[
     bool, flag("--video-fine", "Smoother edges; without a GPU drawing takes half as long again.", VIDEO)
 ]
-
-DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
 
 def video_options(file: Path | None, view: str | None, speed: float, size: str, *, fine: bool) -> VideoOptions | None:

@@ -42,6 +42,32 @@ Schedulers tell it from the others, which are final. (EX_TEMPFAIL of sysexits.h)
 INTERRUPTED = 130
 """Ctrl-C ended a command that had no result by then, such as while it read its files; Typer's status too."""
 
+_ROOM = "cellwright.cli"
+COMMANDS = {
+    "run": "run.command:run",
+    "check": "check:check",
+    "eval": "eval.command:evaluate",
+    "eval merge": "eval.merge:merge",
+    "eval compare": "eval.compare:compare",
+    "serve": "serve:serve",
+    "teleop": "teleop:teleop",
+    "view": "view:view",
+    "replay": "replay.command:replay",
+    "plot": "plot:plot",
+    "trials": "trials:trials",
+    "robot": "robot:robot",
+    "ros1-env": "ros1:ros1_env",
+    "ros1-workspace": "ros1:ros1_workspace",
+    "ros2-env": "ros2:ros2_env",
+    "ros2-workspace": "ros2:ros2_workspace",
+    "operate": "operate:app",
+}
+"""Module of each command, below this package, in the order of the help: a function, or an app of several commands.
+
+A name of two words comes before that of one: `eval merge` is a command, and `eval lesson` is `eval` with an argument.
+"""
+_ROS_ARGUMENTS = "--ros-args"
+
 
 def argument(metavar: str, text: str) -> Any:
     """Declare a positional argument."""
@@ -68,33 +94,6 @@ def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | Non
         return NOT_DONE
     is_done = result.outcome is Outcome.DONE or (result.outcome is Outcome.UNTIL and not has_agent)
     return DONE if is_done else NOT_DONE
-
-
-_ROOM = "cellwright.cli"
-
-COMMANDS = {
-    "run": "run.command:run",
-    "check": "check:check",
-    "eval": "eval.command:evaluate",
-    "eval merge": "eval.merge:merge",
-    "eval compare": "eval.compare:compare",
-    "serve": "serve:serve",
-    "teleop": "teleop:teleop",
-    "view": "view:view",
-    "replay": "replay.command:replay",
-    "plot": "plot:plot",
-    "trials": "trials:trials",
-    "robot": "robot:robot",
-    "ros1-env": "ros1:ros1_env",
-    "ros1-workspace": "ros1:ros1_workspace",
-    "ros2-env": "ros2:ros2_env",
-    "ros2-workspace": "ros2:ros2_workspace",
-    "operate": "operate:app",
-}
-"""Module of each command, below this package, in the order of the help: a function, or an app of several commands.
-
-A name of two words comes before that of one: `eval merge` is a command, and `eval lesson` is `eval` with an argument.
-"""
 
 
 class OnceCommand(TyperCommand):
@@ -189,8 +188,6 @@ def _global_options(
 
 ros_arguments: list[str] = []
 """Arguments behind `--ros-args`, as ROS 2's launch appends them: rclpy's own, for the node in ROS 2."""
-
-_ROS_ARGUMENTS = "--ros-args"
 
 
 def _split(words: list[str], at: str) -> tuple[list[str], list[str]]:

@@ -57,6 +57,17 @@ if TYPE_CHECKING:
     from cellwright.middleware.ros2.host.installation import Installation
 
 PARAMETER = "robot_description"
+WHERE, WHAT, RESULT = "Connection", "Motion", OUTPUT
+"""Headings for options in the help."""
+NODE = "/operator"
+_NODE_TIMEOUT = 5.0  # [s] for a node to appear in ROS
+_DESCRIPTION_TIMEOUT = 2.0  # [s] for a robot's description to arrive, which waits at its publisher
+_PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
+_STOP_TIMEOUT = 2.0  # [s] that the report of a stop may take
+_CHECK_PERIOD = 0.1  # [s] between two checks for a request to stop
+_MIN_SLEEP = 0.001  # [s]: less than a step, and more than rounding can produce
+_MAX_SILENCE = 2.0  # [s]; the end of a recording without new lines may come this much too late
+APPLIED = "/io_teleop/applied_joint_cmd"
 
 
 def described_limits(environment: Mapping[str, str]) -> JointLimits:
@@ -88,14 +99,6 @@ def read_limits(text: object) -> JointLimits:
         return JointLimits()
     return JointLimits.of(robot, PARAMETER)
 
-
-WHERE, WHAT, RESULT = "Connection", "Motion", OUTPUT
-"""Headings for options in the help."""
-
-NODE = "/operator"
-
-_NODE_TIMEOUT = 5.0  # [s] for a node to appear in ROS
-_DESCRIPTION_TIMEOUT = 2.0  # [s] for a robot's description to arrive, which waits at its publisher
 
 Connect = Annotated[
     str | None, option("HOST:PORT", f"Address of the node's server. Default: {LOOPBACK}:{DEFAULT_PORT}.", WHERE)
@@ -210,9 +213,6 @@ def warn_of_unknown(limits: JointLimits) -> None:
     """Warn that nothing was checked against limits, if none are known."""
     if not limits.joints:
         output.warn("joint limits unknown: targets are not checked against them; give the description with --robot")
-
-
-_PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 
 
 def figures_table(exercises: Sequence[Exercise]) -> FittedTable:
@@ -440,9 +440,6 @@ def _show(console: Console, exercises: Sequence[Exercise]) -> None:
             print_line(console, f"{each.trace.joint}: {each.note}", "yellow")
 
 
-_STOP_TIMEOUT = 2.0  # [s] that the report of a stop may take
-
-
 class NodeCommand(StrEnum):
     """Command of `cellwright operate call` to a robot's node."""
 
@@ -538,13 +535,6 @@ def keyboard(
         echo(f"error: {ended}", err=True)
     print_line(console, f"{operated.sent} messages sent; the robot holds its last targets")
     raise typer.Exit(NOT_DONE if ended else DONE)
-
-
-_CHECK_PERIOD = 0.1  # [s] between two checks for a request to stop
-_MIN_SLEEP = 0.001  # [s]: less than a step, and more than rounding can produce
-_MAX_SILENCE = 2.0  # [s]; the end of a recording without new lines may come this much too late
-
-APPLIED = "/io_teleop/applied_joint_cmd"
 
 
 def record(

@@ -49,6 +49,8 @@ ABOVE_0, FINITE = math.ulp(0.0), sys.float_info.max
 N = TypeVar("N", float, int, Fraction, float | None, int | None)
 P = TypeVar("P", Path, Path | None)
 S = TypeVar("S", bound=str)
+SPEED = "CELLWRIGHT_SPEED"
+"""Environment variable: real-time factor of a served cell, for launch files, which cannot pass an option."""
 
 
 def refuse(message: str) -> NoReturn:
@@ -230,10 +232,6 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         return math.nan
-
-
-SPEED = "CELLWRIGHT_SPEED"
-"""Environment variable: real-time factor of a served cell, for launch files, which cannot pass an option."""
 
 
 def default_speed(variables: Mapping[str, str]) -> float | None:

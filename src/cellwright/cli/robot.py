@@ -25,6 +25,7 @@ from cellwright.util.errors import UnknownNameError
 
 _EXAMPLE = """give positions by joint, such as '{"elbow": 1.57}'"""
 _MAX_POSITION = 1e6  # [rad; m]; a position beyond is a mistake, and rounding makes such turns meaningless
+_MAX_WIDTH = 1000  # width of a table in a file or through a pipe: nothing is folded there
 
 
 def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
@@ -72,9 +73,6 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
     typer.echo(
         f"{file}: {listed or 'no groups found'}, all guessed; review the file, then run: cellwright check {file}"
     )
-
-
-_MAX_WIDTH = 1000  # width of a table in a file or through a pipe: nothing is folded there
 
 
 def show_robot(config: RobotConfig) -> None:

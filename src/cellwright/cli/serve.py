@@ -38,6 +38,8 @@ RESULT = "/cellwright/result"
 """Service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""
 
 _WIDTH = 80
+EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
+"""Environment variable of the original: with any value the simulator ends when the competition does."""
 
 
 def offer_result(session: Session) -> None:
@@ -56,10 +58,6 @@ def offer_result(session: Session) -> None:
         return {"document": document, "text": text.getvalue()}
 
     server.offer(RESULT, answer)
-
-
-EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
-"""Environment variable of the original: with any value the simulator ends when the competition does."""
 
 
 class WorldChange:

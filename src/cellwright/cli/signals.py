@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Protocol
 
+_POLL_PERIOD = 0.1  # [s]
+
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
@@ -17,9 +19,6 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
     """
     with _handled(stop, _end_signals()):
         yield
-
-
-_POLL_PERIOD = 0.1  # [s]
 
 
 class Kept(Protocol):

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 _REDRAW = 0.1  # [s] of wall time
 _PLAIN_LINE = 2.0  # [s] of wall time between plain lines, in output that goes to a file
+_MAX_COLLISIONS = 5
 
 
 class RunProgress:
@@ -251,9 +252,6 @@ def show_files(
     print_files(console, "picture", pictures.written)
     print_files(console, "recording", result.recordings)
     return status
-
-
-_MAX_COLLISIONS = 5
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:

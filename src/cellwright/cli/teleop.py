@@ -40,6 +40,14 @@ from cellwright.running.run.robots import RobotTarget, RobotWindow
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import LOOPBACK
 
+_PERCENT = (
+    f"%: of a step's height, a sine's swing, a gripper's travel\n"
+    f"   tolerance of steps and sines: {100 * MAX_RANGE_ERROR:g} %, or {1e3 * MAX_TIME_ERROR:.0f} ms early or late"
+)
+_SAFETY_OPTIONS = "the safety options"
+SAFETY = "Safety"
+"""Heading for options in the help."""
+
 
 def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
     """Check a driver, and print each finding in a line; return the exit status."""
@@ -52,15 +60,6 @@ def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]],
     if not problems:
         typer.echo("ok")
     return NOT_DONE if problems else DONE
-
-
-_PERCENT = (
-    f"%: of a step's height, a sine's swing, a gripper's travel\n"
-    f"   tolerance of steps and sines: {100 * MAX_RANGE_ERROR:g} %, or {1e3 * MAX_TIME_ERROR:.0f} ms early or late"
-)
-
-
-_SAFETY_OPTIONS = "the safety options"
 
 
 def refuse_node_options(given: Mapping[str, bool]) -> None:
@@ -218,9 +217,6 @@ def run_robot(
         typer.echo(json.dumps(node_document(node, result, status), indent=2))
     return status
 
-
-SAFETY = "Safety"
-"""Heading for options in the help."""
 
 Robot = Annotated[str, argument("ROBOT", ROBOT_HELP)]
 MotionLaw = Annotated[

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 from cellwright.util.errors import UsageError
 
 NANOSECONDS = 1_000_000_000
+NEVER = 1 << 62
+"""A time [ns] that no run reaches (146 years)."""
 
 
 def nanoseconds(seconds: float | Fraction) -> int:
@@ -148,10 +150,6 @@ class Event(NamedTuple):
     device: str
     kind: str
     arguments: tuple[Any, ...]
-
-
-NEVER = 1 << 62
-"""A time [ns] that no run reaches (146 years)."""
 
 
 class EventQueue:

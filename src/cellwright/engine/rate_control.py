@@ -8,6 +8,9 @@ from threading import Lock
 from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import UsageError
 
+_TIMEOUT = 0.5
+_MAX_WAIT = 0.05  # [s] at a time, so that a change of the rate takes effect soon
+
 
 class RateControl:
     """Rate control that may change while time passes, at any time and from any thread.
@@ -110,10 +113,6 @@ def _checked(speed: float | None) -> float | None:
     if speed is not None and not 0.0 < speed < math.inf:
         raise UsageError(f"speed must be a finite number above 0 (got {speed})")
     return speed
-
-
-_TIMEOUT = 0.5
-_MAX_WAIT = 0.05  # [s] at a time, so that a change of the rate takes effect soon
 
 
 class RealTimePacer:

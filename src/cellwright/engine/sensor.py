@@ -17,6 +17,8 @@ from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
+_FIRST_RANK = 10_000  # after the topics that need no sensor
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
@@ -52,9 +54,6 @@ class SensorOptions(TypedDict, total=False):
     latency: Fraction
     noise: float
     enabled: bool
-
-
-_FIRST_RANK = 10_000  # after the topics that need no sensor
 
 
 @dataclass(slots=True, eq=False)

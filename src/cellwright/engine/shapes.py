@@ -31,6 +31,10 @@ GEOM_TYPES = {
     "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
 }
+GEAR = "gear"
+GASKET = "gasket"
+PULLEY = "pulley"
+CUP = "cup"
 
 
 class Role(IntEnum):
@@ -208,12 +212,6 @@ class Visuals:
     def add(self, body: str, *shapes: Shape) -> None:
         """Add shapes to a body, given in its frame."""
         self.shapes.extend((body, shape) for shape in shapes)
-
-
-GEAR = "gear"
-GASKET = "gasket"
-PULLEY = "pulley"
-CUP = "cup"
 
 
 def ring(outer: Callable[[float], float], inner: float, bottom: float, top: float, corners: int) -> Mesh:

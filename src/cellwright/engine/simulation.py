@@ -23,6 +23,15 @@ check_loaded(mujoco)  # nothing runs without this module, whichever loaded the e
 State: TypeAlias = Mapping[str, Any]
 """JSON values: numbers, strings, booleans, None, and lists and dicts of them."""
 
+ASLEEP_AFTER = -11
+"""Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
+CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
+"""Fields of the model that devices write at run time. They are state, though the engine keeps them in the model."""
+_CULLING_FIELDS = ("body_contype", "body_conaffinity", "body_gravcomp")
+"""Fields of the model that a device writes that has them in its own state."""
+_AWAKE_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
+"""Lengths of the engine's lists of what is awake."""
+
 
 class PlainState:
     """State that consists of attributes, each a JSON value that is replaced and never modified in place."""
@@ -168,21 +177,6 @@ def _take_warning(text: str) -> None:
 
 
 mujoco.set_mju_user_warning(_take_warning)
-
-
-ASLEEP_AFTER = -11
-"""Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
-
-
-CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
-"""Fields of the model that devices write at run time. They are state, though the engine keeps them in the model."""
-
-
-_CULLING_FIELDS = ("body_contype", "body_conaffinity", "body_gravcomp")
-"""Fields of the model that a device writes that has them in its own state."""
-
-_AWAKE_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
-"""Lengths of the engine's lists of what is awake."""
 
 
 def _copy_rows(source: NDArray[Any], target: NDArray[Any]) -> None:

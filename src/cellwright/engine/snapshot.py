@@ -29,6 +29,8 @@ from cellwright.util.files import atomic_file
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 _FORMAT = 3
 _MAX_SIZE = 256 << 20  # of a file's contents [bytes]; a cell's are a few hundred times smaller
+_LAST = 1_000_000
+"""Priority within a tick: after all other events."""
 
 
 class CheckpointError(CellwrightError):
@@ -206,10 +208,6 @@ def _set_engine(simulation: Simulation, engine: NDArray[np.float64]) -> None:
     mujoco.mj_resetData(simulation.model, simulation.data)
     mujoco.mj_setState(simulation.model, simulation.data, engine, _INTEGRATION)
     simulation.touch()
-
-
-_LAST = 1_000_000
-"""Priority within a tick: after all other events."""
 
 
 class Checkpoints(Device):

@@ -28,6 +28,16 @@ KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)  # Windows has
 STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (KILL, 1.0))
 """Signals that end a child, and the time [s] that each leaves it."""
 
+_READY_LINE = "ready"
+_COLOURS = re.compile(r"\x1b\[[\d;]*m")
+READY_LIMIT = 300.0
+"""Time [s] for a program that lives to be ready: a busy machine may take ten times as long as an idle one."""
+READY_PERIOD = 20.0  # time [s] between two lines about one that is not ready yet
+_SERVING = 0.02  # [s]
+_WHERE_TO_LOOK = "see the variables that `printenv | grep ROS` prints, and the newest log of ~/.ros/log"
+_FIRST_WAIT, _MAX_WAIT = 0.25, 8.0  # [s]
+_FORGIVEN = 10.0  # [s]: after a run this long, the next failure counts as the first
+
 
 class Lines:
     """Reader of lines from a pipe without blocking."""
@@ -117,10 +127,6 @@ class Child:
         self._pipes.clear()
 
 
-_READY_LINE = "ready"
-_COLOURS = re.compile(r"\x1b\[[\d;]*m")
-
-
 class BridgeProcess(Child):
     """One run of a bridge to the server at an address; `on_line` takes what it prints on stderr, line by line."""
 
@@ -158,13 +164,6 @@ class BridgeProcess(Child):
     def _on_error_line(self, line: str) -> None:
         self.last_line = line
         self._on_line(line)
-
-
-READY_LIMIT = 300.0
-"""Time [s] for a program that lives to be ready: a busy machine may take ten times as long as an idle one."""
-READY_PERIOD = 20.0  # time [s] between two lines about one that is not ready yet
-_SERVING = 0.02  # [s]
-_WHERE_TO_LOOK = "see the variables that `printenv | grep ROS` prints, and the newest log of ~/.ros/log"
 
 
 class Waiting:
@@ -227,10 +226,6 @@ def describe_exit(status: int) -> str:
         return f"was ended by {signal.Signals(-status).name}"
     except ValueError:
         return f"was ended by signal {-status}"
-
-
-_FIRST_WAIT, _MAX_WAIT = 0.25, 8.0  # [s]
-_FORGIVEN = 10.0  # [s]: after a run this long, the next failure counts as the first
 
 
 class RestartDelay:

@@ -13,6 +13,8 @@ from cellwright.config.layout import ARM_JOINTS
 from cellwright.motion.joints import STILL, Joints, MotionLimits
 from cellwright.util.errors import UsageError
 
+_JOINED = 1e-6
+
 
 def knot_velocities(
     times: Sequence[float], positions: Sequence[Joints], first: Joints | None = None, last: Joints | None = None
@@ -49,9 +51,6 @@ def _column(times: Sequence[float], values: Sequence[float], first: float | None
         following = value - ratio * following
         velocities[index] = following
     return velocities
-
-
-_JOINED = 1e-6
 
 
 class MotionPoint(NamedTuple):

@@ -49,6 +49,14 @@ _SAME = 1e-7
 
 Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
+WEIGHTS = Joints(1.5, 1.0, 1.0, 0.8, 0.5, 0.5, 0.3)
+"""Cost of moving each joint [per m for the rail; per rad]: the more of the arm it carries, the higher."""
+COMFORTABLE = (0.45, 1.0)
+"""Horizontal distances [m] of the gripper from the pan axis at which the arm is neither folded up nor stretched."""
+DISCOMFORT = 10.0
+"""Cost of distances outside of them [per m]."""
+_RAIL_STEP = 0.1
+
 
 def forward(joints: JointsLike) -> Pose:
     """Return the pose `world_T_gripper` of the gripper link [m]; limits are ignored."""
@@ -231,18 +239,6 @@ def _principal(angle: float) -> float:
 
 def _is_same(a: Joints, b: Joints) -> bool:
     return all(abs(_principal(mine - other)) < _SAME for mine, other in zip(a[1:], b[1:], strict=True))
-
-
-WEIGHTS = Joints(1.5, 1.0, 1.0, 0.8, 0.5, 0.5, 0.3)
-"""Cost of moving each joint [per m for the rail; per rad]: the more of the arm it carries, the higher."""
-
-COMFORTABLE = (0.45, 1.0)
-"""Horizontal distances [m] of the gripper from the pan axis at which the arm is neither folded up nor stretched."""
-
-DISCOMFORT = 10.0
-"""Cost of distances outside of them [per m]."""
-
-_RAIL_STEP = 0.1
 
 
 def solve(

@@ -17,6 +17,7 @@ BACKENDS = ("egl", "osmesa", "cgl", "glfw", RAYS)
 """Its values; `cgl` is for macOS, `glfw` for Windows. An unavailable one falls back to those of the system."""
 
 _MAX_SHOWN = 40  # characters of a value in an error
+_CONTEXT_SIZE = 64  # [pixels] of the context's own picture, which is never shown
 
 
 def requested_backend() -> str:
@@ -42,8 +43,6 @@ elif sys.platform == "darwin":
 else:
     OPENGL_BACKENDS = ("glfw",)
 """OpenGL backends of this system, best first."""
-
-_CONTEXT_SIZE = 64  # [pixels] of the context's own picture, which is never shown
 
 
 class NoOpenGL(CellwrightError):  # noqa: N818 (it says what there is not)

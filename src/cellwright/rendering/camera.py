@@ -16,6 +16,13 @@ from numpy.typing import NDArray
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose, Vector3
 
+OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
+"""camera_T_optical: from x right, y down, z forward to x forward, y left, z up."""
+_DEFAULT_ANGLE, _MAX_ANGLE = 45.0, 180.0  # [degrees]
+_MAX_COORDINATE = 1e6  # [m]
+_PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
+_UPWARDS, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Camera:
@@ -68,10 +75,6 @@ class Camera:
         # einsum, not @: for so thin a matrix the linear algebra library only wakes its threads
         world: NDArray[np.float64] = np.einsum("ij,kj->ik", optical, self.world_R_optical)
         return world
-
-
-OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
-"""camera_T_optical: from x right, y down, z forward to x forward, y left, z up."""
 
 
 @dataclass(frozen=True)
@@ -127,11 +130,6 @@ class Pinhole:
         points[..., 2] = depth
         return points
 
-
-_DEFAULT_ANGLE, _MAX_ANGLE = 45.0, 180.0  # [degrees]
-_MAX_COORDINATE = 1e6  # [m]
-_PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
-_UPWARDS, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 VIEWS: Mapping[str, Camera] = MappingProxyType(
     {

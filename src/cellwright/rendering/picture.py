@@ -33,6 +33,19 @@ from cellwright.util.pose import Vector3
 
 _SAME_NORMAL = 0.9  # smallest cosine between the normals of a pixel and the neighbour whose light it borrows
 _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))
+_COSINE = 0.95  # between the normals of neighbouring pixels
+_COLOUR = 0.02  # between their colours, linear
+BAND_HEIGHT = 90  # rows; two bands in a small picture of 320 x 180, twelve in one of 1920 x 1080
+_MARGIN = 5  # rows; light is shared over three, borrowed over one, and edges need one
+_PIXELS_AT_ONCE = 16384  # with more than one ray
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+TRUE_COLOUR, FILTER_UP = 2, 2
+MAX_SIDE = 4096
+"""Largest width and height of a picture, in pixels."""
+LAMP: Vector3 = (-3.2, -4.6, 7.0)
+"""Default position of the lamp [m], from the point that the camera looks at."""
+_LAMP_RADIUS = 0.14  # [m]
+_SKY_DISTANCE = 9.0  # [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,10 +138,6 @@ def spread(hits: Hits, at: NDArray[np.int64], count: int) -> Hits:
     return Hits(geom, distance, normal)
 
 
-_COSINE = 0.95  # between the normals of neighbouring pixels
-_COLOUR = 0.02  # between their colours, linear
-
-
 def edge_pixels(layer: SurfaceLayer) -> NDArray[np.int64]:
     """Return the pixels (k,) that differ from one of four neighbours in geom, colour or normal."""
     shape = (layer.height, layer.width)
@@ -166,11 +175,6 @@ def pixel_points(pixels: NDArray[np.int64], width: int, *, samples: int) -> NDAr
     return points.reshape(-1, 2)
 
 
-BAND_HEIGHT = 90  # rows; two bands in a small picture of 320 x 180, twelve in one of 1920 x 1080
-_MARGIN = 5  # rows; light is shared over three, borrowed over one, and edges need one
-_PIXELS_AT_ONCE = 16384  # with more than one ray
-
-
 def bands(height: int) -> list[range]:
     """Split the rows of a picture into bands, from above."""
     return [range(first, min(first + BAND_HEIGHT, height)) for first in range(0, height, BAND_HEIGHT)]
@@ -204,10 +208,6 @@ def draw_band(
         seen = light_seen(shader, layers, np.repeat(pixels, samples * samples), hits, directions)
         light[pixels - kept.start] = seen.reshape(len(pixels), samples * samples, 3).mean(axis=1)
     return light.reshape(len(rows), width, 3)
-
-
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-TRUE_COLOUR, FILTER_UP = 2, 2
 
 
 def encode_png(picture: NDArray[np.uint8]) -> bytes:
@@ -256,15 +256,6 @@ def _png_chunk(kind: bytes, content: bytes) -> bytes:
 
 Progress: TypeAlias = Callable[[float], None]
 """Called from time to time with the finished share of the work, 0..1."""
-
-MAX_SIDE = 4096
-"""Largest width and height of a picture, in pixels."""
-
-LAMP: Vector3 = (-3.2, -4.6, 7.0)
-"""Default position of the lamp [m], from the point that the camera looks at."""
-
-_LAMP_RADIUS = 0.14  # [m]
-_SKY_DISTANCE = 9.0  # [m]
 
 
 def render(

@@ -23,6 +23,20 @@ _SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that sh
 SIDE = 5
 """Side of the square of pixels that share the lamps of a group; odd."""
 
+TILE = 1.0  # [m], spacing of the lines on a floor
+LINE = 0.012  # [m], width of these lines
+LINE_SHADE = 0.8  # factor on the colour
+KEY = np.array((1.0, 0.955, 0.88), np.float32) * 1.12
+SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52
+GROUND = np.array((0.95, 0.92, 0.88), np.float32) * 0.27
+BURIED = 0.22  # share of the sky's light that reaches the deepest corner, from other walls
+HIGHLIGHT = 0.105  # share of the lamp's light in the middle of a highlight
+SHARPNESS = 56.0  # exponent of Blinn's highlight
+HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
+ZENITH = np.array((0.20, 0.30, 0.44), np.float32)
+HAZE_START, HAZE_END = 9.0, 26.0  # [m]
+KNEE = 0.6  # amount of light above which the screen's response is less than proportional
+
 
 def disc_lamp(centre: ArrayLike, towards: ArrayLike, radius: float) -> NDArray[np.float64]:
     """Point lamps (SIDE * SIDE, 3) [m] of a disc of `radius` [m] at `centre` that faces the point `towards` [m]."""
@@ -107,11 +121,6 @@ def _shared(
     return facing_sum, seen_sum
 
 
-TILE = 1.0  # [m], spacing of the lines on a floor
-LINE = 0.012  # [m], width of these lines
-LINE_SHADE = 0.8  # factor on the colour
-
-
 class Surfaces:
     """Colours by geom id, as arrays to index with many hits at once; `data` has the poses of planes."""
 
@@ -148,21 +157,6 @@ def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArra
     covered = np.clip((LINE + pixel) / 2 - offset, 0, np.minimum(LINE, pixel)) / pixel
     share = 1 - (1 - covered[:, 0]) * (1 - covered[:, 1])
     return (1 - (1 - LINE_SHADE) * share).astype(np.float32)
-
-
-KEY = np.array((1.0, 0.955, 0.88), np.float32) * 1.12
-SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52
-GROUND = np.array((0.95, 0.92, 0.88), np.float32) * 0.27
-BURIED = 0.22  # share of the sky's light that reaches the deepest corner, from other walls
-
-HIGHLIGHT = 0.105  # share of the lamp's light in the middle of a highlight
-SHARPNESS = 56.0  # exponent of Blinn's highlight
-
-HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
-ZENITH = np.array((0.20, 0.30, 0.44), np.float32)
-HAZE_START, HAZE_END = 9.0, 26.0  # [m]
-
-KNEE = 0.6  # amount of light above which the screen's response is less than proportional
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,18 @@ CLEAR_STOP = "call /io_teleop/clear_emergency_stop to clear it"
 ENABLE = "call /io_teleop/set_enabled to enable them"
 """Remedy for disabled commands."""
 _STOPPED, _DISABLED = f"the emergency stop is active; {CLEAR_STOP}", f"commands are disabled; {ENABLE}"
+UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
+"""Topics on which one command may hold for long: their silence has no meaning."""
+HOMING_TIMEOUT = 5.0
+"""Maximum duration of homing [s]."""
+HOME_TOLERANCE = 1e-3
+"""Position tolerance of a joint at home [rad; m]."""
+HOME_SPEED_TOLERANCE = 1e-2
+"""Maximum speed of a joint at home [rad/s; m/s]."""
+MAX_WAITING_CALLS = 1000
+"""Maximum number of waiting callers; the limit protects memory from clients."""
+HOMING_RESPONSE = "Service successfully triggered!"
+"""Response of the original."""
 
 
 class Commander(Device):
@@ -260,10 +272,6 @@ class Commander(Device):
             self.notices.log(f"ignoring {topic}{f' from {node}' if node else ''}: {why}")
 
 
-UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
-"""Topics on which one command may hold for long: their silence has no meaning."""
-
-
 class Watchdog:
     """Watchdog: holds joints whose topic was silent for `silence` [s]; None: never."""
 
@@ -313,18 +321,6 @@ class Watchdog:
     def set_state(self, state: Mapping[str, list[int]]) -> None:
         """Restore what `get_state` returned."""
         self._silent = {topic: list(joints) for topic, joints in state.items()}
-
-
-HOMING_TIMEOUT = 5.0
-"""Maximum duration of homing [s]."""
-HOME_TOLERANCE = 1e-3
-"""Position tolerance of a joint at home [rad; m]."""
-HOME_SPEED_TOLERANCE = 1e-2
-"""Maximum speed of a joint at home [rad/s; m/s]."""
-MAX_WAITING_CALLS = 1000
-"""Maximum number of waiting callers; the limit protects memory from clients."""
-HOMING_RESPONSE = "Service successfully triggered!"
-"""Response of the original."""
 
 
 class Homing(Device):

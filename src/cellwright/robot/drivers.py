@@ -14,6 +14,14 @@ from cellwright.robot.servos import Array, JointArrays, JointServos
 from cellwright.util import plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError, one_line
 
+DRIVER_TIMEOUT = 0.5
+"""Silence of a driver [s] that counts as failure; as long as other robot frameworks wait for feedback."""
+FIRST_READING_TIMEOUT = 10.0
+"""Maximum duration of the first reading [s]: the hardware may have to be found and switched on."""
+_IDLE_INTERVAL = 0.05  # [s] between two readings while the node is idle
+_JOIN_TIMEOUT = 0.5  # [s]
+_COLUMNS = ", ".join(JointArrays._fields[:-1]) + " and " + JointArrays._fields[-1]
+
 
 class Driver(Protocol):
     """Driver of a robot's joints, as the node commands and reads them.
@@ -52,16 +60,6 @@ class Driver(Protocol):
     def close(self) -> None:
         """Release the robot, which must stand still from then on."""
         ...
-
-
-DRIVER_TIMEOUT = 0.5
-"""Silence of a driver [s] that counts as failure; as long as other robot frameworks wait for feedback."""
-FIRST_READING_TIMEOUT = 10.0
-"""Maximum duration of the first reading [s]: the hardware may have to be found and switched on."""
-
-_IDLE_INTERVAL = 0.05  # [s] between two readings while the node is idle
-_JOIN_TIMEOUT = 0.5  # [s]
-_COLUMNS = ", ".join(JointArrays._fields[:-1]) + " and " + JointArrays._fields[-1]
 
 
 class DriverError(CellwrightError):

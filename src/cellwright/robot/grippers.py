@@ -9,6 +9,9 @@ from cellwright.config.robot.config import GripperConfig, RobotConfig
 from cellwright.config.robot.model import RobotModel
 from cellwright.robot.servos import Array
 
+RIGHT, LEFT = 0, 1
+"""Indices of the two sides in a configuration's lists of arms and grippers."""
+
 
 class GripperRange:
     """Range of a gripper's joints from open to closed: their two limits, in the configured order.
@@ -44,10 +47,6 @@ def gripper_ranges(
 ) -> tuple[GripperRange, ...]:
     """Return the ranges of all grippers, in their order."""
     return tuple(GripperRange(gripper, robot, numbers) for gripper in grippers)
-
-
-RIGHT, LEFT = 0, 1
-"""Indices of the two sides in a configuration's lists of arms and grippers."""
 
 
 def hand_joints(config: RobotConfig, side: int) -> frozenset[str] | None:

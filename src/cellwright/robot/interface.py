@@ -96,6 +96,11 @@ JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Directio
 COMMAND_TOPICS = (*JOINT_SOURCES, "/io_teleop/target_base_move")
 """Topics that move the robot."""
 
+DESCRIPTION = "robot_description"
+"""Standard ROS parameter for a robot's URDF."""
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML forbids. Old URDFs contain them, and a ROS master rejects them."""
+
 
 def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
@@ -111,13 +116,6 @@ def rows(
     found = [row for row in IO_TELEOP if is_available.get(row.where)]
     found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Availability.EACH_CAMERA]
     return tuple(replace(row, node=node) for row in found)
-
-
-DESCRIPTION = "robot_description"
-"""Standard ROS parameter for a robot's URDF."""
-
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML forbids. Old URDFs contain them, and a ROS master rejects them."""
 
 
 def ros_parameters(urdf: str, *, node: str, sim_time: bool) -> dict[str, Any]:

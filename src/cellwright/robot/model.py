@@ -30,6 +30,31 @@ from cellwright.util.pose import IDENTITY_QUATERNION, Pose, Vector3
 
 Pair = tuple[str, str]
 
+FLOOR = "floor"
+"""Name of the floor's geom."""
+_VISUAL_GROUP = 2  # group of visual geoms
+_BOX_CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+DEFAULT_COLOUR = (0.62, 0.64, 0.67, 1.0)
+"""Colour of shapes without one."""
+MIN_HALF_LENGTH = 1e-4
+"""Minimum half length of a shape [m]: the engine takes no thinner one."""
+TIMESTEP = Fraction(1, 240)
+"""Time step of the original's physics [s]."""
+DEFAULT_MASS = 1.0
+"""Mass of a link without one in the file [kg]; its inertia is that of a box around its shapes for contact."""
+FINGER_MASS = 0.1
+"""Mass of a link that a gripper's joint moves [kg]."""
+_MIN_MASS, _MIN_INERTIA = 1e-6, 1e-9  # the engine takes no moving body without them
+_MIN_RANGE = 1e-6  # [rad; m]
+_JOINT_TYPES = {
+    JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
+    JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
+    JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
+    JointType.SPHERICAL: mujoco.mjtJoint.mjJNT_BALL,
+}
+BASE_BODY = "cellwright base"
+"""Name of the body that carries the robot: it is not in the URDF, and `target_base_move` moves it."""
+
 
 def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[str]) -> list[Pair]:
     """Return pairs of `touched` links that are joined, by one `moved` joint or by any number of other joints.
@@ -71,13 +96,6 @@ def exclude_contacts(spec: Any, pairs: list[Pair]) -> None:
     """Exclude contacts between pairs of bodies."""
     for one, other in pairs:
         spec.add_exclude(bodyname1=one, bodyname2=other)
-
-
-FLOOR = "floor"
-"""Name of the floor's geom."""
-
-_VISUAL_GROUP = 2  # group of visual geoms
-_BOX_CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 def add_floor(spec: Any) -> None:
@@ -122,12 +140,6 @@ def visible_corners(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray[An
     turned = np.einsum("gij,gkj->gki", still.geom_xmat[visible].reshape(-1, 3, 3), local)
     corners: np.ndarray[Any, np.dtype[np.float64]] = (turned + still.geom_xpos[visible][:, None, :]).reshape(-1, 3)
     return corners
-
-
-DEFAULT_COLOUR = (0.62, 0.64, 0.67, 1.0)
-"""Colour of shapes without one."""
-MIN_HALF_LENGTH = 1e-4
-"""Minimum half length of a shape [m]: the engine takes no thinner one."""
 
 
 class ShapeBuilder:
@@ -207,24 +219,7 @@ def pose_arguments(pose: Pose) -> dict[str, Any]:
     return {"pos": pose.position, "quat": pose.quaternion if pose.quaternion != IDENTITY_QUATERNION else (1, 0, 0, 0)}
 
 
-TIMESTEP = Fraction(1, 240)
-"""Time step of the original's physics [s]."""
-DEFAULT_MASS = 1.0
-"""Mass of a link without one in the file [kg]; its inertia is that of a box around its shapes for contact."""
-FINGER_MASS = 0.1
-"""Mass of a link that a gripper's joint moves [kg]."""
-
-_MIN_MASS, _MIN_INERTIA = 1e-6, 1e-9  # the engine takes no moving body without them
-_MIN_RANGE = 1e-6  # [rad; m]
 _Disable = mujoco.mjtDisableBit
-_JOINT_TYPES = {
-    JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
-    JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
-    JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
-    JointType.SPHERICAL: mujoco.mjtJoint.mjJNT_BALL,
-}
-BASE_BODY = "cellwright base"
-"""Name of the body that carries the robot: it is not in the URDF, and `target_base_move` moves it."""
 
 
 def body_of(link: str) -> str:

@@ -28,6 +28,9 @@ from cellwright.robot.model import body_of
 from cellwright.robot.servos import as_slice
 from cellwright.util.errors import UsageError
 
+STATUS_PERIOD = Fraction(1, 10)
+"""Minimum time between two messages [s]."""
+
 
 def add_cameras(
     config: RobotConfig,
@@ -76,10 +79,6 @@ class CameraTopics:
     colour_picture = partialmethod(_stream, make=pictures.colour_message, colour=True)
     depth_picture = partialmethod(_stream, make=pictures.depth_message, depth=True)
     camera_info = partialmethod(_stream, make=pictures.info_message)
-
-
-STATUS_PERIOD = Fraction(1, 10)
-"""Minimum time between two messages [s]."""
 
 
 class StatusTopic(Device):

@@ -21,6 +21,19 @@ RESUME_SPEED = 0.5
 TIP_SPEED, TIP_TURNING = 2.0, 2.0 * math.pi
 """Maximum speed of an arm's tip towards a pose [m/s], and of its rotation [rad/s]."""
 
+MAX_NAMES = 256
+"""Maximum number of names that are kept; the limit protects memory from clients."""
+MAX_LINES_PER_SECOND = 20
+"""Maximum number of lines about rare events in a second; further ones are only counted."""
+_MAX_NAME_LENGTH = 80
+_MAX_NAMES_PER_LINE = 3  # in one line
+COMMANDER_TIMEOUT = 1.0
+"""Time [s] after its newest command for which a node counts as commander."""
+_STAMP_MEMORY = nanoseconds(1.0)  # after this time a node may use older stamps, as after its restart
+NO_SOURCE = -1
+_ROUNDING = 1e-12  # relative difference below which distances are equal
+_MIN_LOGGED_DIFFERENCE = 1e-3  # [rad; m]: limits and targets are written with few digits
+
 
 class Guard(StrEnum):
     """Reaction to a first target that is too far away."""
@@ -110,16 +123,6 @@ class SafetySettings:
         return limited
 
 
-MAX_NAMES = 256
-"""Maximum number of names that are kept; the limit protects memory from clients."""
-
-MAX_LINES_PER_SECOND = 20
-"""Maximum number of lines about rare events in a second; further ones are only counted."""
-
-_MAX_NAME_LENGTH = 80
-_MAX_NAMES_PER_LINE = 3  # in one line
-
-
 class Notices:
     """Log of rate-limited lines: each kind at most once a second, or only once."""
 
@@ -181,12 +184,6 @@ class Notices:
         if lines:
             more = f" and {len(lines) - _MAX_NAMES_PER_LINE} more" if len(lines) > _MAX_NAMES_PER_LINE else ""
             self._report(f"{topic}: {', '.join(lines[:_MAX_NAMES_PER_LINE])}{more}; ignored (logged once)")
-
-
-COMMANDER_TIMEOUT = 1.0
-"""Time [s] after its newest command for which a node counts as commander."""
-
-_STAMP_MEMORY = nanoseconds(1.0)  # after this time a node may use older stamps, as after its restart
 
 
 class _Stream(NamedTuple):
@@ -282,11 +279,6 @@ class CommandGate:
             topic: _Stream(node, heard, stamp and stamp + offset) for topic, (node, heard, stamp) in state.items()
         }
 
-
-NO_SOURCE = -1
-
-_ROUNDING = 1e-12  # relative difference below which distances are equal
-_MIN_LOGGED_DIFFERENCE = 1e-3  # [rad; m]: limits and targets are written with few digits
 
 Numbers = NDArray[np.intp]
 _NONE: Numbers = np.zeros(0, dtype=np.intp)

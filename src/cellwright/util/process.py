@@ -24,6 +24,19 @@ from cellwright._package import FOLDER
 STOP_TIMEOUT = 2.0
 """Time that threads have to end when their process is done [s]."""
 
+OUTPUT_LOST_STATUS = 1
+"""Smallest exit status of a command whose output could not be written completely."""
+_READER_GONE = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
+"""Errors of a stream whose reader has ended, as with `| head -1`, or whose terminal was closed; not a failure."""
+_WITHOUT_CHARACTER = "backslashreplace"
+"""Characters that the stream's encoding lacks are escaped: a pipe on Windows lacks most, and file names may have odd
+bytes. Python does so for stderr; on stdout it would raise an error in the middle of a line.
+"""
+_NAP = 0.01  # [s]
+_NEW_PROCESS_GROUP: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows only
+_READING = 5.0  # [s] to read the rest of a child's output
+_TAIL = 2000  # bytes
+
 
 @contextmanager
 def silent_ctrl_c() -> Iterator[None]:
@@ -61,20 +74,6 @@ def exit_despite_threads(before: Collection[threading.Thread], status: int) -> N
             with suppress(OSError, ValueError):
                 stream.flush()
         os._exit(status)
-
-
-OUTPUT_LOST_STATUS = 1
-"""Smallest exit status of a command whose output could not be written completely."""
-
-_READER_GONE = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
-"""Errors of a stream whose reader has ended, as with `| head -1`, or whose terminal was closed; not a failure."""
-
-_WITHOUT_CHARACTER = "backslashreplace"
-"""Characters that the stream's encoding lacks are escaped: a pipe on Windows lacks most, and file names may have odd
-bytes. Python does so for stderr; on stdout it would raise an error in the middle of a line.
-"""
-
-_NAP = 0.01  # [s]
 
 
 class TolerantStream(io.RawIOBase):
@@ -174,11 +173,6 @@ class StandardStreams:
         )
         setattr(sys, name, kept)
         return outlet
-
-
-_NEW_PROCESS_GROUP: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows only
-_READING = 5.0  # [s] to read the rest of a child's output
-_TAIL = 2000  # bytes
 
 
 def run_briefly(

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot import urdf_file
+from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.util.errors import DescriptionError
 from fuzz.targets import xacro_file as target

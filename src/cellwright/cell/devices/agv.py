@@ -46,6 +46,8 @@ RETURN_FRAMES: Final[KeyFrames] = (
     ("9.4", -1.6, 3.3),
     ("12", 0.3, 3.3),
 )
+PREPARATION = 0.75
+"""Time between the call and the departure [s] (ARIAC 2017)."""
 
 
 def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
@@ -69,9 +71,6 @@ def _through(times: list[int], values: list[float]) -> list[Segment]:
 
 
 AgvState: TypeAlias = Literal["ready_to_deliver", "preparing_to_deliver", "delivering", "delivered", "returning"]
-
-PREPARATION = 0.75
-"""Time between the call and the departure [s] (ARIAC 2017)."""
 
 
 class Agv(Device):

@@ -22,6 +22,9 @@ from cellwright.util.pose import Pose
 _SLOW = 2.0
 """Below this multiple of the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
 
+WALL_PERIOD = Fraction(1, 5)
+"""Time between two checks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
+
 
 class Conveyor(Device):
     """Belt drive. `power` is in percent of full speed, 0 to 100; a snapshot's model has the surface's velocity."""
@@ -88,10 +91,6 @@ class Conveyor(Device):
             (centre[0] - size.max(), centre[1] - size.max(), centre[2]),
             (centre[0] + size.max(), centre[1] + size.max(), centre[2] + size.min() + 1.0),
         )
-
-
-WALL_PERIOD = Fraction(1, 5)
-"""Time between two checks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
 
 
 class DeletionWall(Device):

@@ -25,6 +25,9 @@ CONTACT_DISTANCE = 5e-4
 _ASIDE, _DOWN, _UP = 0.6, 0.1, 0.3
 """Extent of the space above a tray from its link [m], in any orientation of the tray."""
 
+DROP_HEIGHT = 0.1
+"""Height over the tray link from which the parts are dropped [m] (ARIAC 2017)."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrayPart:
@@ -135,10 +138,6 @@ class KitTray(Device):
 
     def _is_locked(self, part: WorldPart) -> bool:
         return bool(self.simulation.data.eq_active[part.locks[self.number - 1]])
-
-
-DROP_HEIGHT = 0.1
-"""Height over the tray link from which the parts are dropped [m] (ARIAC 2017)."""
 
 
 class DemoTray(Device):

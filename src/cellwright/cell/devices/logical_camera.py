@@ -23,6 +23,21 @@ from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_product
 
 _PLANES = 6  # of a frustum
+_NOWHERE = 1e6  # coordinate of the box of a part that is not in play [m]
+_ORIGIN = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+AGV_TYPES = frozenset({"agv1", "agv2"})
+TRAY_TYPE = "kit_tray"
+PART_TYPES = frozenset(parts.KNOWN_TYPES)
+KNOWN_TYPES = AGV_TYPES | {TRAY_TYPE} | PART_TYPES
+POSITION_SD = 0.001
+"""Standard deviation of each coordinate of a position [m]."""
+ANGLE_SD = 0.01
+"""Standard deviation of each of roll, pitch and yaw [rad]."""
+_NOISE_A_MODEL = 6
+WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
+    {1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)), 2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574))}
+)
+"""Poses of the fixed sensors over the trays of AGV 1 and AGV 2."""
 
 
 class Frustum:
@@ -127,10 +142,6 @@ class StoredState:
     def equals(self, other: StoredState | None) -> bool:
         """Return whether another state is the same."""
         return other is not None and self.qpos == other.qpos and self.parts is other.parts
-
-
-_NOWHERE = 1e6  # coordinate of the box of a part that is not in play [m]
-_ORIGIN = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class ModelSnapshot:
@@ -297,20 +308,6 @@ class ModelSnapshot:
         return [SeenModels(indices[begin:end], poses[begin:end]) for begin, end in pairwise(ends)]
 
 
-AGV_TYPES = frozenset({"agv1", "agv2"})
-TRAY_TYPE = "kit_tray"
-PART_TYPES = frozenset(parts.KNOWN_TYPES)
-KNOWN_TYPES = AGV_TYPES | {TRAY_TYPE} | PART_TYPES
-
-POSITION_SD = 0.001
-"""Standard deviation of each coordinate of a position [m]."""
-
-ANGLE_SD = 0.01
-"""Standard deviation of each of roll, pitch and yaw [rad]."""
-
-_NOISE_A_MODEL = 6
-
-
 class TfFrame(NamedTuple):
     """Coordinate frame for the tree of frames: `pose` maps coordinates in `child` to coordinates in `parent`."""
 
@@ -458,12 +455,6 @@ def blurred(pose: Pose, noise: Sequence[float]) -> Pose:
     return Pose(
         (x + POSITION_SD * dx, y + POSITION_SD * dy, z + POSITION_SD * dz), quaternion_product(pose.quaternion, turn)
     )
-
-
-WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
-    {1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)), 2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574))}
-)
-"""Poses of the fixed sensors over the trays of AGV 1 and AGV 2."""
 
 
 class QualityControlSensor(LogicalCamera):

@@ -29,6 +29,13 @@ from cellwright.util.pose import Pose
 MAX_PART_SIZE = 0.4
 """Maximum extent of a part [m]: one whose origin is further from an object than this does not touch it."""
 
+OVERLAP_DEPTH = 0.0002
+"""Minimum penetration [m] of an overlap; parts at rest sink in by a few micrometres."""
+APART_STEPS = 50
+"""Number of steps without a penetration after which two bodies are apart for good."""
+_MAX_BODIES = 1 << 20  # base of the numbers of pairs
+_AWAKE = 1  # value of MjData.body_awake; 0 is asleep, -1 static
+
 
 def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose) -> None:
     """Engage a weld: from the next step on it keeps the other of its two bodies at a pose in the frame of `body`.
@@ -250,16 +257,6 @@ class Parts(Device):
         data.qvel[part.dof : part.dof + 6] = 0.0
         simulation.keep_awake(part.body)
         simulation.touch()
-
-
-OVERLAP_DEPTH = 0.0002
-"""Minimum penetration [m] of an overlap; parts at rest sink in by a few micrometres."""
-
-APART_STEPS = 50
-"""Number of steps without a penetration after which two bodies are apart for good."""
-
-_MAX_BODIES = 1 << 20  # base of the numbers of pairs
-_AWAKE = 1  # value of MjData.body_awake; 0 is asleep, -1 static
 
 
 class Overlaps(Device):

@@ -28,6 +28,19 @@ _SHOWN_RAYS = 8
 _FAR_AWAY = 1e9
 """Coordinate beyond the reach of every ray [m]."""
 
+_MAX_BALL = 0.5
+"""Maximum radius of a ball around several geoms [m]."""
+R = TypeVar("R", bound=Reading)
+RANGE_SD = 0.001
+"""Standard deviation of a measured range [m]."""
+CONE_HALF_ANGLE = 0.0625
+"""Half the opening of the proximity sensor's cone, horizontally and vertically [rad]."""
+FAN_HALF_ANGLE = 0.251
+"""Half the opening of the laser profiler's fan, about the z axis of the sensor [rad]."""
+FAN_RAY_COUNT = 400
+FAN_ANGLE_STEP = 2 * FAN_HALF_ANGLE / (FAN_RAY_COUNT - 1)
+"""Angle between two neighbouring rays [rad]."""
+
 
 def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> list[Vector3]:
     """Return unit directions about +x, one for each pair of angles [rad]; horizontal angles vary fastest.
@@ -39,10 +52,6 @@ def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> l
         for v in vertical.tolist()
         for h in horizontal.tolist()
     ]
-
-
-_MAX_BALL = 0.5
-"""Maximum radius of a ball around several geoms [m]."""
 
 
 class _Ball(NamedTuple):
@@ -180,12 +189,6 @@ class Rays:
         return distance if beyond >= 0.0 and distance <= self.farthest else math.inf
 
 
-R = TypeVar("R", bound=Reading)
-
-RANGE_SD = 0.001
-"""Standard deviation of a measured range [m]."""
-
-
 class RangeSensor(Sensor[R]):
     """Base of sensors that cast rays from one point. Arguments as in `Sensor`."""
 
@@ -296,10 +299,6 @@ class BreakBeam(RangeSensor[BeamReading]):
         super()._disarm()
 
 
-CONE_HALF_ANGLE = 0.0625
-"""Half the opening of the proximity sensor's cone, horizontally and vertically [rad]."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProximityReading(Reading):
     """Distance to the nearest object in the cone [m], or of the far end without one."""
@@ -330,14 +329,6 @@ class ProximitySensor(RangeSensor[ProximityReading]):
         """Return the overlay of a reading now, for viewers."""
         distance = self.read().range
         return {"sees": distance < self.farthest, "ranges": [_shown(distance)]}
-
-
-FAN_HALF_ANGLE = 0.251
-"""Half the opening of the laser profiler's fan, about the z axis of the sensor [rad]."""
-
-FAN_RAY_COUNT = 400
-FAN_ANGLE_STEP = 2 * FAN_HALF_ANGLE / (FAN_RAY_COUNT - 1)
-"""Angle between two neighbouring rays [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

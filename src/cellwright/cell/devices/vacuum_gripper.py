@@ -37,6 +37,9 @@ ALIGNMENT_NEEDED: Final = 0.95
 _ALIGNMENT_DIGITS: Final = 6
 """Decimals of the cosine that count when two parts are compared (0.08 deg): a rounding error chooses none."""
 
+_NEAR = 1e-3
+"""Maximum distance [m] of a contact with the cup; the engine reports contacts from this distance on."""
+
 
 class ContactKind(Enum):
     """Kind of object in contact with the cup."""
@@ -159,10 +162,6 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
         tilt = degrees(acos(max(-1.0, best)))
         return f"tilted: {tilt:.1f} deg > {degrees(acos(ALIGNMENT_NEEDED)):.1f}"
     return "waiting for a second check"
-
-
-_NEAR = 1e-3
-"""Maximum distance [m] of a contact with the cup; the engine reports contacts from this distance on."""
 
 
 class VacuumGripper(VacuumCheck, Device):

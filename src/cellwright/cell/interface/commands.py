@@ -25,6 +25,10 @@ from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 
+NOT_ALLOWED = "not allowed in a competition"
+_WALL_TIME = 1_000_000_000 * NANOSECONDS
+"""Stamps from here on are wall time: seconds since 1970, in 2001. No run lasts thirty years."""
+
 
 def part_types_json(own: Mapping[str, OwnPartType]) -> str:
     """Return the trial's own part types by name as a JSON object; lengths in m, mass in kg.
@@ -37,12 +41,6 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
         for name, each in own.items()
     }
     return json.dumps(found, sort_keys=True)
-
-
-NOT_ALLOWED = "not allowed in a competition"
-
-_WALL_TIME = 1_000_000_000 * NANOSECONDS
-"""Stamps from here on are wall time: seconds since 1970, in 2001. No run lasts thirty years."""
 
 
 class CellCommands:

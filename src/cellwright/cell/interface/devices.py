@@ -19,6 +19,8 @@ from cellwright.util.errors import UsageError, printable
 MAX_INTENTION_LENGTH = 200
 """Largest length of a stored intention [characters]; the rest is cut off."""
 
+D = TypeVar("D")
+
 
 class Intention:
     """The latest statement of an agent about its current activity."""
@@ -61,9 +63,6 @@ class CellDevices:
     sensors: Mapping[str, Sensor[Any]]
     quality: Mapping[int, QualityControlSensor]
     intention: Intention
-
-
-D = TypeVar("D")
 
 
 def present(device: D | None) -> D:

@@ -25,6 +25,8 @@ from cellwright.engine.shapes import Shape
 from cellwright.util.pose import Pose, Vector3
 
 _GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] counts as being at it
+_RAIL_LINK = "linear_arm_actuator"
+_TINY_LIMIT = 1e-6  # [rad]; URDF readers take equal limits for none, or refuse them
 
 
 def rpy_of(pose: Pose) -> Vector3:
@@ -134,10 +136,6 @@ def _add_origin(element: Element, pose: Pose) -> None:
 def _number_text(values: Sequence[float]) -> str:
     """Format numbers in a row, without the rounding noise of their last digit and without a minus before 0."""
     return " ".join(repr(round(float(value), 15) + 0.0) for value in values)
-
-
-_RAIL_LINK = "linear_arm_actuator"
-_TINY_LIMIT = 1e-6  # [rad]; URDF readers take equal limits for none, or refuse them
 
 
 def robot_description(trial: Trial) -> str:

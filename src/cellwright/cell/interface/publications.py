@@ -72,6 +72,10 @@ _FAN = (
     single(LaserProfiler.farthest),
 )
 _INTENSITIES = singles(np.zeros(FAN_RAY_COUNT))
+GRIPPER_JOINT = "vacuum_gripper_joint"
+"""A fixed joint; the original's controller publishes it as an extra joint, always at 0."""
+STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
+"""Names in the joint states, in their order."""
 
 
 def order_message(order: Order) -> OrderMessage:
@@ -126,12 +130,6 @@ def frames_message(frames: Sequence[TfFrame], time: int) -> TFMessage:
         [TransformStamped(headers[each.parent], each.child, transform_message(each.pose)) for each in frames]
     )
 
-
-GRIPPER_JOINT = "vacuum_gripper_joint"
-"""A fixed joint; the original's controller publishes it as an extra joint, always at 0."""
-
-STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
-"""Names in the joint states, in their order."""
 
 _PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 

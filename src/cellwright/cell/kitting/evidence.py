@@ -57,6 +57,8 @@ REASONS: Mapping[str, str] = MappingProxyType(
 )
 """Explanation of each cause of a loss, in one sentence."""
 
+_ORDER_TERMS = ("order_id", "completion", "time_taken", "efficiency", "efficiency_points")
+
 
 def turn_angle(fit: Fit) -> float:
     """Return the angle between the orientations of an object and of its place, about any axis [rad]."""
@@ -313,9 +315,6 @@ def trial_score_to_json(score: TrialScore) -> dict[str, Any]:
         "cost_points": score.cost_points,
         "orders": [{name: getattr(order, name) for name in _ORDER_TERMS} for order in score.orders],
     }
-
-
-_ORDER_TERMS = ("order_id", "completion", "time_taken", "efficiency", "efficiency_points")
 
 
 def _order_to_json(found: OrderEvidence) -> dict[str, Any]:

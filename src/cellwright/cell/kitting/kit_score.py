@@ -21,6 +21,13 @@ BONUS_POINTS = 1.0
 POSE_POINTS = 1.0
 """Points for each ordered part that lies in its place."""
 
+MAX_DISTANCE = 0.03
+"""Largest accepted distance of a part from its place [m]."""
+MIN_QUATERNION_DOT = 0.95
+"""Smallest accepted |q1.q2|; 0.95 is a turn of 36 degrees about any axis."""
+MAX_YAW_DIFFERENCE = 0.1
+"""Largest accepted yaw error of a part on the tray [rad]."""
+
 
 class Verdict(StrEnum):
     """Result for an ordered part. It names the first failing check, in the order `TOO_FAR` to `TURNED`."""
@@ -203,14 +210,6 @@ class KitScore:
     def is_complete(self) -> bool:
         """True if every ordered part lies in its place."""
         return self.is_submitted and all(part.verdict is Verdict.PLACED for part in self.parts)
-
-
-MAX_DISTANCE = 0.03
-"""Largest accepted distance of a part from its place [m]."""
-MIN_QUATERNION_DOT = 0.95
-"""Smallest accepted |q1.q2|; 0.95 is a turn of 36 degrees about any axis."""
-MAX_YAW_DIFFERENCE = 0.1
-"""Largest accepted yaw error of a part on the tray [rad]."""
 
 
 def score_kit(kit: Kit, contents: TrayContents) -> KitScore:

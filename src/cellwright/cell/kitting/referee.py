@@ -37,6 +37,9 @@ from cellwright.util.errors import RejectedCommandError, UnknownNameError
 NOW = -NEVER
 """A time [ns] before any other: due immediately."""
 
+FULL_POWER = 100.0
+"""Power of the conveyor during a competition [%]."""
+
 
 class Announcements:
     """The orders of a trial, sorted by start time, some of which have been announced.
@@ -98,10 +101,6 @@ def count_parts(order: Order, contents: TrayContents) -> tuple[int, int]:
     good = Counter(each.type for each in contents if not each.is_faulty)
     usable = (ordered & good).total()
     return usable, good.total() - usable
-
-
-FULL_POWER = 100.0
-"""Power of the conveyor during a competition [%]."""
 
 
 class Referee:

@@ -20,6 +20,16 @@ from cellwright.config.trial.trial import Kit, Order, SensorConfig
 from cellwright.engine.clock import seconds
 from cellwright.util.errors import UnknownNameError, UsageError
 
+LOGICAL_CAMERA_COST = 500.0
+"""Cost of a logical camera [$]."""
+OTHER_SENSOR_COST = 100.0
+"""Cost of any other sensor [$]."""
+COST_WEIGHT = 4.0
+"""Change of the cost factor when the average cost is twice as high."""
+SECOND_ORDER_WEIGHT = 3.0
+"""Weight of the second, more urgent order's efficiency."""
+MAX_ORDERS = 2
+
 
 class Stopwatch:
     """Stopwatch that adds up the time [ns] between `run` and `halt`."""
@@ -269,17 +279,6 @@ class Scorer:
     def _refuse(self, reason: RefusalReason, kit_type: str, order_id: str | None = None) -> KitScore:
         accepted = tuple(kit.kit_type for order_id in self.in_progress for kit in self._orders[order_id].kits)
         return KitScore(kit_type, refusal=Refusal(reason, kit_type, order_id, accepted))
-
-
-LOGICAL_CAMERA_COST = 500.0
-"""Cost of a logical camera [$]."""
-OTHER_SENSOR_COST = 100.0
-"""Cost of any other sensor [$]."""
-COST_WEIGHT = 4.0
-"""Change of the cost factor when the average cost is twice as high."""
-SECOND_ORDER_WEIGHT = 3.0
-"""Weight of the second, more urgent order's efficiency."""
-MAX_ORDERS = 2
 
 
 @dataclass(frozen=True, slots=True)

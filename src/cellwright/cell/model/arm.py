@@ -28,6 +28,19 @@ CUP_GEOM = "vacuum_gripper_cup"
 CUP_FACE_GEOM = "vacuum_gripper_face"
 """Plain disc that the cup stands for: the suction acts on what comes near its face."""
 
+_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_TURN = 2 * math.pi
+_BENT = (0.0, math.pi / 2, 0.0)
+INITIAL_POSITIONS: Mapping[str, float] = dict(zip(ARM_JOINTS, (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=True))
+"""Default initial joint positions [rad], [m]."""
+WRIST_3_T_TOOL = {
+    "ee_link": Pose.from_rpy((0.0, 0.0922, 0.0), (0.0, 0.0, math.pi / 2)),
+    "tool0": Pose.from_rpy((0.0, 0.0922, 0.0), (-math.pi / 2, 0.0, 0.0)),
+}
+"""Frames of the flange in that of the last link."""
+WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
+"""The cup on the last link, turned with the original's rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class ArmJoint:
@@ -83,10 +96,6 @@ class Cylinder:
         return self.mass * self.radius**2 / 2
 
 
-_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-_TURN = 2 * math.pi
-_BENT = (0.0, math.pi / 2, 0.0)
-
 JOINTS: tuple[ArmJoint, ...] = (
     ArmJoint(
         "linear_arm_actuator_joint", "base_link", Pose((0.0, 0.0, 0.1)), _Y,
@@ -119,17 +128,6 @@ JOINTS: tuple[ArmJoint, ...] = (
 )  # fmt: skip
 """Joints in the order of the chain, which is the controller's order."""
 
-INITIAL_POSITIONS: Mapping[str, float] = dict(zip(ARM_JOINTS, (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=True))
-"""Default initial joint positions [rad], [m]."""
-
-WRIST_3_T_TOOL = {
-    "ee_link": Pose.from_rpy((0.0, 0.0922, 0.0), (0.0, 0.0, math.pi / 2)),
-    "tool0": Pose.from_rpy((0.0, 0.0922, 0.0), (-math.pi / 2, 0.0, 0.0)),
-}
-"""Frames of the flange in that of the last link."""
-
-WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
-"""The cup on the last link, turned with the original's rounding."""
 
 BODIES: Mapping[str, Cylinder] = {
     "base_link": Cylinder(4.0, 0.075, 0.038),

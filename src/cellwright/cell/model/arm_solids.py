@@ -17,6 +17,17 @@ from cellwright.util.pose import Pose, Vector3
 
 _CORNERS = 32
 _SWAPPED = Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, math.pi))  # swaps y and z
+_FOOT_CORNERS = (
+    (0.0, 0.075),
+    (12.0, 0.0759),
+    (25.0, 0.0808),
+    (38.0, 0.0916),
+    (45.0, 0.095),
+    (52.0, 0.0916),
+    (65.0, 0.0808),
+    (78.0, 0.0759),
+)
+"""Corners of the foot's first quarter: angle [deg] and radius [m]; the others are like it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,19 +99,6 @@ def along_y(radius: float, low: float, high: float, z: float, colour: Colour = c
 def along_z(radius: float, low: float, high: float, y: float = 0.0, colour: Colour = colours.ARM_GREY) -> Shape:
     """Return a cylinder from z = `low` to z = `high` at the given y [m]."""
     return cylinder(radius, high - low, at(y=y, z=(low + high) / 2), colour)
-
-
-_FOOT_CORNERS = (
-    (0.0, 0.075),
-    (12.0, 0.0759),
-    (25.0, 0.0808),
-    (38.0, 0.0916),
-    (45.0, 0.095),
-    (52.0, 0.0916),
-    (65.0, 0.0808),
-    (78.0, 0.0759),
-)
-"""Corners of the foot's first quarter: angle [deg] and radius [m]; the others are like it."""
 
 
 def _foot(height: float, widest: float) -> tuple[Vector3, ...]:

@@ -23,6 +23,14 @@ from cellwright.engine.shapes import Visuals
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
 
+_HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
+MAX_SHAPES = 20_000
+"""Maximum number of shapes of all parts of a cell together."""
+_MANY_PARTS = 400
+"""Above this number the engine must not choose its memory: it would grow with the square of the number of parts."""
+_MAX_MEMORY = 1 << 30
+"""Memory of the engine for contacts and constraints [bytes]."""
+
 
 def contact_time(timestep: float) -> float:
     """Return the time constant [s] of contacts: as stiff as the step allows.
@@ -58,16 +66,6 @@ def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
     geom.solref = (contact_time(timestep), 1.0)
     geom.friction = (friction, 0.005, 0.0001)
     geom.condim = 3
-
-
-_HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
-
-MAX_SHAPES = 20_000
-"""Maximum number of shapes of all parts of a cell together."""
-_MANY_PARTS = 400
-"""Above this number the engine must not choose its memory: it would grow with the square of the number of parts."""
-_MAX_MEMORY = 1 << 30
-"""Memory of the engine for contacts and constraints [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,11 @@ from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_sha
 from cellwright.util.pose import Pose
 
 _LENS_FORWARD = (0.0, 1.5708, 0.0)  # turns a cylinder's axis from z to x, the viewing direction of a sensor
+BELT_GEOM = "conveyor_belt"
+"""Geom with the moving surface."""
+DELETION_WALL_GEOM = "deletion_wall"
+"""Geom that removes the parts that touch it."""
+SHELF_BODY = "shelf"
 
 
 def _lens(radius: float, x: float, colour: Colour) -> Shape:
@@ -51,13 +56,6 @@ def add_housing(visuals: Visuals, sensor: SensorConfig) -> None:
     else:
         body, housing = "world", _HOUSINGS.get(sensor.type, _OTHER_HOUSING)
     visuals.add(body, *(shape.moved(sensor.pose) for shape in housing))
-
-
-BELT_GEOM = "conveyor_belt"
-"""Geom with the moving surface."""
-
-DELETION_WALL_GEOM = "deletion_wall"
-"""Geom that removes the parts that touch it."""
 
 
 def add_floor(spec: Any, visuals: Visuals) -> None:
@@ -177,9 +175,6 @@ def add_frames(spec: Any, visuals: Visuals) -> None:
     add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
         visuals.add("world", box(0.54, thick, thick, frames.WORKCELL @ at(1.455, y, 3.0), colours.FRAME))
-
-
-SHELF_BODY = "shelf"
 
 
 def add_shelf(spec: Any, slots: int) -> None:

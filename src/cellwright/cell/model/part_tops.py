@@ -25,6 +25,17 @@ Mask = NDArray[np.bool_]
 
 _GRID_CELLS, _MIN_CELL = 220, 0.0005  # cells of the grid along the longer side; their minimum size [m]
 _CYLINDER_SIDES = 64  # sides of the prism that stands for a cylinder
+LEVEL = 0.001
+"""Maximum difference in height [m] between a spot and surfaces that are level with it."""
+CLEARANCE = CUP.size[0] + 0.002
+"""Minimum distance [m] of a spot from anything higher: room for the cup, which is widest behind its face."""
+_QUARTER = math.pi / 2
+_ROLL_AND_PITCH = (0.0, 0.0), (math.pi, 0.0), (0.0, _QUARTER), (0.0, -_QUARTER), (-_QUARTER, 0.0), (_QUARTER, 0.0)
+TURNS = tuple(Pose.from_rpy((0.0, 0.0, 0.0), (*angles, 0.0)) for angles in _ROLL_AND_PITCH)
+"""part_T_top for each side up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
+_MAX_SPOTS = 8
+_AWARD = 0.02  # [m] a flat spot of a larger radius is no better
+_PENALTY = 0.3  # of the distance to the centre of mass, against the radius
 
 
 class Grid:
@@ -150,24 +161,6 @@ def _highest(surfaces: list[tuple[Heights, Mask]]) -> tuple[Heights, Mask]:
         is_flat = np.where(surface > heights, flat, is_flat)
         heights = np.maximum(heights, surface)
     return heights, is_flat
-
-
-LEVEL = 0.001
-"""Maximum difference in height [m] between a spot and surfaces that are level with it."""
-
-CLEARANCE = CUP.size[0] + 0.002
-"""Minimum distance [m] of a spot from anything higher: room for the cup, which is widest behind its face."""
-
-_QUARTER = math.pi / 2
-
-_ROLL_AND_PITCH = (0.0, 0.0), (math.pi, 0.0), (0.0, _QUARTER), (0.0, -_QUARTER), (-_QUARTER, 0.0), (_QUARTER, 0.0)
-
-TURNS = tuple(Pose.from_rpy((0.0, 0.0, 0.0), (*angles, 0.0)) for angles in _ROLL_AND_PITCH)
-"""part_T_top for each side up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
-
-_MAX_SPOTS = 8
-_AWARD = 0.02  # [m] a flat spot of a larger radius is no better
-_PENALTY = 0.3  # of the distance to the centre of mass, against the radius
 
 
 @dataclass(frozen=True, slots=True)

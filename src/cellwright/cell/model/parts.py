@@ -30,6 +30,9 @@ KNOWN_TYPES = (
 )
 """Part types that a logical camera knows by name, including those without a model."""
 
+STAYING_TYPES = frozenset({"disk_part", "gasket_part", "gear_part"})
+"""Part types whose contact surfaces correct no penetration in the original; those of the others correct it slowly."""
+
 
 @dataclass(frozen=True, slots=True)
 class PartType:
@@ -174,10 +177,6 @@ _CATALOGUE: dict[str, PartType] = {
 
 PART_TYPES = tuple(_CATALOGUE)
 """Part types that can be built."""
-
-
-STAYING_TYPES = frozenset({"disk_part", "gasket_part", "gear_part"})
-"""Part types whose contact surfaces correct no penetration in the original; those of the others correct it slowly."""
 
 
 def separation_speed(name: str) -> float:

@@ -28,6 +28,8 @@ from cellwright.util.plugins import is_installed
 
 AsTable = Annotated[bool, flag("--parquet", "Write FOLDER/results.parquet too: a table of the runs.", OUTPUT)]
 
+_MAX_REASONS = 10
+
 
 def threshold_of(min_score: str | None) -> summary.Threshold | None:
     """Return the threshold of `--min-score`; None without one."""
@@ -114,9 +116,6 @@ def conclude(
     if as_json:
         typer.echo(document)
     raise typer.Exit(status)
-
-
-_MAX_REASONS = 10
 
 
 def show_summary(

@@ -41,6 +41,7 @@ from cellwright.util.errors import MessageError, UsageError
 
 _MAX_WIDTH = 1000  # columns
 _MAX_FACT = 200  # characters of a value of the header in the table
+_STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
 
 
 def contents_document(recording: RecordingFile) -> dict[str, Any]:
@@ -139,9 +140,6 @@ def _score(result: dict[str, Any]) -> str:
 def _fact(value: Any) -> str:
     text = value if isinstance(value, str) else json.dumps(value)
     return text[:_MAX_FACT]
-
-
-_STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
 
 
 def verify_recording(recording: RecordingFile, console: Console, *, as_json: bool) -> int:

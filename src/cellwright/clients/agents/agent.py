@@ -8,6 +8,12 @@ from cellwright.clients.client.client import Client
 from cellwright.util import plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError
 
+BUNDLED = {
+    "kitter": "cellwright.clients.agents.kitter.agent:KitterAgent",
+    "lesson": "cellwright.clients.agents.lesson:LessonAgent",
+}
+"""Agents bundled with Cellwright, by name."""
+
 
 @runtime_checkable
 class Agent(Protocol):
@@ -29,13 +35,6 @@ class Agent(Protocol):
         Args:
             client: client of the cell. The run ends when this method returns; an exception ends it as failed.
         """
-
-
-BUNDLED = {
-    "kitter": "cellwright.clients.agents.kitter.agent:KitterAgent",
-    "lesson": "cellwright.clients.agents.lesson:LessonAgent",
-}
-"""Agents bundled with Cellwright, by name."""
 
 
 class AgentError(CellwrightError):

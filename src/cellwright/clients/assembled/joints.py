@@ -17,6 +17,7 @@ Numbers = Union[float, Iterable[float]]
 Indices = Union[int, Iterable[int]]
 
 T = TypeVar("T")
+_TABLE_HEAD = ("index", "joint", "type", "link", "parent link", "from", "to")
 
 
 class JointStates(NamedTuple):
@@ -139,9 +140,6 @@ def _joint(row: Mapping[str, Any]) -> JointInfo:
     unlimited = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
     found: dict[str, Any] = {key: unlimited.get(key) if value is None else value for key, value in row.items()}
     return JointInfo(**found)
-
-
-_TABLE_HEAD = ("index", "joint", "type", "link", "parent link", "from", "to")
 
 
 def index_table(joints: Iterable[JointInfo]) -> str:

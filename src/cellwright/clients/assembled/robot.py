@@ -12,6 +12,9 @@ from cellwright.clients.assembled.process import RobotProcess
 from cellwright.clients.assembled.pybullet_calls import RobotId, answer_in_pybullet
 from cellwright.util.errors import UsageError
 
+ROOT = -1
+"""Index of the root link."""
+
 
 def pose_lists(pose: Pose) -> list[list[float]]:
     """Return a pose as plain lists, from sequences of any type.
@@ -26,10 +29,6 @@ def pose_lists(pose: Pose) -> list[list[float]]:
     if len(position) != 3 or len(orientation) != 4:
         raise UsageError("a pose is [[x, y, z], [qx, qy, qz, qw]]")
     return [position, orientation]
-
-
-ROOT = -1
-"""Index of the root link."""
 
 
 class RobotBase:

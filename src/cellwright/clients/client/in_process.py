@@ -11,6 +11,9 @@ from cellwright.util.errors import RunEndedError
 
 Callback = Callable[[Any], None]
 
+CLOSED = "the client is closed"
+"""Reason for the refusals to a program that uses its client after the end."""
+
 
 class Transport(Protocol):
     """A connection to a cell: in the same process, over a socket, over ROS.
@@ -49,10 +52,6 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Disconnect from the cell."""
-
-
-CLOSED = "the client is closed"
-"""Reason for the refusals to a program that uses its client after the end."""
 
 
 def deliver_all(mail: deque[tuple[Callback, Any]]) -> None:

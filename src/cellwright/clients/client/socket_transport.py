@@ -36,6 +36,9 @@ from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameEr
 _RECEIVE_SIZE = 1 << 18
 _SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads now and then
 _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process waits for a socket
+_END_OF_TIME = (1 << 63) - 1
+_REQUEST_SUFFIX = "_Request"
+_POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock ticks
 
 
 class SocketConnection:
@@ -225,11 +228,6 @@ def check_answer(answer: Frame) -> Frame:
     elif not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
     raise found(printable(answer.text()))
-
-
-_END_OF_TIME = (1 << 63) - 1
-_REQUEST_SUFFIX = "_Request"
-_POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock ticks
 
 
 class SocketTransport:

@@ -22,6 +22,21 @@ MAX_DURATION = 3600.0
 MAX_FREQUENCY = 50.0
 """Half the rate of commands [Hz]: a faster wave cannot be sent."""
 
+SETTLING_BAND = 0.05
+"""Share of the step within which a joint has settled."""
+MIN_MOTION_SHARE = 0.02
+"""Share of its target's motion below which a joint did not follow."""
+MAX_DELAY = 0.5
+"""Longest delay [s] that is searched for; half a period if that is shorter."""
+_GRID = 0.001  # [s]
+_LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
+RATE = 100.0
+"""Commands a second, as of the original's controller [Hz]."""
+TAIL = 0.5
+"""Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
+_MIN_SAMPLES = 10  # joint states that a report needs
+_LIMITED_SHARE = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
+
 
 class WaveShape(StrEnum):
     """The shape of a wave."""
@@ -102,16 +117,6 @@ class Wave:
 
 
 Array = NDArray[np.float64]
-
-SETTLING_BAND = 0.05
-"""Share of the step within which a joint has settled."""
-MIN_MOTION_SHARE = 0.02
-"""Share of its target's motion below which a joint did not follow."""
-MAX_DELAY = 0.5
-"""Longest delay [s] that is searched for; half a period if that is shorter."""
-
-_GRID = 0.001  # [s]
-_LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
 
 
 @dataclass(frozen=True)
@@ -267,15 +272,6 @@ def _peak(values: Array, best: int) -> float:
     left, middle, right = values[best - 1 : best + 2]
     bend = left - 2.0 * middle + right
     return float(0.5 * (left - right) / bend) if bend < 0.0 else 0.0
-
-
-RATE = 100.0
-"""Commands a second, as of the original's controller [Hz]."""
-TAIL = 0.5
-"""Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
-
-_MIN_SAMPLES = 10  # joint states that a report needs
-_LIMITED_SHARE = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,42 @@ _CONTROLS = {"\r": "enter", "\n": "enter", "\x7f": "backspace", "\x08": "backspa
 _ESCAPE = "\x1b"
 # a character, or a complete sequence behind an escape; one of `[` has an end within 16 characters, or none
 _KEY = re.compile(r"[^\x1b]|\x1b(O.|\[(?:[^@-~]{0,14}[@-~]|.{15})|[^O\[\x1b]|(?=\x1b))", re.DOTALL)
+JOINT_STEPS = (0.005, 0.02, 0.05, 0.1, 0.2)
+"""Steps of a joint, or of a tip's rotation [rad]; of a sliding joint [m], at most a tenth of its range."""
+TIP_STEPS = (0.002, 0.005, 0.01, 0.02, 0.05)
+"""Steps of a tip's position [m]."""
+GRIPPER_STEPS = (0.02, 0.05, 0.1, 0.2, 0.5)
+"""Steps of a gripper, as a share of its range."""
+SIDES = ("right", "left")
+KEY_HELP = (
+    ("↑ ↓ PgUp PgDn", "choose a joint"),
+    ("/", "find a joint by its name"),
+    ("← →", "move the joint a step"),
+    ("- +", "smaller, larger steps"),
+    ("t", "the other arm and gripper"),
+    ("x X  y Y  z Z", "move its tip: + and -"),
+    ("r R  p P  w W", "roll, pitch, yaw: + and -"),
+    ("f", "axes: the base's, the tip's"),
+    ("o c  , .", "open, close gripper; step"),
+    ("H", "go home"),
+    ("e d", "take commands, or none"),
+    ("SPACE", "EMERGENCY STOP"),
+    ("u", "end the emergency stop"),
+    ("q", "quit; the robot stays"),
+)
+"""Keys, and their actions."""
+_PAGE = 10
+_JOINT_LEAD = 0.2  # [rad; m] that a target may be ahead of the joint; three steps if that is more
+_TIP_LEAD = 0.1  # [m]
+_MOVES = {"x": (0, 1), "X": (0, -1), "y": (1, 1), "Y": (1, -1), "z": (2, 1), "Z": (2, -1)}
+_TURNS = {"r": (0, 1), "R": (0, -1), "p": (1, 1), "P": (1, -1), "w": (2, 1), "W": (2, -1)}
+_SERVICES = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
+POLL_INTERVAL = 0.02
+"""Time between reads of the keyboard [s]."""
+POLLS_PER_REDRAW = 5
+"""Reads of the keyboard per redraw."""
+MAX_STEPS = 3
+"""Largest number of steps from one read: input that piled up during a stall is old, and is dropped."""
 
 
 class KeyDecoder:
@@ -60,41 +96,6 @@ class KeyDecoder:
                 keys.append(_SEQUENCES.get(sequence, ""))
         self._rest = text[at:]
         return [key for key in keys if key]
-
-
-JOINT_STEPS = (0.005, 0.02, 0.05, 0.1, 0.2)
-"""Steps of a joint, or of a tip's rotation [rad]; of a sliding joint [m], at most a tenth of its range."""
-TIP_STEPS = (0.002, 0.005, 0.01, 0.02, 0.05)
-"""Steps of a tip's position [m]."""
-GRIPPER_STEPS = (0.02, 0.05, 0.1, 0.2, 0.5)
-"""Steps of a gripper, as a share of its range."""
-
-SIDES = ("right", "left")
-
-KEY_HELP = (
-    ("↑ ↓ PgUp PgDn", "choose a joint"),
-    ("/", "find a joint by its name"),
-    ("← →", "move the joint a step"),
-    ("- +", "smaller, larger steps"),
-    ("t", "the other arm and gripper"),
-    ("x X  y Y  z Z", "move its tip: + and -"),
-    ("r R  p P  w W", "roll, pitch, yaw: + and -"),
-    ("f", "axes: the base's, the tip's"),
-    ("o c  , .", "open, close gripper; step"),
-    ("H", "go home"),
-    ("e d", "take commands, or none"),
-    ("SPACE", "EMERGENCY STOP"),
-    ("u", "end the emergency stop"),
-    ("q", "quit; the robot stays"),
-)
-"""Keys, and their actions."""
-
-_PAGE = 10
-_JOINT_LEAD = 0.2  # [rad; m] that a target may be ahead of the joint; three steps if that is more
-_TIP_LEAD = 0.1  # [m]
-_MOVES = {"x": (0, 1), "X": (0, -1), "y": (1, 1), "Y": (1, -1), "z": (2, 1), "Z": (2, -1)}
-_TURNS = {"r": (0, 1), "R": (0, -1), "p": (1, 1), "P": (1, -1), "w": (2, 1), "W": (2, -1)}
-_SERVICES = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
 
 
 class Jog:
@@ -266,14 +267,6 @@ class Jog:
         closed[self.arm] = min(max(goal, 0.0), 1.0)
         self._grips = tuple(min(max(value, 0.0), 1.0) for value in closed)
         return MoveGrippers(self._grips)
-
-
-POLL_INTERVAL = 0.02
-"""Time between reads of the keyboard [s]."""
-POLLS_PER_REDRAW = 5
-"""Reads of the keyboard per redraw."""
-MAX_STEPS = 3
-"""Largest number of steps from one read: input that piled up during a stall is old, and is dropped."""
 
 
 class Keyboard:

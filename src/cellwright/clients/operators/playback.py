@@ -37,6 +37,13 @@ MAX_FILE_SIZE = 1 << 28
 """Size limit of a file [bytes]."""
 
 _MAX_PROBLEMS = 10
+APPROACH_SPEED = 0.5
+"""Peak speed of the slow motion to the first targets [rad/s; m/s]."""
+APPROACH_RATE = 100.0
+"""Rate of commands in that motion [Hz]."""
+_APPROACH_TOLERANCE = 0.05  # [rad; m] from the first targets at which playback may begin
+_APPROACH_TIMEOUT = 2.0  # [s] to get there after the last command
+_MIN_APPROACH_TIME = 0.5  # [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,16 +220,6 @@ def _split(sample: TargetSample) -> Iterable[TargetSample]:
         yield TargetSample(sample.time, JOINT_COMMAND, joints)
     if grippers:
         yield TargetSample(sample.time, GRIPPER_COMMAND, grippers)
-
-
-APPROACH_SPEED = 0.5
-"""Peak speed of the slow motion to the first targets [rad/s; m/s]."""
-APPROACH_RATE = 100.0
-"""Rate of commands in that motion [Hz]."""
-
-_APPROACH_TOLERANCE = 0.05  # [rad; m] from the first targets at which playback may begin
-_APPROACH_TIMEOUT = 2.0  # [s] to get there after the last command
-_MIN_APPROACH_TIME = 0.5  # [s]
 
 
 def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:

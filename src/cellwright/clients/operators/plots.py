@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _BLANK = 0x2800
 _DOTS = np.array([(0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80)])  # bits of a character's dots, by row
+_TARGET_COLOUR, _MEASURED_COLOUR, _ERROR_COLOUR = "#d9822b", "#1f5fa8", "#a82a2a"
+_MAX_POINTS = 4000  # of a curve
 
 
 @dataclass(frozen=True)
@@ -76,10 +78,6 @@ def _dot_numbers(values: Array, low: float, high: float, count: int) -> np.ndarr
     if high - low < 1e-12:
         return np.full(len(values), count // 2)
     return np.clip(np.rint((values - low) / (high - low) * (count - 1)), 0, count - 1).astype(int)
-
-
-_TARGET_COLOUR, _MEASURED_COLOUR, _ERROR_COLOUR = "#d9822b", "#1f5fa8", "#a82a2a"
-_MAX_POINTS = 4000  # of a curve
 
 
 def tracking_svg(exercises: Sequence[Exercise]) -> str:

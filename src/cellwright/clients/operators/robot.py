@@ -27,6 +27,14 @@ EMERGENCY_STOP = "/io_teleop/emergency_stop"
 _LIMIT_SLACK = 2e-3  # [rad; m] that a joint measured at its limit may lie outside; the node clamps it
 
 _UNKNOWN_LIMITS = Limits()
+FIRST_STATES_TIMEOUT = 5.0
+"""Longest wait [s] for the first joint states."""
+SETTLE = 0.5
+"""Time [s] for first messages on the other topics; they are published 100 times a second."""
+_STOPPED, _DISABLED = "the emergency stop is active", "it is not enabled"
+HOME_SERVICE = "/io_teleop_reset_robot"
+ENABLE_SERVICE = "/io_teleop/set_enabled"
+CLEAR_STOP_SERVICE = "/io_teleop/clear_emergency_stop"
 
 
 @dataclass(frozen=True)
@@ -140,15 +148,6 @@ def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now
             return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=conversions.floats(order.numbers))  # type: ignore[call-arg]
         case Now():
             return EMERGENCY_STOP, Bool(True)
-
-
-FIRST_STATES_TIMEOUT = 5.0
-"""Longest wait [s] for the first joint states."""
-
-SETTLE = 0.5
-"""Time [s] for first messages on the other topics; they are published 100 times a second."""
-
-_STOPPED, _DISABLED = "the emergency stop is active", "it is not enabled"
 
 
 class OperatedRobot:
@@ -273,11 +272,6 @@ def by_name(message: Any) -> dict[str, float]:
         return {}
     values = zip(message.name, map(float, message.position), strict=False)  # other vendors' lists may differ in length
     return {name: value for name, value in values if math.isfinite(value)}
-
-
-HOME_SERVICE = "/io_teleop_reset_robot"
-ENABLE_SERVICE = "/io_teleop/set_enabled"
-CLEAR_STOP_SERVICE = "/io_teleop/clear_emergency_stop"
 
 
 class ServiceCaller:

@@ -29,6 +29,10 @@ _GONE = "\x03"  # a lost keyboard counts as Ctrl-C
 Read = Callable[[], str]
 """Returns the text typed since the last call; never waits."""
 
+_BAR = 21  # characters from limit to limit; odd, so that there is a middle
+_OFF = 0.01  # [rad; m] between target and position that is coloured
+_MIN_JOINTS = 3  # lines of joints, however small the terminal
+
 
 class TerminatedError(BaseException):
     """A signal to end this process; like KeyboardInterrupt it passes every `except Exception`."""
@@ -112,11 +116,6 @@ def _ended_by_signals() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-_BAR = 21  # characters from limit to limit; odd, so that there is a middle
-_OFF = 0.01  # [rad; m] between target and position that is coloured
-_MIN_JOINTS = 3  # lines of joints, however small the terminal
 
 
 def panel(

@@ -29,6 +29,17 @@ _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 _PACKAGE_URI = re.compile(r"(?:package|model)://(.*)", re.IGNORECASE | re.DOTALL)
 _FILE_URI = re.compile(r"file:(?://(?:localhost(?=/))?)?", re.IGNORECASE)
 _FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
+MAX_GEOMS = 200
+"""Maximum number of shapes of one model."""
+MAX_TOTAL_BYTES = 50 << 20
+"""Maximum total size of the meshes and pictures of one file [bytes]."""
+MAX_NUMBER = 4096
+"""Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
+_UNSUPPORTED = (
+    *("include", "model", "attach", "plugin", "extension"),
+    *("flexcomp", "composite", "flex", "skin", "hfield", "replicate", "keyframe"),
+)
+_SIZED_ELEMENTS = ("size", "texture")
 
 
 class ModelFileError(CellwrightError):
@@ -160,20 +171,6 @@ def _check_extent(path: Path, root: ET.Element) -> None:
         if not level:
             return
     raise ModelFileError(f"{path}: elements nested deeper than {MAX_DEPTH}")
-
-
-MAX_GEOMS = 200
-"""Maximum number of shapes of one model."""
-MAX_TOTAL_BYTES = 50 << 20
-"""Maximum total size of the meshes and pictures of one file [bytes]."""
-MAX_NUMBER = 4096
-"""Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
-
-_UNSUPPORTED = (
-    *("include", "model", "attach", "plugin", "extension"),
-    *("flexcomp", "composite", "flex", "skin", "hfield", "replicate", "keyframe"),
-)
-_SIZED_ELEMENTS = ("size", "texture")
 
 
 def check_mjcf(file: ModelFile) -> None:

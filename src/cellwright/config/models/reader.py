@@ -25,6 +25,21 @@ MAX_SCALE = 1e6
 
 _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
 _USES = ("both", "touched", "seen")
+_ROUND = section(
+    Keys({"radius": Reader.number, "length": Reader.number}, strict="entry"),
+    lambda radius, length: (float(radius), float(length), 0.0),
+)
+_SPHERE = section(Keys({"radius": Reader.number}, strict="entry"), lambda radius: (float(radius), 0.0, 0.0))
+MIN_MASS, MAX_MASS = 1e-3, 100.0
+"""Bounds of a part's mass [kg]."""
+MAX_PART_EXTENT = 0.22
+"""Maximum distance of a part's surface from its origin [m]: waiting parts stand 0.45 m apart."""
+MAX_FURNITURE = 200
+MAX_TYPES = 200
+"""Maximum number of user-defined part types."""
+_RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
+_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
 def _colour(reader: Reader, node: YamlNode) -> Colour | None:
@@ -73,11 +88,6 @@ def _scale(reader: Reader, node: YamlNode) -> Vector3 | None:
 _MODEL = {"color": _colour, "shapes": None, "file": None}
 _PART = Keys(optional={"mass": Reader.number, **_MODEL}, strict="entry")
 _FURNITURE = Keys({"name": Reader.name}, {"pose": Reader.pose, **_MODEL}, "entry")
-_ROUND = section(
-    Keys({"radius": Reader.number, "length": Reader.number}, strict="entry"),
-    lambda radius, length: (float(radius), float(length), 0.0),
-)
-_SPHERE = section(Keys({"radius": Reader.number}, strict="entry"), lambda radius: (float(radius), 0.0, 0.0))
 _SHAPE = Keys(
     optional={
         "box": _lengths,
@@ -202,19 +212,6 @@ def extent(shape: ModelShape) -> float:
             return away + x
         case _:
             return away + math.hypot(x, y / 2) + (x if shape.kind == "capsule" else 0.0)
-
-
-MIN_MASS, MAX_MASS = 1e-3, 100.0
-"""Bounds of a part's mass [kg]."""
-MAX_PART_EXTENT = 0.22
-"""Maximum distance of a part's surface from its origin [m]: waiting parts stand 0.45 m apart."""
-MAX_FURNITURE = 200
-MAX_TYPES = 200
-"""Maximum number of user-defined part types."""
-
-_RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
-_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
 def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:

@@ -29,6 +29,11 @@ Number: TypeAlias = int | float
 _NAMES = tuple(name for name in vars(math) if not name.startswith("_"))
 _COMBINATORIC = frozenset({"factorial", "comb", "perm"})
 _FLOAT_IN_PYTHON_2 = frozenset({"floor", "ceil"})
+_CONVERTED: Mapping[Scalar, tuple[type, str]] = {
+    "xyz": (Items, "a list of numbers"),
+    "rpy": (Items, "a list of numbers"),
+    "initial_joint_states": (Table, "a mapping of joints to numbers"),
+}
 
 
 def evaluate(text: str, *, whole_division: bool = False) -> float:
@@ -166,13 +171,6 @@ def expression_value(node: YamlNode) -> float:
         case Leaf(value=int() | float() as number):
             return _finite(number, shortened(str(number)))
     raise ExpressionError(f"must be a number or an expression (got {describe(node)})")
-
-
-_CONVERTED: Mapping[Scalar, tuple[type, str]] = {
-    "xyz": (Items, "a list of numbers"),
-    "rpy": (Items, "a list of numbers"),
-    "initial_joint_states": (Table, "a mapping of joints to numbers"),
-}
 
 
 def check_expressions(node: YamlNode, problems: Problems) -> None:

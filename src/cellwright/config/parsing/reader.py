@@ -32,6 +32,14 @@ from cellwright.util.pose import Pose, Vector3
 Read: TypeAlias = "Callable[[Reader, YamlNode], Any]"
 """Reader of one value, often a method of `Reader`; it returns None after it has reported an error."""
 
+MAX_COORDINATE = 10_000.0
+"""Maximum coordinate [m]; larger ones are typing errors."""
+MAX_NAME_LENGTH = 200
+"""Maximum length of any name, in characters."""
+MAX_MESH_BYTES = 50 << 20
+"""Maximum total size of the mesh files of one trial [bytes]."""
+_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
+
 
 @dataclass(frozen=True, slots=True)
 class Keys:
@@ -75,18 +83,6 @@ class Keys:
     def complete(self, values: Collection[str]) -> bool:
         """Return whether each required entry that has a reader has a value."""
         return all(name in values for name, read in self.required.items() if read)
-
-
-MAX_COORDINATE = 10_000.0
-"""Maximum coordinate [m]; larger ones are typing errors."""
-
-MAX_NAME_LENGTH = 200
-"""Maximum length of any name, in characters."""
-
-MAX_MESH_BYTES = 50 << 20
-"""Maximum total size of the mesh files of one trial [bytes]."""
-
-_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,11 @@ MAX_FILE_BYTES = 64 << 20
 _PACKAGE = Path(FOLDER)
 _collecting: list[Sources] = []
 
+MAX_BYTES = 512 * 1024
+"""Maximum total size of the files of one trial."""
+_LINE_END = re.compile(r"\r\n?|\n")
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+
 
 class Sources:
     """Collected files, by path."""
@@ -123,13 +128,6 @@ def read_at_most(path: Path, max_bytes: int) -> bytes | None:
 def reason(error: OSError | ValueError) -> str:
     """Return the reason why a file cannot be read, without its name."""
     return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-
-
-MAX_BYTES = 512 * 1024
-"""Maximum total size of the files of one trial."""
-
-_LINE_END = re.compile(r"\r\n?|\n")
-_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 @dataclass(frozen=True, slots=True)

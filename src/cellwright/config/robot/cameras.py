@@ -28,6 +28,14 @@ _FIGURES = (
     "img_height",
 )
 CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
+VERTICAL_FOV = math.radians(100)
+"""Vertical field of view of the stack's cameras [rad]."""
+RATE = 30.0
+"""Rate of pictures [Hz] that the stack's monitors request from cameras."""
+_AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+T = TypeVar("T", bound=tuple[float, ...])
+_NAME = re.compile(r"[A-Za-z0-9_]+", re.ASCII)
+_ALONG = 1e-6
 
 
 def read_cameras(node: YamlNode, reader: Reader) -> tuple[CameraConfig, ...]:
@@ -57,19 +65,6 @@ def _check_finite(node: YamlNode, reader: Reader) -> None:
         _check_finite(item, reader)
     if isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
         reader.problems.error(node, "must be a finite number")
-
-
-VERTICAL_FOV = math.radians(100)
-"""Vertical field of view of the stack's cameras [rad]."""
-
-RATE = 30.0
-"""Rate of pictures [Hz] that the stack's monitors request from cameras."""
-
-_AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-T = TypeVar("T", bound=tuple[float, ...])
-
-_NAME = re.compile(r"[A-Za-z0-9_]+", re.ASCII)
-_ALONG = 1e-6
 
 
 def picture_camera(config: RobotConfig, camera: CameraConfig) -> PictureCameraConfig:

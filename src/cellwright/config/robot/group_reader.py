@@ -12,14 +12,6 @@ from cellwright.util.errors import did_you_mean
 MAX_LISTED = 12
 """Maximum number of valid names in a message; `cellwright robot` lists them all."""
 
-
-def numbered(robot: RobotModel, order: str) -> tuple[Joint, ...]:
-    """Return the joints of a robot in a file's order: `pybullet` (parents first) or `urdf` (order of elements)."""
-    if order == "urdf" and robot.written:
-        return tuple(robot.joint(name) for name in robot.written)
-    return robot.joints
-
-
 AXES_OF_HEAD = ("roll", "pitch", "yaw")
 ARMS = Keys(dict.fromkeys(("joint_index", "ee_index", "rest_j_pos")), {"max_acceleration": None})
 GRIPPERS = Keys({"joint_index": None}, dict.fromkeys(("open", "max_acceleration")))
@@ -27,6 +19,13 @@ GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
 """Lists of the joints of each finger in old revisions; only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
 _NO_HOME = "; write the home positions of the joints [rad; m]"
+
+
+def numbered(robot: RobotModel, order: str) -> tuple[Joint, ...]:
+    """Return the joints of a robot in a file's order: `pybullet` (parents first) or `urdf` (order of elements)."""
+    if order == "urdf" and robot.written:
+        return tuple(robot.joint(name) for name in robot.written)
+    return robot.joints
 
 
 class GroupReader:

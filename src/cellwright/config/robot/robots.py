@@ -51,6 +51,12 @@ CONTROLLERS = Keys(optional=dict.fromkeys(("cmd_ee", "base")))
 FOLDING_WAIST_UNUSED = ("rot_offset", "cmd_ee", "base")
 
 _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffix in ("urdf", "xacro"))
+_NORM_TOLERANCE = 0.01  # tolerance of a quaternion's length before a warning: 0.707 is rounding
+CONFIG = "vr_configs.yml"
+"""Name of the configuration file in a robot's folder."""
+_CONFIGS = (CONFIG, "vr_configs.yaml")
+_YAML, _URDF = (".yml", ".yaml"), (".urdf", ".xacro")
+_CATALOGUE = Path(str(files("cellwright.config.robot"))) / "catalogue"
 
 
 def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
@@ -77,9 +83,6 @@ def _similar_urdf_hint(name: str, folder: Path) -> str:
     except OSError:
         return ""
     return did_you_mean(name, found) or (f"; did you mean {found[0]}" if len(found) == 1 else "")
-
-
-_NORM_TOLERANCE = 0.01  # tolerance of a quaternion's length before a warning: 0.707 is rounding
 
 
 def read_base_pose(node: YamlNode | None, reader: Reader) -> Pose:
@@ -261,14 +264,6 @@ class _FileEntries:
             self.reader.boolean(without_gui)
         known = ("base_command_mode", *UNUSED)
         return {str(name): plain(entry.value) for name, entry in self.root.entries.items() if name in known}
-
-
-CONFIG = "vr_configs.yml"
-"""Name of the configuration file in a robot's folder."""
-
-_CONFIGS = (CONFIG, "vr_configs.yaml")
-_YAML, _URDF = (".yml", ".yaml"), (".urdf", ".xacro")
-_CATALOGUE = Path(str(files("cellwright.config.robot"))) / "catalogue"
 
 
 def bundled() -> list[str]:

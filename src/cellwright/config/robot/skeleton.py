@@ -34,6 +34,19 @@ _MIN_MOTION = 1e-6  # [m]; a finger whose centre hardly moves gives no evidence
 
 Vector = NDArray[np.float64]
 
+MIN_ARM_JOINTS = 4
+"""Minimum number of joints of an arm."""
+ARM_SHARE = 1 / 3
+"""Minimum length of an arm, as a share of the trunk that it hangs on; a finger's share of its arm is smaller."""
+_LEG = re.compile(r"leg|hip|knee|ankle|foot|toe|thigh|calf|wheel", re.IGNORECASE)
+_HEAD = re.compile(r"head|neck|pan|tilt|camera", re.IGNORECASE)
+_FINGER = re.compile(r"grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
+_TOOL = re.compile(r"(^|_)(ee|tcp|tool0?|tip|grasp\w*|end_?effector)(_|$)", re.IGNORECASE)
+_HAND = re.compile(r"hand|palm|flange", re.IGNORECASE)
+_TELEOP_TIP = re.compile(r"^io_teleop_ee_link(_|$)")
+"""Links that io_teleop's URDFs have for the poses that it commands."""
+_BEND = 0.5  # [rad] from the limit: initial position of an arm's joint when its limit is next to 0
+
 
 def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[RangeEnd, ...] | None:
     """Return the end of its range at which each joint of a gripper is open; None if the kinematics are ambiguous.
@@ -106,22 +119,6 @@ def _centre(robot: RobotModel, poses: Mapping[str, Pose], links: Sequence[str]) 
         places.append((poses[link] @ link_T_centre).position)
     found: Vector = np.mean(places, axis=0)
     return found
-
-
-MIN_ARM_JOINTS = 4
-"""Minimum number of joints of an arm."""
-ARM_SHARE = 1 / 3
-"""Minimum length of an arm, as a share of the trunk that it hangs on; a finger's share of its arm is smaller."""
-
-_LEG = re.compile(r"leg|hip|knee|ankle|foot|toe|thigh|calf|wheel", re.IGNORECASE)
-_HEAD = re.compile(r"head|neck|pan|tilt|camera", re.IGNORECASE)
-_FINGER = re.compile(r"grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
-_TOOL = re.compile(r"(^|_)(ee|tcp|tool0?|tip|grasp\w*|end_?effector)(_|$)", re.IGNORECASE)
-_HAND = re.compile(r"hand|palm|flange", re.IGNORECASE)
-_TELEOP_TIP = re.compile(r"^io_teleop_ee_link(_|$)")
-"""Links that io_teleop's URDFs have for the poses that it commands."""
-
-_BEND = 0.5  # [rad] from the limit: initial position of an arm's joint when its limit is next to 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,17 @@ _AXIS_TOLERANCE = 1e-3  # tolerance of an axis's length, for rounding
 _CUT_SHARE = 0.01  # share of a follower's range that its own limits may cut off unreported, for rounding
 _MAX_SUGGESTION_JOINTS = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
+MAX_LINKS = 1000
+"""Maximum number of links of one robot."""
+MAX_SHAPES = 5000
+"""Maximum number of shapes of one robot, visual and collision shapes together."""
+MAX_WARNINGS = 20
+"""Maximum number of warnings that are listed for one file."""
+_MAX_TAG_LENGTH = 60
+_MAX_SHOWN = 3  # number of names in a message before it counts the rest
+_OTHERS = {"sdf": "an SDF file", "mujoco": "an MJCF file", "launch": "a launch file"}
+_XACRO = "xacro:"
+_EXPANDED = "; xacro is expanded only in files whose name ends in .xacro"
 
 
 class JointReader:
@@ -206,20 +217,6 @@ class JointReader:
 def _followed(mimic: Mimic, leader: float) -> float:
     """Return the position to which a position of its leader moves a mimic joint, also if that is infinite."""
     return mimic.multiplier * leader + mimic.offset if mimic.multiplier else mimic.offset
-
-
-MAX_LINKS = 1000
-"""Maximum number of links of one robot."""
-MAX_SHAPES = 5000
-"""Maximum number of shapes of one robot, visual and collision shapes together."""
-MAX_WARNINGS = 20
-"""Maximum number of warnings that are listed for one file."""
-
-_MAX_TAG_LENGTH = 60
-_MAX_SHOWN = 3  # number of names in a message before it counts the rest
-_OTHERS = {"sdf": "an SDF file", "mujoco": "an MJCF file", "launch": "a launch file"}
-_XACRO = "xacro:"
-_EXPANDED = "; xacro is expanded only in files whose name ends in .xacro"
 
 
 def read_urdf(path: Path, *, warn: Callable[[str], None], arguments: Arguments = NO_ARGUMENTS) -> RobotModel:

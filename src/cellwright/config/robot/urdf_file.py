@@ -31,6 +31,24 @@ from cellwright.util.files import LFS_POINTER, is_lfs_pointer, open_to_read
 
 _MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+MAX_EXPANSION_TIME = 30.0
+"""Maximum time for the expansion of a file [s]."""
+_DOCUMENT_TYPE = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+_PROGRAM = (
+    "import sys; sys.path.insert(0, sys.argv.pop(1)); from cellwright.config.robot.xacro_program import main; main()"
+)
+NO_ARGUMENTS: Arguments = MappingProxyType({})
+MAX_BYTES = 16 << 20
+"""Maximum size of a robot file [bytes]."""
+MAX_ELEMENTS = 200_000
+MAX_DEPTH = 50
+_CONTROL_CHARACTER = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+_NO_LINE_END = re.compile(r"[^\n]")
+_DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
+_ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
+_FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
+_MAX_NAME_LENGTH = 60
 
 
 def package_folders(name: str, path: Path) -> Iterator[Path]:
@@ -64,18 +82,8 @@ def _declared_name(folder: Path) -> str | None:
     return found[1] if found else None
 
 
-MAX_EXPANSION_TIME = 30.0
-"""Maximum time for the expansion of a file [s]."""
-
-_DOCUMENT_TYPE = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
-_PROGRAM = (
-    "import sys; sys.path.insert(0, sys.argv.pop(1)); from cellwright.config.robot.xacro_program import main; main()"
-)
-
-
 Arguments: TypeAlias = Mapping[str, str]
 """Arguments of a xacro file by name, as `NAME:=VALUE` gives them."""
-NO_ARGUMENTS: Arguments = MappingProxyType({})
 
 
 def expand_xacro(path: Path, text: str, arguments: Arguments = NO_ARGUMENTS) -> str:
@@ -108,20 +116,6 @@ def expand_xacro(path: Path, text: str, arguments: Arguments = NO_ARGUMENTS) -> 
             note_source(Path(each))
         return str(answer["text"])
     raise refusal(Path(answer["path"]), int(answer["line"]), str(answer["message"]))
-
-
-MAX_BYTES = 16 << 20
-"""Maximum size of a robot file [bytes]."""
-MAX_ELEMENTS = 200_000
-MAX_DEPTH = 50
-
-_CONTROL_CHARACTER = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
-_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
-_NO_LINE_END = re.compile(r"[^\n]")
-_DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
-_ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
-_FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
-_MAX_NAME_LENGTH = 60
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,13 @@ DENSITY = 1200.0
 
 _DEFAULT_RADIUS_SHARE = 0.16  # radius of a limb of unknown mass, as a share of its length
 _MIN_RADIUS, _MAX_RADIUS = 0.005, 0.12  # radius [m]
+MAX_MASS = 1e6
+"""Maximum valid mass [kg]."""
+MAX_LENGTH = 1e4
+"""Maximum valid length of a shape [m]."""
+_FORMS: tuple[str, ...] = get_args(ModelShapeKind)
+_DENSITY = 1000.0  # of the ball that replaces an impossible inertia [kg/m^3]
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 class Use(Enum):
@@ -91,16 +98,6 @@ def _turn_z_to(direction: Vector3) -> Quaternion:
 
 def _clamped(value: float, minimum: float, maximum: float) -> float:
     return max(minimum, min(value, maximum))
-
-
-MAX_MASS = 1e6
-"""Maximum valid mass [kg]."""
-MAX_LENGTH = 1e4
-"""Maximum valid length of a shape [m]."""
-
-_FORMS: tuple[str, ...] = get_args(ModelShapeKind)
-_DENSITY = 1000.0  # of the ball that replaces an impossible inertia [kg/m^3]
-_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 class LinkReader:

@@ -9,6 +9,11 @@ from cellwright.config.parsing.tree import Problems, shortened
 from cellwright.config.robot.urdf_file import Element
 from cellwright.util.errors import did_you_mean, suggestion
 
+_FORMS = ("box", "sphere", "cylinder", "capsule", "mesh")
+_FOREIGN = ("gazebo", "sensor", "verbose")
+_MAX_WORD_LENGTH = 60
+_MAX_FINDINGS = 500
+
 
 @dataclass(frozen=True, slots=True)
 class _Words:
@@ -31,8 +36,6 @@ class _Words:
         return (*self.single, *self.several)
 
 
-_FORMS = ("box", "sphere", "cylinder", "capsule", "mesh")
-_FOREIGN = ("gazebo", "sensor", "verbose")
 _WORDS = {
     "robot": _Words(("name", "version"), several=("link", "joint", "material")),
     "link": _Words(
@@ -66,8 +69,6 @@ _WORDS = {
     "color": _Words(("rgba",)),
 }
 _INNER = tuple(tag for tag in _WORDS if tag not in ("robot", *_WORDS["robot"].children))
-_MAX_WORD_LENGTH = 60
-_MAX_FINDINGS = 500
 
 
 def warn_of_ignored(robot: Element, problems: Problems) -> None:

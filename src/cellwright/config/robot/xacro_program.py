@@ -35,6 +35,17 @@ _INTERNAL_ATTRIBUTES = frozenset(
     }
 )
 _REMOVED_FUNCTIONS = ("type", "vars")
+MAX_MEMORY = 1 << 30
+"""Maximum memory for the expansion of a file [bytes]; enforced on Linux only."""
+MAX_TEXT = 16 << 20
+"""Maximum length of an expanded text, in characters."""
+_UNDEFINED = re.compile(r"Undefined substitution argument (\S+)")
+_QUOTED = re.compile(r"'([^']+)'|\"([^\"]+)\"|(xacro:\w+)|'?(\w+)'?")
+_MAX_MESSAGE_LENGTH = 300
+_REPETITIONS = (  # xacro repeats a message and its source
+    (re.compile(r"<class '[^']*'>: (.*) \1"), r"\1"),
+    (re.compile(r"(: \S+) \[Errno \d+\].*"), r"\1"),
+)
 
 
 def restrict_to_arithmetic() -> None:
@@ -80,20 +91,6 @@ def _evaluate_substitution(text: str, context: dict[str, Any]) -> str:
     }
     builtins = module._eval_dict["__builtins__"]
     return str(eval(text, {"__builtins__": builtins}, module._DictWrapper(arguments, known)))  # noqa: S307
-
-
-MAX_MEMORY = 1 << 30
-"""Maximum memory for the expansion of a file [bytes]; enforced on Linux only."""
-MAX_TEXT = 16 << 20
-"""Maximum length of an expanded text, in characters."""
-
-_UNDEFINED = re.compile(r"Undefined substitution argument (\S+)")
-_QUOTED = re.compile(r"'([^']+)'|\"([^\"]+)\"|(xacro:\w+)|'?(\w+)'?")
-_MAX_MESSAGE_LENGTH = 300
-_REPETITIONS = (  # xacro repeats a message and its source
-    (re.compile(r"<class '[^']*'>: (.*) \1"), r"\1"),
-    (re.compile(r"(: \S+) \[Errno \d+\].*"), r"\1"),
-)
 
 
 class _ExpansionError(Exception):

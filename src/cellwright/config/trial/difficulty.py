@@ -23,6 +23,7 @@ _SHOULDER_HEIGHT = 1.1273
 _ARM_LENGTH = 0.612 + 0.5723
 _WRIST_LENGTH = 0.1157
 _HAND_LENGTH = 0.11
+_UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
 
 
 def place_of(point: Vector3) -> str:
@@ -78,8 +79,6 @@ DifficultyKind: TypeAlias = Literal[
     "dropped_out_of_reach",
     "off_tray",
 ]
-
-_UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,14 @@ from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
 T = TypeVar("T")
+OWN = "cellwright"
+"""Name of the section that Cellwright adds."""
+DEFAULT_TIME_LIMIT = 500
+TOP_LEVEL = (
+    *("arm", "sensors", "options", "time_limit", "orders", "models_over_bins", "belt_parts", "faulty_parts"),
+    *("drops", "models_to_spawn"),
+)
+"""Sections of the 2017 format."""
 
 
 def resolved(loaded: Loaded) -> dict[str, Any]:
@@ -122,18 +130,6 @@ def _texts(vector: Vector3 | None) -> list[str]:
 def _pose_texts(placement: Placement | None) -> dict[str, list[str]]:
     placed = placement or Placement()
     return {"xyz": _texts(placed.xyz), "rpy": _texts(placed.rpy)}
-
-
-OWN = "cellwright"
-"""Name of the section that Cellwright adds."""
-
-DEFAULT_TIME_LIMIT = 500
-
-TOP_LEVEL = (
-    *("arm", "sensors", "options", "time_limit", "orders", "models_over_bins", "belt_parts", "faulty_parts"),
-    *("drops", "models_to_spawn"),
-)
-"""Sections of the 2017 format."""
 
 
 @dataclass(frozen=True, slots=True)

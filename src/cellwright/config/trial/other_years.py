@@ -11,6 +11,15 @@ from cellwright.util.errors import did_you_mean
 EARLY = 2016
 """Formats before version 1.1 of the 2017 competition, some of which were in use until April 2017."""
 
+_NAMES_NOW: Mapping[Scalar, str] = {
+    "belt_models": "belt_parts",
+    "faulty_products": "faulty_parts",
+    "models_to_insert": "models_over_bins",
+    "models_over_shelves": "models_over_bins",
+    "products": "parts",
+    "shipment_count": "kit_count",
+}
+
 
 def _by_name(years: Mapping[int, tuple[str, ...]]) -> Mapping[Scalar, int]:
     return {name: year for year, names in years.items() for name in names}
@@ -43,14 +52,6 @@ LATER_SENSORS = _by_name(
         2023: ("advanced_logical_camera",),
     }
 )
-_NAMES_NOW: Mapping[Scalar, str] = {
-    "belt_models": "belt_parts",
-    "faulty_products": "faulty_parts",
-    "models_to_insert": "models_over_bins",
-    "models_over_shelves": "models_over_bins",
-    "products": "parts",
-    "shipment_count": "kit_count",
-}
 
 
 class OtherYear:

@@ -18,6 +18,29 @@ from cellwright.util.pose import Vector3
 DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
 """Default aliases of part types, unless a file has its own."""
 
+ALIASES = "model_type_aliases"
+_SWITCHES = [each.name for each in fields(Options) if isinstance(each.default, bool)]
+MAX_PARTS = 2000
+"""Maximum number of parts in one cell, including those on the belt's pool."""
+_MAX_SEARCHED = 100
+"""Number of names above which the search for similar ones stops: it takes long and is no help by then."""
+PART = Keys({"type": Reader.name, "pose": Reader.placement})
+BIN = Keys({"models": None}, {"xyz": Reader.position})
+GRID = Keys(
+    {
+        "xyz_start": partial(Reader.coordinates, minimum=3),
+        "xyz_end": partial(Reader.coordinates, minimum=2),
+        "rpy": Reader.vector,
+        "num_models_x": Reader.whole,
+        "num_models_y": Reader.whole,
+    }
+)
+_BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part: {1.0: {pose: {…}}}"
+_NO_POSE = "; files without one are of the 2016 format"
+_MAX_SUGGESTED = 20
+"""Number of unknown names after which the search for similar ones stops: it takes long and is no help by then."""
+_CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
+
 
 def _switch(reader: Reader, node: YamlNode) -> bool:
     """Return a switch. A value that is no truth value counts as in Python, as in the original."""
@@ -38,8 +61,6 @@ def _aliases(reader: Reader, node: YamlNode) -> Mapping[str, str]:
     return aliases
 
 
-ALIASES = "model_type_aliases"
-_SWITCHES = [each.name for each in fields(Options) if isinstance(each.default, bool)]
 OPTIONS = Keys(
     optional={**dict.fromkeys(_SWITCHES, _switch), "belt_population_cycles": Reader.whole, ALIASES: _aliases}
 )
@@ -59,13 +80,6 @@ def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, 
     values = OPTIONS.values(table, reader)
     aliases = values.pop(ALIASES, DEFAULT_ALIASES)
     return Options(**values), aliases
-
-
-MAX_PARTS = 2000
-"""Maximum number of parts in one cell, including those on the belt's pool."""
-
-_MAX_SEARCHED = 100
-"""Number of names above which the search for similar ones stops: it takes long and is no help by then."""
 
 
 @dataclass(slots=True)
@@ -107,19 +121,6 @@ class PartRegistry:
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
             self.reader.problems.warn(where, message, ignored=part)
         return resolved
-
-
-PART = Keys({"type": Reader.name, "pose": Reader.placement})
-BIN = Keys({"models": None}, {"xyz": Reader.position})
-GRID = Keys(
-    {
-        "xyz_start": partial(Reader.coordinates, minimum=3),
-        "xyz_end": partial(Reader.coordinates, minimum=2),
-        "rpy": Reader.vector,
-        "num_models_x": Reader.whole,
-        "num_models_y": Reader.whole,
-    }
-)
 
 
 def read_bins(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
@@ -214,10 +215,6 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, registry: PartReg
     return parts
 
 
-_BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part: {1.0: {pose: {…}}}"
-_NO_POSE = "; files without one are of the 2016 format"
-
-
 def read_belt(node: YamlNode, registry: PartRegistry, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """Return the parts in the order of their times, ties in the original's order."""
     reader = registry.reader
@@ -267,16 +264,11 @@ def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     return BeltPart(float(time), part_type, placement.pose, placement)
 
 
-_MAX_SUGGESTED = 20
-"""Number of unknown names after which the search for similar ones stops: it takes long and is no help by then."""
-
-
 def _destination(reader: Reader, node: YamlNode) -> Placement | None:
     table = reader.table(node)
     return reader.placement(table) if table and reader.required(table, "xyz") else None
 
 
-_CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
 DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination, "part_type_to_drop": Reader.name})
 
 

@@ -54,6 +54,24 @@ RESERVED_NAMES = frozenset(
 SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
 
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
+MAX_CAMERAS = 16
+"""Maximum number of cameras in one cell."""
+MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
+"""Minimum width and height, and the maximum of each [pixels]."""
+MAX_DEPTH_PIXELS = 1_000_000
+"""Maximum number of pixels of a depth picture, whose point cloud must fit one message."""
+MIN_PICTURE_RATE, MAX_PICTURE_RATE = 0.1, 100.0
+"""Bounds of the rate of pictures [Hz]."""
+MIN_FOV, MAX_FOV = 0.01, 2.8
+"""Bounds of the horizontal field of view of a camera [rad]."""
+MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH = 0.02, 100.0
+"""Bounds of the depths that a camera measures [m]."""
+MAX_CAMERA_LATENCY = 10.0
+"""Maximum delay of a picture [s]."""
+WORLD = "world"
+_CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
+"""Keys of a camera's noise."""
 
 
 def read_arm(node: YamlNode, reader: Reader) -> bool:
@@ -137,26 +155,6 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
         reader.problems.warn(entry, message)
 
 
-MAX_CAMERAS = 16
-"""Maximum number of cameras in one cell."""
-MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
-"""Minimum width and height, and the maximum of each [pixels]."""
-MAX_DEPTH_PIXELS = 1_000_000
-"""Maximum number of pixels of a depth picture, whose point cloud must fit one message."""
-MIN_PICTURE_RATE, MAX_PICTURE_RATE = 0.1, 100.0
-"""Bounds of the rate of pictures [Hz]."""
-MIN_FOV, MAX_FOV = 0.01, 2.8
-"""Bounds of the horizontal field of view of a camera [rad]."""
-MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH = 0.02, 100.0
-"""Bounds of the depths that a camera measures [m]."""
-MAX_CAMERA_LATENCY = 10.0
-"""Maximum delay of a picture [s]."""
-
-WORLD = "world"
-
-_CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-
-
 def _camera_type(reader: Reader, node: YamlNode) -> str | None:
     kind = reader.name(node)
     if kind in SENSOR_TYPES:
@@ -164,9 +162,6 @@ def _camera_type(reader: Reader, node: YamlNode) -> str | None:
         return None
     return one_of(CAMERA_TYPES, "camera type")(reader, node) if kind is not None else None
 
-
-NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
-"""Keys of a camera's noise."""
 
 CAMERA = Keys(
     {"type": _camera_type, "pose": Reader.pose},

@@ -18,6 +18,12 @@ MAX_TIMESTEP = Fraction(1, 50)
 MAX_SEED = 2**63 - 1
 
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
+_NOT_NEGATIVE = Reader.not_negative
+GAINS = Keys({"p": _NOT_NEGATIVE, "d": _NOT_NEGATIVE}, {"i": _NOT_NEGATIVE, "i_clamp": _NOT_NEGATIVE}, "gain")
+CONSTRAINTS = Keys(
+    optional={"goal_time": _NOT_NEGATIVE, "stopped_velocity_tolerance": _NOT_NEGATIVE}, strict="joint or entry"
+)
+TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, strict="tolerance")
 
 
 def _timestep(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
@@ -70,12 +76,6 @@ def _initial(reader: Reader, node: YamlNode) -> dict[str, float]:
     return states
 
 
-_NOT_NEGATIVE = Reader.not_negative
-GAINS = Keys({"p": _NOT_NEGATIVE, "d": _NOT_NEGATIVE}, {"i": _NOT_NEGATIVE, "i_clamp": _NOT_NEGATIVE}, "gain")
-CONSTRAINTS = Keys(
-    optional={"goal_time": _NOT_NEGATIVE, "stopped_velocity_tolerance": _NOT_NEGATIVE}, strict="joint or entry"
-)
-TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, strict="tolerance")
 OWN_ARM = Keys(
     optional={
         "servo": one_of(get_args(ServoProfile), "servo profile"),

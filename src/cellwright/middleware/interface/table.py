@@ -12,6 +12,9 @@ from typing import TypeAlias, TypedDict, Unpack
 
 from cellwright.middleware.bus import COMMANDS, LARGE, LATCHED, RELIABLE, Direction, Qos
 
+# Types with large messages.
+_LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
+
 
 class EndpointKind(Enum):
     """Kind of a row."""
@@ -29,10 +32,6 @@ class Timing(Enum):
 
 
 Rate: TypeAlias = Fraction | Timing  # messages per second of simulation time [Hz], or the occasion
-
-
-# Types with large messages.
-_LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
 
 
 class Availability(Enum):

@@ -29,6 +29,14 @@ MAX_CACHED_STRINGS = 1024
 MAX_CACHED_BYTES = 1024
 """Limits of the string cache [number, bytes of each]: strings come from outside, and must not fill the memory."""
 
+_MAX_ALIGNMENT = 8  # bytes of the largest alignment of a number
+_HEAD = 4  # bytes of the encapsulation header; offsets in a message count from its end
+M = TypeVar("M", bound=Message)
+FAULTS = (SerdeError, struct.error, ValueError, TypeError, AttributeError, IndexError, AssertionError, OverflowError)
+"""Errors of the library for values that do not fit their fields."""
+MAX_TRAILING = 8
+"""Bytes behind a message in which rclpy pads it (measured in Jazzy); the library tolerates three on its own."""
+
 
 class StringCache(dict[Any, bytes]):
     """Cache of encoded strings, by value; a missing one is encoded at lookup.
@@ -72,8 +80,6 @@ _CODES = {
     "bool": "?", "byte": "b", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
     "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-_MAX_ALIGNMENT = 8  # bytes of the largest alignment of a number
-_HEAD = 4  # bytes of the encapsulation header; offsets in a message count from its end
 
 
 @cache
@@ -278,12 +284,6 @@ def _common(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
     return one[0] % modulus, modulus
 
 
-M = TypeVar("M", bound=Message)
-
-FAULTS = (SerdeError, struct.error, ValueError, TypeError, AttributeError, IndexError, AssertionError, OverflowError)
-"""Errors of the library for values that do not fit their fields."""
-
-
 def to_cdr(message: Message) -> bytes:
     """Return a message as little-endian CDR with its four-byte head.
 
@@ -336,10 +336,6 @@ class Encoding(NamedTuple):
 
     write: Callable[[Message], bytes]
     read: Callable[[bytes, type[Message]], Message]
-
-
-MAX_TRAILING = 8
-"""Bytes behind a message in which rclpy pads it (measured in Jazzy); the library tolerates three on its own."""
 
 
 def to_ros2(message: Message) -> bytes:

@@ -34,6 +34,25 @@ if TYPE_CHECKING:
 
 MESSAGE = "msg"
 SERVICE = "srv"
+EMPTY_FIELDS: Fielddefs = [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
+"""Fields of an empty message in ROS 2; ROS 1 sends nothing."""
+MAX_SEQUENCE = 1 << 24
+"""Most entries of a field that are decoded: no cell sends more, and the limit bounds memory if a length is wrong."""
+HEADER = "std_msgs/msg/Header"
+RANGE = "sensor_msgs/msg/Range"
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
+OTHERWISE_IN_ROS1 = {
+    "sensor_msgs/msg/BatteryState",
+    "sensor_msgs/msg/NavSatStatus",
+    "shape_msgs/msg/SolidPrimitive",
+    "stereo_msgs/msg/DisparityImage",
+    "visualization_msgs/msg/ImageMarker",
+    "visualization_msgs/msg/Marker",
+}
+"""Types whose fields, constants or names changed from ROS 1 to ROS 2, and which no interface here needs in ROS 1."""
+SEPARATOR = "=" * 80
+_PRIMITIVE = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+"""Messages of ROS 2 that are built into ROS 1."""
 
 
 class Message(Protocol):
@@ -68,10 +87,6 @@ def type_of(message: Message | type[Message]) -> str:
     return short_name(message.__msgtype__)
 
 
-EMPTY_FIELDS: Fielddefs = [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
-"""Fields of an empty message in ROS 2; ROS 1 sends nothing."""
-
-
 @cache
 def sources() -> dict[str, str]:
     """Return the text of every definition file by full name ("osrf_gear/msg/Order", "std_srvs/srv/Trigger"), sorted."""
@@ -101,24 +116,6 @@ def _parse_definition(text: str, package: str, last: str) -> tuple[Constdefs, Fi
     name = f"{package}/msg/{last}"  # looks bare type names up in its own package
     constants, fields = get_types_from_msg(text, name)[name]
     return constants, fields or EMPTY_FIELDS
-
-
-MAX_SEQUENCE = 1 << 24
-"""Most entries of a field that are decoded: no cell sends more, and the limit bounds memory if a length is wrong."""
-
-HEADER = "std_msgs/msg/Header"
-RANGE = "sensor_msgs/msg/Range"
-CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
-
-OTHERWISE_IN_ROS1 = {
-    "sensor_msgs/msg/BatteryState",
-    "sensor_msgs/msg/NavSatStatus",
-    "shape_msgs/msg/SolidPrimitive",
-    "stereo_msgs/msg/DisparityImage",
-    "visualization_msgs/msg/ImageMarker",
-    "visualization_msgs/msg/Marker",
-}
-"""Types whose fields, constants or names changed from ROS 1 to ROS 2, and which no interface here needs in ROS 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,11 +221,6 @@ def _unknown_type(kind: str, name: str, known: list[str], namespace: str) -> Unk
     if same:
         return UnknownNameError(kind, name, same)
     return UnknownNameError(f"{kind} package", package, sorted({key.partition("/")[0] for key in known}))
-
-
-SEPARATOR = "=" * 80
-_PRIMITIVE = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
-"""Messages of ROS 2 that are built into ROS 1."""
 
 
 @cache

@@ -19,6 +19,25 @@ REGAIN_RATE = 4.0
 """Seconds of `MAX_HELD` that clients regain for each second in which time does not stand for them."""
 
 _MAX_LOOK_INTERVAL = 0.5  # [s]; a longer interval is a pause, in which time stood for another reason
+BEHIND = 1 << 20
+"""Waiting bytes of a client from which on the server reads nothing more from it, and in lockstep no time passes."""
+FULL = 4 << 20
+"""Bytes offered to a client and not taken from which on its messages are dropped; less if there are many clients."""
+AT_ONCE = 32 << 20
+"""The same for bytes that were not offered to it yet: one tick may have pictures of several cameras."""
+MAX_WAITING = 256 << 20  # bytes that may wait for all clients together
+MAX_HELLO_BYTES = 1 << 16  # bytes of the longest frame that is accepted before HELLO
+_PIECE = 1 << 16
+MAX_CLIENTS = 200
+"""Largest number of connections; those without a HELLO are rejected first. `select` can watch some 1000."""
+SLOW_CLIENT_TIMEOUT = 30.0
+"""Time [s] after which the server disconnects a client that takes nothing of what waits for it, or sends no HELLO."""
+MAX_INCOMPLETE = 64 << 20
+"""Largest number of bytes of incomplete frames of all clients; beyond it the client with most is disconnected."""
+_BRIDGES = {f"ros{number}": f"the bridge to ROS {number}, or a subscriber there," for number in (1, 2)}
+"""Clients that users do not know by name, by the encoding that only they have."""
+_MAX_NAMED = 10  # disconnected clients, in one report
+_CHECK_PERIOD = 1.0  # wall time [s] between two checks for clients that are behind, stuck or silent
 
 
 class Heartbeat:
@@ -76,20 +95,6 @@ class HoldBudget:
             return True
         self._left = min(MAX_HELD, self._left + REGAIN_RATE * passed)
         return False
-
-
-BEHIND = 1 << 20
-"""Waiting bytes of a client from which on the server reads nothing more from it, and in lockstep no time passes."""
-
-FULL = 4 << 20
-"""Bytes offered to a client and not taken from which on its messages are dropped; less if there are many clients."""
-
-AT_ONCE = 32 << 20
-"""The same for bytes that were not offered to it yet: one tick may have pictures of several cameras."""
-
-MAX_WAITING = 256 << 20  # bytes that may wait for all clients together
-MAX_HELLO_BYTES = 1 << 16  # bytes of the longest frame that is accepted before HELLO
-_PIECE = 1 << 16
 
 
 class ClientConnection:
@@ -237,22 +242,6 @@ def refused_frame(number: int, error: BaseException, said: str | None = None) ->
     known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
     reason = str(error).encode(errors="replace")
     return Frame(FrameKind.REFUSED, number, known.__name__, "" if said is None else SAID, said or "", reason)
-
-
-MAX_CLIENTS = 200
-"""Largest number of connections; those without a HELLO are rejected first. `select` can watch some 1000."""
-
-SLOW_CLIENT_TIMEOUT = 30.0
-"""Time [s] after which the server disconnects a client that takes nothing of what waits for it, or sends no HELLO."""
-
-MAX_INCOMPLETE = 64 << 20
-"""Largest number of bytes of incomplete frames of all clients; beyond it the client with most is disconnected."""
-
-_BRIDGES = {f"ros{number}": f"the bridge to ROS {number}, or a subscriber there," for number in (1, 2)}
-"""Clients that users do not know by name, by the encoding that only they have."""
-
-_MAX_NAMED = 10  # disconnected clients, in one report
-_CHECK_PERIOD = 1.0  # wall time [s] between two checks for clients that are behind, stuck or silent
 
 
 class ClientRegistry:

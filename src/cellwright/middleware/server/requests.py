@@ -44,6 +44,11 @@ from cellwright.util.errors import (
     UsageError,
 )
 
+MAX_SUBSCRIPTIONS = 1024  # of one client
+MAX_PENDING_ADVANCES = 16
+"""Largest number of pending ADVANCE requests of one client; a program waits for each before the next one."""
+_MAX_NODE_LENGTH = 255
+
 
 class MessageEncoder:
     """Encoder that writes each message once in each encoding, for any number of clients."""
@@ -121,13 +126,6 @@ def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
     except UsageError:
         return ""
 
-
-MAX_SUBSCRIPTIONS = 1024  # of one client
-
-MAX_PENDING_ADVANCES = 16
-"""Largest number of pending ADVANCE requests of one client; a program waits for each before the next one."""
-
-_MAX_NODE_LENGTH = 255
 
 Reply: TypeAlias = dict[str, Any] | tuple[dict[str, Any], bytes]
 

@@ -21,6 +21,15 @@ from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 from cellwright.util.errors import UsageError
 
 _EXHAUSTED = frozenset({errno.EMFILE, errno.ENFILE})
+DEFAULT_PORT = 11399
+TRIES = 20  # number of ports to try from the default one on, if it is in use
+LOOPBACK = "127.0.0.1"
+_END_TIMEOUT = 0.5  # [s] for clients to read that the server ends
+_HEAVY_TIME = 0.02  # [s]: a request that takes longer is heavy, and time does not pass meanwhile
+_HEAVY_PAUSE = 3  # pause before the next heavy request, as a multiple of the time that the last one took
+_FRAMES_A_TURN = 16
+_LARGE_INCOMPLETE = 1 << 16  # bytes of an incomplete frame
+_MAX_DESCRIPTORS = 1024  # `select` can watch no more
 
 
 def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) -> socket.socket:
@@ -99,18 +108,6 @@ class ListeningSocket:
         if self._spare is not None:
             os.close(self._spare)
             self._spare = None
-
-
-DEFAULT_PORT = 11399
-TRIES = 20  # number of ports to try from the default one on, if it is in use
-LOOPBACK = "127.0.0.1"
-
-_END_TIMEOUT = 0.5  # [s] for clients to read that the server ends
-_HEAVY_TIME = 0.02  # [s]: a request that takes longer is heavy, and time does not pass meanwhile
-_HEAVY_PAUSE = 3  # pause before the next heavy request, as a multiple of the time that the last one took
-_FRAMES_A_TURN = 16
-_LARGE_INCOMPLETE = 1 << 16  # bytes of an incomplete frame
-_MAX_DESCRIPTORS = 1024  # `select` can watch no more
 
 
 class Server:

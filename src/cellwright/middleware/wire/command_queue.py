@@ -22,6 +22,10 @@ WINDOW = 16
 """Messages of a topic that the cell has not answered yet: on a busy machine each answer waits for both processes. It is
 what the cell's server carries out of one client in a turn."""
 MAX_COMMAND_BYTES = 64 << 20  # bytes of them, even if their number has no limit
+MESSAGE_TIMEOUT = 5.0  # time for published messages to arrive [s]
+FRESH = 0.05
+"""Wall time [s] for which the cell's last answer counts as the current time; others may advance it too, so it is
+requested again then. Callers that step at the same moment wait for the same time."""
 
 
 def refusal_line(answer: Frame, name: str, sender: str = "") -> str:
@@ -131,13 +135,6 @@ class CommandQueue:
         with self._lock:
             self._unanswered -= 1
             self._hand_over()
-
-
-MESSAGE_TIMEOUT = 5.0  # time for published messages to arrive [s]
-
-FRESH = 0.05
-"""Wall time [s] for which the cell's last answer counts as the current time; others may advance it too, so it is
-requested again then. Callers that step at the same moment wait for the same time."""
 
 
 @dataclass

@@ -12,6 +12,13 @@ from typing import Any, Callable
 from cellwright.middleware.wire.event_loop import Callback, EventLoop, MissingError, nothing, report
 from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, FrameKind, hello
 
+LATE = 0.1  # data that waits longer [s] is late
+GIVE_UP_TIME = 5.0  # if data waits longer [s], the peer no longer counts as behind
+_PIECE = 1 << 18
+CONNECT_TIMEOUT = 10.0  # time for the cell to answer HELLO [s]
+_PAUSE = 0.02
+_NUMBERS = (1 << 32) - 1
+
 
 def address_of(text: str) -> tuple[str, int]:
     """Return host and port of `HOST:PORT`, for an option."""
@@ -29,13 +36,6 @@ def receive_nowait(connection: socket.socket, max_bytes: int) -> bytes | None:
         return None
     except OSError:
         return b""
-
-
-LATE = 0.1  # data that waits longer [s] is late
-GIVE_UP_TIME = 5.0  # if data waits longer [s], the peer no longer counts as behind
-
-
-_PIECE = 1 << 18
 
 
 class BufferedConnection:
@@ -166,10 +166,6 @@ class BufferedConnection:
         if not self.is_closed and not self.is_empty:
             self._loop.watch(self._connection, self._receive, self._flush)
 
-
-CONNECT_TIMEOUT = 10.0  # time for the cell to answer HELLO [s]
-_PAUSE = 0.02
-_NUMBERS = (1 << 32) - 1
 
 Answered = Callable[[Frame], None]  # takes the frame that answers a request; called by the loop's thread
 

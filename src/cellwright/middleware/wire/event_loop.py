@@ -14,6 +14,8 @@ import time
 from collections import deque
 from typing import Any, Callable, TextIO
 
+LOG_PERIOD = 1.0  # time between two lines about the same subject [s]
+
 
 class MissingError(Exception):
     """Something required is missing; the text names it."""
@@ -139,9 +141,6 @@ class EventLoop:
 
 def nothing(*_arguments: object) -> None:
     """Do nothing."""
-
-
-LOG_PERIOD = 1.0  # time between two lines about the same subject [s]
 
 
 class ThrottledLog:

@@ -22,6 +22,25 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex, McapRecord
 from numpy.typing import NDArray
 
+R = TypeVar("R")
+MESSAGE_OVERHEAD = 31
+"""Bytes that a message takes in a file besides its content."""
+_MESSAGE = np.dtype(
+    [
+        ("opcode", "u1"),
+        ("length", "<u8"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("log_time", "<u8"),
+        ("publish_time", "<u8"),
+    ]
+)
+"""Head of a message record, before its content."""
+_RECORD_HEAD = 9  # bytes of opcode and length, which the length does not count
+_AS_BYTES = np.dtype(("V", _MESSAGE.itemsize))
+_INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes that follow
+_ZSTD = "zstd"
+
 
 def encoded_records(*records: McapRecord) -> bytes:
     """Encode records as they stand in the file."""
@@ -34,12 +53,6 @@ def encoded_records(*records: McapRecord) -> bytes:
 def built_bytes(builder: RecordBuilder) -> bytes:
     """Return the bytes that a builder holds."""
     return bytes(builder.end())  # type: ignore[no-untyped-call]
-
-
-R = TypeVar("R")
-
-MESSAGE_OVERHEAD = 31
-"""Bytes that a message takes in a file besides its content."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,24 +132,6 @@ class WriteQueue(Generic[R]):
         """Discard everything that is queued."""
         self.entries.clear()
         self._records.clear()
-
-
-_MESSAGE = np.dtype(
-    [
-        ("opcode", "u1"),
-        ("length", "<u8"),
-        ("channel", "<u2"),
-        ("sequence", "<u4"),
-        ("log_time", "<u8"),
-        ("publish_time", "<u8"),
-    ]
-)
-"""Head of a message record, before its content."""
-
-_RECORD_HEAD = 9  # bytes of opcode and length, which the length does not count
-_AS_BYTES = np.dtype(("V", _MESSAGE.itemsize))
-_INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes that follow
-_ZSTD = "zstd"
 
 
 @dataclass(frozen=True)

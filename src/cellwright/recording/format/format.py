@@ -48,6 +48,11 @@ END = "/cellwright/end"
 OWN_TOPICS = {COMMAND: TEXT, FRAME: BYTES, PANEL: TEXT, EVENT: TEXT, STATE_HASH: TEXT, END: TEXT}
 """Topics that Cellwright adds, with their message types: JSON in strings, scene frames in bytes."""
 
+_MAX_NAME_LENGTH = 200  # characters
+_MAX_CLOCK_OFFSET = (1 << 31) * 1_000_000_000  # [ns]: the seconds of a stamp have 32 bits
+CLOCK_OFFSET = "clock_offset"
+"""Fact of the header after a reset that kept the clock: message time at the begin of the run [ns]."""
+
 
 @dataclass(frozen=True, slots=True)
 class RecordedTopic:
@@ -83,13 +88,6 @@ class RecordedTopic:
         latch = metadata.get("latch") == "true"
         values = metadata.get("direction", "out"), metadata.get("rate", ""), latch, metadata.get("node", "")
         return RecordedTopic(name, short_name(type_name), *values)
-
-
-_MAX_NAME_LENGTH = 200  # characters
-_MAX_CLOCK_OFFSET = (1 << 31) * 1_000_000_000  # [ns]: the seconds of a stamp have 32 bits
-
-CLOCK_OFFSET = "clock_offset"
-"""Fact of the header after a reset that kept the clock: message time at the begin of the run [ns]."""
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,13 @@ from cellwright.recording.format.format import MAGIC, PROFILE, RecordedTopic
 from cellwright.util.errors import UsageError
 from cellwright.util.files import open_descriptor
 
+INTERVAL = 0.25
+"""Longest wall time [s] before queued messages are written."""
+CHUNK = 1 << 20
+"""Maximum uncompressed size of a chunk [bytes], except for a longer single message."""
+MAX_WAITING = 64 << 20
+"""Bytes that may wait for a slow disk; a caller that adds more waits for it."""
+
 
 def _encoded_end(summary: Summary, counts: dict[int, int], offset: int, checksum: int) -> bytes:
     """Encode the end of a file, which begins at `offset`.
@@ -92,16 +99,6 @@ def _encoded_end(summary: Summary, counts: dict[int, int], offset: int, checksum
     places = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_start)
     footer = Footer(start, offsets_start, zlib.crc32(places, zlib.crc32(body)))
     return head + body + encoded_records(footer) + MAGIC
-
-
-INTERVAL = 0.25
-"""Longest wall time [s] before queued messages are written."""
-
-CHUNK = 1 << 20
-"""Maximum uncompressed size of a chunk [bytes], except for a longer single message."""
-
-MAX_WAITING = 64 << 20
-"""Bytes that may wait for a slow disk; a caller that adds more waits for it."""
 
 
 _Record: TypeAlias = Attachment | Channel | Metadata | Schema

@@ -21,6 +21,8 @@ from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 from cellwright.util.files import open_to_read
 
 _KEPT = 8  # unpacked chunks that are kept, for repeated reads in one place
+_PROGRESS_PERIOD = 500  # messages
+_WHOLE_FRAME_SEARCH = 5_000_000_000  # [ns] searched backwards for a whole frame; there is one a second
 
 
 class RecordedMessage(NamedTuple):
@@ -258,9 +260,6 @@ class RecordingFile:
             raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 
 
-_PROGRESS_PERIOD = 500  # messages
-
-
 class TimeRange:
     """Part of a recording from one time [ns] up to another; None: from the begin, to the end.
 
@@ -297,9 +296,6 @@ class TimeRange:
             latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
             if latched is not None and latched.time < self.begin:
                 yield latched._replace(time=self.begin)
-
-
-_WHOLE_FRAME_SEARCH = 5_000_000_000  # [ns] searched backwards for a whole frame; there is one a second
 
 
 def recorded_frames(

@@ -43,6 +43,10 @@ _BAG = b"#ROSBAG V"  # first bytes of a ROS 1 bag
 _BEGIN = 64  # bytes that tell what a file is, Git's pointer included
 _CHUNK = struct.Struct("<QQQI")
 _INDEX = struct.Struct("<HI")
+_MESSAGE_HEAD = struct.Struct("<BQHIQQ")
+_PIECE = 1 << 20
+_DATA_END = _RECORD_HEAD.size + 4
+_FOOTER = _RECORD_HEAD.size + 20
 
 
 @dataclass(slots=True)
@@ -216,9 +220,6 @@ def _shown_name(name: str) -> str:
     return printable(name, _MAX_NAME_LENGTH).replace("\n", " ").replace("\t", " ")
 
 
-_MESSAGE_HEAD = struct.Struct("<BQHIQQ")
-
-
 def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
     """Decompress a chunk; of a truncated one, as much as possible.
 
@@ -283,11 +284,6 @@ def chunk_entries(
             yield channel, time, raw[place + head : end]
         place = end
     return number
-
-
-_PIECE = 1 << 20
-_DATA_END = _RECORD_HEAD.size + 4
-_FOOTER = _RECORD_HEAD.size + 20
 
 
 def verify_checksums(file: BinaryIO, layout: Layout) -> None:

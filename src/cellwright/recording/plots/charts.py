@@ -65,6 +65,22 @@ SETTINGS: dict[Any, Any] = {
 
 SIZE_OF_NAMES = 7.0  # font size of names beside curves [pt]
 _CURVE_SLICES = 1500  # as many as a printed page can show of a curve
+MAX_JOINTS = len(COLOURS)
+"""Maximum number of curves that a reader can distinguish; of more joints, those that move most are drawn."""
+STILL = 1e-3
+"""Range of motion [rad; m] below which a joint stands still."""
+_UNITS = {"rad": "position [rad]", "m": "position [m]"}
+_LABEL_ROWS = 4  # rows of labels, for events close in time
+_LOADED, _SUCTION_ON = "#D55E00", "#0072B2"
+_LEGEND = 60  # maximum characters of a legend beside the title
+_POINTS = 20_000  # maximum points of a path from above, which cannot be thinned by time
+MAX_COMMANDS = 12
+"""Maximum number of rows of commands; the most frequent ones are drawn."""
+_SLICES = 400
+_LIGHT = 0.35
+_BLUE = (0.0, 0.447, 0.698)
+MAX_PARTS = 40
+"""Maximum number of bars of each tray; the first ones are drawn."""
 
 
 def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
@@ -125,15 +141,6 @@ def thinned(times: Array, values: Array, slices: int = _CURVE_SLICES) -> tuple[A
     return times[places], values[places]
 
 
-MAX_JOINTS = len(COLOURS)
-"""Maximum number of curves that a reader can distinguish; of more joints, those that move most are drawn."""
-
-STILL = 1e-3
-"""Range of motion [rad; m] below which a joint stands still."""
-
-_UNITS = {"rad": "position [rad]", "m": "position [m]"}
-
-
 def joints_to_draw(tracks: Sequence[JointTrack]) -> list[JointTrack]:
     """Select the joints to draw: those that move, at most `MAX_JOINTS`, in their own order."""
     moving = [track for track in tracks if track.travel >= STILL] or list(tracks[:1])
@@ -173,9 +180,6 @@ def mark_collisions(axes: Axes, collisions: Sequence[Span], label: str | None = 
         look: dict[str, Any] = {"marker": "x", "markersize": 4.5, "markeredgewidth": 1.2, "linestyle": ""}
         where = axes.get_xaxis_transform()
         axes.plot(begins, [0.97] * len(begins), color=INK, transform=where, clip_on=False, label=label, **look)
-
-
-_LABEL_ROWS = 4  # rows of labels, for events close in time
 
 
 def draw_score(axes: Axes, score: ScoreTrack, data: PlotData) -> None:
@@ -224,11 +228,6 @@ def _label_marks(axes: Axes, marks: Sequence[Mark]) -> None:
             color=INK,
             bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
         )
-
-
-_LOADED, _SUCTION_ON = "#D55E00", "#0072B2"
-_LEGEND = 60  # maximum characters of a legend beside the title
-_POINTS = 20_000  # maximum points of a path from above, which cannot be thinned by time
 
 
 def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[Span] = ()) -> None:
@@ -316,14 +315,6 @@ def _dot(axes: Axes, tool: ToolTrack, time: float, along: tuple[int, int], marke
     axes.plot([x], [y], marker=marker, color=_LOADED if marker == "^" else INK, label=label, zorder=3, **look)
 
 
-MAX_COMMANDS = 12
-"""Maximum number of rows of commands; the most frequent ones are drawn."""
-
-_SLICES = 400
-_LIGHT = 0.35
-_BLUE = (0.0, 0.447, 0.698)
-
-
 def command_rows(data: PlotData) -> int:
     """Return the number of rows of the drawing."""
     return len(data.states) + min(len(data.commands), MAX_COMMANDS)
@@ -365,10 +356,6 @@ def _finish_rows(axes: Axes, rows: int, title: str) -> None:
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.set_title(title)
-
-
-MAX_PARTS = 40
-"""Maximum number of bars of each tray; the first ones are drawn."""
 
 
 def tray_rows(data: PlotData) -> int:

@@ -53,19 +53,19 @@ TRANSFORMS = RecordedTopic("/cellwright/tf", "tf2_msgs/TFMessage", rate="25 Hz",
 WORLD = "world"
 """Fixed frame, and the parent of all others."""
 
-
-def frame_of(body: int, name: str) -> str:
-    """Return the name of a body's frame. The arm's links have frames on `/tf` too, so these have a prefix."""
-    return f"cellwright/{name}" if body else WORLD
-
-
 MAX_CORNERS = 1 << 22
 """Maximum number of triangle corners in all markers together, some 100 MB; meshes beyond it are left out."""
-
 _MAX_HALF_SIZE = 30.0  # half the side of an infinite plane [m]
 _PLANE_THICKNESS = 0.001  # thickness of a plane [m]: markers have no planes
 _UNSCALED: Size = (1.0, 1.0, 1.0)
 _NO_BYTES: NDArray[np.uint8] = np.zeros(0, np.uint8)
+_WHOLE_PERIOD = NANOSECONDS  # simulation time between full sets of transforms [ns]
+_HIDDEN_POSE = (0.0, 0.0, -1000.0, 1.0, 0.0, 0.0, 0.0)  # pose [m] of hidden bodies: markers cannot be hidden
+
+
+def frame_of(body: int, name: str) -> str:
+    """Return the name of a body's frame. The arm's links have frames on `/tf` too, so these have a prefix."""
+    return f"cellwright/{name}" if body else WORLD
 
 
 class Markers:
@@ -159,10 +159,6 @@ def _marker(number: int, shape: SceneShape, body: str, piece: _Piece) -> Marker:
         mesh_file=MeshFile("", _NO_BYTES),
         mesh_use_embedded_materials=False,
     )
-
-
-_WHOLE_PERIOD = NANOSECONDS  # simulation time between full sets of transforms [ns]
-_HIDDEN_POSE = (0.0, 0.0, -1000.0, 1.0, 0.0, 0.0, 0.0)  # pose [m] of hidden bodies: markers cannot be hidden
 
 
 class Transforms:

@@ -22,6 +22,15 @@ from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
 READ_ONLY = "a recording is read-only; it accepts no commands"
+_MAX_MESSAGES = 2000  # messages that are examined
+_MIN_OFFSET = NANOSECONDS  # [ns]; a stamp closer to simulation time is simulation time
+_NOTHING = RecordedMessage("", 1 << 62, b"")  # later than any time
+CLOCK = "/clock"
+REPLAY_NODE = "/cellwright_replay"
+"""Publisher of topics that were not recorded."""
+_CLOCK_RATE = 100  # [Hz]
+_TIMESTEP = Fraction(1, 500)
+_MIN_TIMESTEP, _MAX_TIMESTEP = Fraction(1, 100_000), Fraction(1, 10)  # [s]
 
 
 class ReadOnlyBus(Bus):
@@ -40,10 +49,6 @@ class ReadOnlyBus(Bus):
         raise RejectedCommandError(READ_ONLY)
 
 
-_MAX_MESSAGES = 2000  # messages that are examined
-_MIN_OFFSET = NANOSECONDS  # [ns]; a stamp closer to simulation time is simulation time
-
-
 def clock_offset(source: RecordingFile) -> int:
     """Return by how much message stamps are ahead of simulation time [ns]; 0 if they are simulation time."""
     outputs = [name for name, topic in source.topics.items() if topic.direction == "out" and not topic.is_own]
@@ -56,17 +61,6 @@ def clock_offset(source: RecordingFile) -> int:
             ahead = int(stamp.sec) * NANOSECONDS + int(stamp.nanosec) - message.time
             return ahead if abs(ahead) >= _MIN_OFFSET else 0
     return 0
-
-
-_NOTHING = RecordedMessage("", 1 << 62, b"")  # later than any time
-
-CLOCK = "/clock"
-REPLAY_NODE = "/cellwright_replay"
-"""Publisher of topics that were not recorded."""
-
-_CLOCK_RATE = 100  # [Hz]
-_TIMESTEP = Fraction(1, 500)
-_MIN_TIMESTEP, _MAX_TIMESTEP = Fraction(1, 100_000), Fraction(1, 10)  # [s]
 
 
 class Recorded(Device):

@@ -30,6 +30,10 @@ from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.entity_services import EntityServices
 from cellwright.viewer.services.simulation_requests import PREFIX, SPAWNED, TIME
 
+_PACKAGES = "ROS_PACKAGE_PATH"
+_MAX_TIMES = 10_000
+T = TypeVar("T")
+
 
 @contextmanager
 def unpacked_files(sources: Mapping[str, bytes]) -> Iterator[Path]:
@@ -99,11 +103,6 @@ class Rebuilt:
         if command.stamp is not None:
             self.stamps.now = command.stamp
         command.carry_out(self.served.bus, self.extras)
-
-
-_PACKAGES = "ROS_PACKAGE_PATH"
-_MAX_TIMES = 10_000
-T = TypeVar("T")
 
 
 @contextmanager

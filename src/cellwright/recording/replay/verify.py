@@ -23,6 +23,7 @@ from cellwright.util.errors import MessageError, RecordingError, SimulationError
 
 _NEVER = 1 << 62
 _POINT_TOLERANCE = 1e-6  # of sums that are rounded
+_MAX_NAMED = 5  # bodies
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +150,6 @@ def versions_that_differ(recorded: dict[str, str], here: dict[str, str]) -> list
         for name in sorted({*recorded, *here})
         if recorded.get(name) != here.get(name)
     ]
-
-
-_MAX_NAMED = 5  # bodies
 
 
 def verify(

@@ -27,6 +27,9 @@ from cellwright.util.pose import Pose
 _COLOUR_STREAM, _DEPTH_STREAM = 1, 2  # streams of random bytes
 _WHITE = 255
 _LEVELS = 256
+_FARTHEST_SHOWN = 1.0  # [m] of a view that viewers draw; the rest would fill the cell with lines
+_COLOUR, _DEPTH = "colour", "depth"
+_A_SECOND = 1_000_000_000  # [ns]
 
 
 def blur_colour(
@@ -70,11 +73,6 @@ def _quantiles() -> NDArray[np.float32]:
     found = np.array([normal.inv_cdf((level + 0.5) / _LEVELS) for level in range(_LEVELS)])
     scaled: NDArray[np.float64] = found / found.std()
     return scaled.astype(np.float32)
-
-
-_FARTHEST_SHOWN = 1.0  # [m] of a view that viewers draw; the rest would fill the cell with lines
-_COLOUR, _DEPTH = "colour", "depth"
-_A_SECOND = 1_000_000_000  # [ns]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

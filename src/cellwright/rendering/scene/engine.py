@@ -29,6 +29,7 @@ _TYPES = {
     ShapeType.MESH: mujoco.mjtGeom.mjGEOM_MESH,
 }
 _FORMS = {int(kind): form for form, kind in _TYPES.items()}
+_OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
 
 
 class SceneCapture:
@@ -155,9 +156,6 @@ def _meshes(model: mujoco.MjModel, visuals: Visuals) -> tuple[Mesh, ...]:
         found.append((model.mesh_vert[first : first + count], model.mesh_face[face : face + faces]))
     found += visuals.meshes.values()
     return tuple(Mesh(np.array(vertices, np.float32), np.array(faces, np.int32)) for vertices, faces in found)
-
-
-_OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
 
 
 class EngineScene:

@@ -16,6 +16,13 @@ from numpy.typing import NDArray
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose, Vector3
 
+_FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries
+_WHOLE, _CHANGES = 0, 1
+_FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
+MAX_BODIES = 100_000  # limit for decoded data
+_SCENE_FORMAT = 1
+MAX_SCENE_BYTES = 256 << 20  # limit of an uncompressed scene
+
 
 class ShapeType(StrEnum):
     """Form of a shape, and meaning of its `size` [m]; all are centred on the shape's pose."""
@@ -110,12 +117,6 @@ class Scene:
     bodies: tuple[str, ...]
     shapes: tuple[SceneShape, ...]
     meshes: tuple[Mesh, ...]
-
-
-_FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries
-_WHOLE, _CHANGES = 0, 1
-_FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
-MAX_BODIES = 100_000  # limit for decoded data
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,10 +216,6 @@ def decode_frame(data: bytes | memoryview, before: SceneFrame | None = None) -> 
 def is_whole_frame(data: bytes | memoryview) -> bool:
     """Return whether the bytes of a frame hold all bodies, and need no frame before them."""
     return len(data) >= _FRAME_HEAD.size and data[0] == _WHOLE
-
-
-_SCENE_FORMAT = 1
-MAX_SCENE_BYTES = 256 << 20  # limit of an uncompressed scene
 
 
 def encode_scene(scene: Scene) -> bytes:

@@ -14,6 +14,14 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene.scene import Mesh, Scene, SceneShape, ShapeType
 from cellwright.util.pose import Pose, Vector3
 
+_CREASE = math.cos(math.radians(38))  # sharper edges stay edges
+# At a vertex with more faces, such as the tip of a cone, pairs are not compared, and each face is flat.
+_MAX_FACES = 48
+_BEVEL, _MAX_BEVEL = 0.08, 0.004  # share of the smallest half side; [m]
+_MIN_BEVELLED = 0.004  # [m]: a thinner box has no bevel
+_NO_AREA = 1e-14  # [m²]
+_ENDLESS = 30.0  # [m], half the side of an endless plane
+
 
 @dataclass(frozen=True, slots=True)
 class Triangles:
@@ -38,11 +46,6 @@ def join_triangles(surfaces: Iterable[Triangles]) -> Triangles:
         np.concatenate([each.normals for each in found]),
         np.concatenate([each.faces + first for each, first in zip(found, firsts, strict=False)]),
     )
-
-
-_CREASE = math.cos(math.radians(38))  # sharper edges stay edges
-# At a vertex with more faces, such as the tip of a cone, pairs are not compared, and each face is flat.
-_MAX_FACES = 48
 
 
 def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -73,9 +76,6 @@ def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDA
     own = np.repeat(flat, 3, axis=0)
     return np.where(size > 0, total / np.where(size > 0, size, 1.0), own)
 
-
-_BEVEL, _MAX_BEVEL = 0.08, 0.004  # share of the smallest half side; [m]
-_MIN_BEVELLED = 0.004  # [m]: a thinner box has no bevel
 
 _Corner = tuple[dict[int, int], int]
 """Octant of a corner, as a sign per axis, and the axis of its side: a bevelled corner is three corners."""
@@ -124,10 +124,6 @@ def _pieces(*, is_broken: bool) -> list[list[_Corner]]:
     if is_broken:
         pieces += [[(dict(enumerate(octant)), axis) for axis in range(3)] for octant in product((-1, 1), repeat=3)]
     return pieces
-
-
-_NO_AREA = 1e-14  # [m²]
-_ENDLESS = 30.0  # [m], half the side of an endless plane
 
 
 def shape_triangles(shape: SceneShape, scene: Scene, corners: Callable[[float], int]) -> Triangles:

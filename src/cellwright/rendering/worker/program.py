@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 Renderer: TypeAlias = CastRenderer | EngineRenderer
 
+_EXIT_TIMEOUT = 60.0  # [s] after the input has closed
+
 
 class Drawing:
     """Executes requests in order, and answers each once.
@@ -116,9 +118,6 @@ class Drawing:
             wire.write(self._answers, (number, value, error))
         except OSError:  # the parent is gone; pending requests are finished all the same
             self._answers = None
-
-
-_EXIT_TIMEOUT = 60.0  # [s] after the input has closed
 
 
 def main() -> None:

@@ -27,6 +27,21 @@ POSTURES = 30
 _MAX_POSITION = math.pi  # [rad; m] from 0: limit of random positions for joints with wide ranges
 _MIN_ACCELERATION = 1e-3  # [rad/s^2; m/s^2]; proposals are above 0, also for a joint that cannot move
 _DIGITS = 2  # digits of a proposed figure
+STEP_SHARE = 0.1
+"""Motion of a joint, as a share of its range."""
+UNLIMITED_STEP = 0.3
+"""Motion of a joint without limits [rad; m]."""
+SETTLED = 0.02
+"""Tolerance at the target, as a share of the motion."""
+OVERSHOOT = 0.25
+"""Maximum overshoot, as a share of the motion: a drive at its effort limit brakes late."""
+STRAY = 0.05
+"""Maximum motion of joints without commands while another one moves [rad; m]: 5 cm at a reach of 1 m."""
+SETTLING_TIMEOUT = 1.0
+"""Maximum settling time beyond the minimum time of the motion, by its limits of speed and acceleration [s]."""
+DRIFT = 1e-3
+"""Maximum motion of a joint from the initial posture without commands [rad; m]."""
+_MAX_GRIPPER_TIME = 20.0  # [s]
 
 
 def bearable_accelerations(rig: Rig) -> dict[str, float]:
@@ -99,24 +114,6 @@ def _format_figure(value: float) -> str:
     value = max(value, _MIN_ACCELERATION)
     scale = 10.0 ** (math.floor(math.log10(value)) - _DIGITS + 1)
     return f"{math.floor(value / scale) * scale:g}"
-
-
-STEP_SHARE = 0.1
-"""Motion of a joint, as a share of its range."""
-UNLIMITED_STEP = 0.3
-"""Motion of a joint without limits [rad; m]."""
-SETTLED = 0.02
-"""Tolerance at the target, as a share of the motion."""
-OVERSHOOT = 0.25
-"""Maximum overshoot, as a share of the motion: a drive at its effort limit brakes late."""
-STRAY = 0.05
-"""Maximum motion of joints without commands while another one moves [rad; m]: 5 cm at a reach of 1 m."""
-SETTLING_TIMEOUT = 1.0
-"""Maximum settling time beyond the minimum time of the motion, by its limits of speed and acceleration [s]."""
-DRIFT = 1e-3
-"""Maximum motion of a joint from the initial posture without commands [rad; m]."""
-
-_MAX_GRIPPER_TIME = 20.0  # [s]
 
 
 @dataclass

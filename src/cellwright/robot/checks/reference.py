@@ -28,6 +28,20 @@ Positive: TypeAlias = Annotated[float, Meta(gt=0.0)]
 Samples: TypeAlias = Annotated[list[tuple[float, float]], Meta(min_length=1)]
 """Steps since the command, with the value after each."""
 
+MAX_RANGE_ERROR = 0.05
+"""Maximum error of a response, as a share of its range: the height of a step, or peak to peak of a sine."""
+MAX_TIME_ERROR = 0.020
+"""Alternatively, its maximum error in time [s]."""
+HAND_POSITION, HAND_ANGLE = 1e-3, 1e-3
+"""Maximum pose error of a hand at home [m; rad]."""
+GRIPPER = 0.03
+"""Maximum error of a gripper's status while it moves."""
+GRIPPER_JOINT = 1e-3
+"""Maximum error of a gripper's joint at a status [rad; m]."""
+_MIN_RANGE = 1e-6  # [rad; m], range of a response without motion
+_TICK = 1e-3  # [s], resolution of the time error
+_CLOSING_TIME = 2.0  # [s] within which a gripper of any recorded speed closes
+
 
 class HandReference(Struct, frozen=True):
     """World pose of a link [m; x, y, z, w] in the initial posture."""
@@ -110,22 +124,6 @@ def read_reference(path: Path) -> ReferenceMotion:
     except (msgspec.MsgspecError, RecursionError) as error:
         message = f"not a recorded motion: {error}"
         raise UsageError(str(Problem(Place(0, str(path), 0), "", shortened(message, 300)))) from error
-
-
-MAX_RANGE_ERROR = 0.05
-"""Maximum error of a response, as a share of its range: the height of a step, or peak to peak of a sine."""
-MAX_TIME_ERROR = 0.020
-"""Alternatively, its maximum error in time [s]."""
-HAND_POSITION, HAND_ANGLE = 1e-3, 1e-3
-"""Maximum pose error of a hand at home [m; rad]."""
-GRIPPER = 0.03
-"""Maximum error of a gripper's status while it moves."""
-GRIPPER_JOINT = 1e-3
-"""Maximum error of a gripper's joint at a status [rad; m]."""
-
-_MIN_RANGE = 1e-6  # [rad; m], range of a response without motion
-_TICK = 1e-3  # [s], resolution of the time error
-_CLOSING_TIME = 2.0  # [s] within which a gripper of any recorded speed closes
 
 
 def compare(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:

@@ -12,6 +12,8 @@ from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array
 
+NODE = "/motion_check"
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -42,9 +44,6 @@ class MotionReport:
     def passed(self) -> bool:
         """True if all findings passed."""
         return all(finding.passed for finding in self.findings)
-
-
-NODE = "/motion_check"
 
 
 class Rig:

@@ -20,6 +20,11 @@ from cellwright.util.errors import UsageError
 from cellwright.util.files import open_below, open_to_read
 
 SUMMARY_NAME = "summary.json"
+QUESTIONS: Mapping[str, Callable[[Result], float]] = {
+    "points": lambda result: result.share,
+    "runs done": lambda result: float(result.is_done),
+}
+"""Values of a run that decide, from 0 to 1: its share of the reachable points, and whether it was done."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +83,6 @@ class TrialComparison:
     better: int
     worse: int
     measures: Mapping[str, Change]
-
-
-QUESTIONS: Mapping[str, Callable[[Result], float]] = {
-    "points": lambda result: result.share,
-    "runs done": lambda result: float(result.is_done),
-}
-"""Values of a run that decide, from 0 to 1: its share of the reachable points, and whether it was done."""
 
 
 @dataclass(frozen=True, slots=True)

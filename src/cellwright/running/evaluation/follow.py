@@ -25,6 +25,8 @@ from cellwright.util.files import open_below
 _CHUNK = 4 << 20  # [bytes] at once, so that a page of a large evaluation answers meanwhile
 _TAIL = 16384  # [bytes] of a log that are read
 _RECENT = 50  # results whose times give the rate
+_WORDS = ("state", "order_id", "kit_type", "tray_id", "refusal", "link", "obstacle", "power", "reason", "total")
+"""Fields of events that people read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,7 +289,3 @@ def event_lines(lines: Iterable[str]) -> Iterator[str]:
         if isinstance(event.get("time"), int | float):
             words = (str(event[name]) for name in _WORDS if isinstance(event.get(name), str | int | float))
             yield f"{event['time']:8.2f} s  {event.get('kind')}: {', '.join(words)}".rstrip(": ")
-
-
-_WORDS = ("state", "order_id", "kit_type", "tray_id", "refusal", "link", "obstacle", "power", "reason", "total")
-"""Fields of events that people read."""

@@ -10,6 +10,9 @@ from pathlib import Path
 MEMORY_IS_LIMITED = sys.platform == "linux"
 """True if this system can limit and report the memory of a process."""
 
+_STATE, _PARENT, _TIMES, _THREADS, _RSS = 0, 1, slice(11, 15), 17, 21
+"""Places in the file `stat` of a process, behind its name; the times are its own and its children's."""
+
 
 def limit_memory(max_bytes: int) -> None:
     """Limit the memory of this process to `max_bytes`: an allocation beyond that raises an error."""
@@ -66,10 +69,6 @@ def usage_below(roots: Collection[int]) -> Mapping[int, Usage]:
                 break
             above = int(found[above][_PARENT])
     return total
-
-
-_STATE, _PARENT, _TIMES, _THREADS, _RSS = 0, 1, slice(11, 15), 17, 21
-"""Places in the file `stat` of a process, behind its name; the times are its own and its children's."""
 
 
 def _fields(stat: Path) -> list[bytes]:

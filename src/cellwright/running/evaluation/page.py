@@ -56,6 +56,7 @@ _MAX_LINES = 30  # of a log
 _MAX_WORD, _MAX_TEXT = 80, 1000  # characters of names and of sentences
 _PERIOD = 0.5  # [s] between two looks at the files
 _EFFORT = 5.0  # times as long as its last computation, all figures stay as they are
+_NOWHERE = Scene("", ("world",), (), ()), SceneFrame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
 
 
 class _LastStates:
@@ -74,9 +75,6 @@ class _LastStates:
 
     def details(self, _request: dict[str, Any]) -> dict[str, Any]:
         return {"tick": 0, "run": self.run}
-
-
-_NOWHERE = Scene("", ("world",), (), ()), SceneFrame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
 
 
 class EvaluationSource:

@@ -32,14 +32,26 @@ from cellwright.running.remote.guarded import GuardedProcess
 from cellwright.util.errors import printable
 from cellwright.util.process import own_program
 
+MEBIBYTE = 1 << 20
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that limit numerical libraries to one thread each: workers share the processor among them."""
+_TAIL_LINES = 30  # lines of a log that a result holds
+_TAIL_BYTES = 16384
+_STACK_TIMEOUT = 1.0  # [s] that a process may take to write where it is
+_KILL_TIMEOUT = 10.0  # [s] that a process with all that it has started may take to end
+_MAX_REASON = 1000  # characters
+NO_MEMORY = "while the machine had no memory left"
+"""End of the fault of a run that the kernel, most likely, has killed for want of memory."""
+_OUTSIDE = frozenset(f"killed by {name}" for name in ("SIGKILL", "SIGTERM"))  # what a machine ends processes with
+DISK_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+"""Errors of a file when the disk, or the user's part of it, is full."""
+_DISK_FULL_TEXTS = tuple(f"OSError: [Errno {number}]" for number in DISK_FULL)
+
 
 def usable_processors() -> int:
     """Return the number of processors that this process may use: a container may have fewer than the machine."""
     allowed = getattr(os, "sched_getaffinity", None)  # Linux only
     return os.cpu_count() or 1 if allowed is None else len(allowed(0))
-
-
-MEBIBYTE = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,24 +69,6 @@ class RunLimits:
     memory: int = 2048 * MEBIBYTE
     log: int = 16 * MEBIBYTE
     start: float = 300.0
-
-
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables that limit numerical libraries to one thread each: workers share the processor among them."""
-
-_TAIL_LINES = 30  # lines of a log that a result holds
-_TAIL_BYTES = 16384
-_STACK_TIMEOUT = 1.0  # [s] that a process may take to write where it is
-_KILL_TIMEOUT = 10.0  # [s] that a process with all that it has started may take to end
-_MAX_REASON = 1000  # characters
-NO_MEMORY = "while the machine had no memory left"
-"""End of the fault of a run that the kernel, most likely, has killed for want of memory."""
-
-_OUTSIDE = frozenset(f"killed by {name}" for name in ("SIGKILL", "SIGTERM"))  # what a machine ends processes with
-DISK_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
-"""Errors of a file when the disk, or the user's part of it, is full."""
-
-_DISK_FULL_TEXTS = tuple(f"OSError: [Errno {number}]" for number in DISK_FULL)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,9 @@ from cellwright.running.evaluation.channel import POINT_TOLERANCE, Report
 from cellwright.running.run import Outcome, Program, Session, final_outcome
 from cellwright.util.errors import RecordingError, SimulationError
 
+_OF_THE_CELL = (Outcome.DONE, Outcome.TIME_LIMIT, Outcome.UNSTABLE)
+"""Outcomes that the cell alone decides."""
+
 
 class ReplayedCommands(Program):
     """Player of the commands in a recording. Nothing else of it counts: the cell is the judge's own.
@@ -48,10 +51,6 @@ class ReplayedCommands(Program):
         except SimulationError as error:
             return Outcome.UNSTABLE, f"{error}\n"
         return final_outcome(cell, otherwise=Outcome.UNTIL), ""
-
-
-_OF_THE_CELL = (Outcome.DONE, Outcome.TIME_LIMIT, Outcome.UNSTABLE)
-"""Outcomes that the cell alone decides."""
 
 
 def first_difference(reported: Report, played: Report) -> str:

@@ -94,6 +94,15 @@ svg text.points { font-weight: 600; fill: var(--ink); font-size: 11px; }
 _WIDTH, _LEFT, _RIGHT, _ROW, _BAR = 960, 84, 20, 24, 14
 _STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 _MAX_BINS = 13
+_OPEN = 3  # runs that the page shows opened, if they lost points
+_SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
+_LEGEND = (
+    ("order", "order, until complete"),
+    ("open", "order, never complete"),
+    ("held", "a part in the gripper"),
+    ("delivering", "AGV delivering"),
+    ("preparing_to_deliver", "AGV preparing or returning"),
+)
 
 
 def histogram(values: Sequence[float], best: float) -> str:
@@ -198,18 +207,6 @@ def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
 def escape(text: str) -> str:
     """Return a text as HTML, without characters that are not seen, such as those that turn the direction of text."""
     return escape_markup(printable(text, len(text)))
-
-
-_OPEN = 3  # runs that the page shows opened, if they lost points
-_SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
-
-_LEGEND = (
-    ("order", "order, until complete"),
-    ("open", "order, never complete"),
-    ("held", "a part in the gripper"),
-    ("delivering", "AGV delivering"),
-    ("preparing_to_deliver", "AGV preparing or returning"),
-)
 
 
 def report(

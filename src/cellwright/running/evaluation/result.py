@@ -27,6 +27,12 @@ from cellwright.running.run import Outcome
 from cellwright.util.errors import CellwrightError, UsageError, printable
 from cellwright.util.files import open_below
 
+_MAX_LEVELS = 16  # of a result's lists and objects; it has 8
+_NAMES = {str: "a string", bool: "true or false", int: "a whole number", float: "a finite number"}
+OUTCOMES = {outcome.name.lower(): str(outcome) for outcome in Outcome}
+"""Outcomes of a run, by their words in files; the values are for people."""
+RESULTS_NAME = "results.jsonl"
+
 
 @dataclass(frozen=True, slots=True)
 class Maybe:
@@ -79,8 +85,6 @@ RESULT_FORM: Mapping[str, Any] = {
 }
 """Form of a result."""
 
-_MAX_LEVELS = 16  # of a result's lists and objects; it has 8
-
 
 def find_misfit(value: object, form: Any, key: str = "") -> str:
     """Return the first place where a JSON value does not fit the form, and what belongs there; empty if it fits."""
@@ -106,9 +110,6 @@ def find_misfit(value: object, form: Any, key: str = "") -> str:
             return "" if _is_of(value, form) else f"{key} must be {_NAMES[form]}"
 
 
-_NAMES = {str: "a string", bool: "true or false", int: "a whole number", float: "a finite number"}
-
-
 def _is_of(value: object, kind: type) -> bool:
     if kind is float:
         return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
@@ -117,10 +118,6 @@ def _is_of(value: object, kind: type) -> bool:
 
 def _first(misfits: Iterable[str]) -> str:
     return next(filter(None, misfits), "")
-
-
-OUTCOMES = {outcome.name.lower(): str(outcome) for outcome in Outcome}
-"""Outcomes of a run, by their words in files; the values are for people."""
 
 
 class Lost(StrEnum):
@@ -325,9 +322,6 @@ def _find_impossible(document: Mapping[str, Any]) -> str:
     if document["points"] > document["reachable"] + POINT_TOLERANCE:
         return f"points must be at most the attainable {document['reachable']:g} (got {document['points']:g})"
     return ""
-
-
-RESULTS_NAME = "results.jsonl"
 
 
 class ResultsFile:

@@ -18,6 +18,10 @@ from cellwright.running.evaluation.result import Result
 from cellwright.running.run import versions
 from cellwright.util.errors import UsageError, printable
 
+_HASH = 8  # letters of a state hash that people compare
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that an XML file cannot hold in any form."""
+
 
 def evidence_lines(result: Result) -> Iterator[str]:
     """Yield how a run ended and what it earned; a line for each ordered part and for each object without use."""
@@ -152,9 +156,6 @@ def with_repeats(ended: Iterable[Result]) -> tuple[list[Result], list[Repeat]]:
     repeats = [Repeat(found[key], second) for key, second in seconds.items() if second is not None]
     repetitions = {each.second.key for each in repeats}
     return [result for key, result in found.items() if key not in repetitions], repeats
-
-
-_HASH = 8  # letters of a state hash that people compare
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,10 +346,6 @@ def summary_document(
 def _run(result: Result, threshold: Threshold | None) -> dict[str, Any]:
     short = shortcoming(result, threshold)
     return {"passed": not short, "shortcoming": short, **result.as_json()}
-
-
-_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that an XML file cannot hold in any form."""
 
 
 def junit(results: Sequence[Result], threshold: Threshold | None, repeats: Sequence[Repeat] = ()) -> bytes:

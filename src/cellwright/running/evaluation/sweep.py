@@ -18,6 +18,9 @@ OPTION = "--sweep"
 MAX_VARIANTS = 1000
 """Maximum number of combinations of values."""
 
+SEED = "cellwright.seed"
+_WITHOUT_EFFECT = ("gazebo_state_logging", "disable_shadows", "unthrottled_physics_update")
+
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
@@ -69,10 +72,6 @@ def variants(sweeps: Sequence[Sweep], trial: str = "") -> list[tuple[Override, .
     option = f"{trial}: {OPTION}" if trial else OPTION
     lists = ([Override(sweep.key, value, option) for value in sweep.values] for sweep in sweeps)
     return list(product(*lists))
-
-
-SEED = "cellwright.seed"
-_WITHOUT_EFFECT = ("gazebo_state_logging", "disable_shadows", "unthrottled_physics_update")
 
 
 def _compared(trial: Trial) -> Trial:

@@ -24,6 +24,8 @@ from cellwright.util.errors import printable
 Status: TypeAlias = Literal["finished", "failed", "interrupted"]
 """Status of an evaluation: all runs have a result, the machine failed, or a signal ended it."""
 
+_MAX_ERROR = 400  # characters
+
 
 @dataclass(frozen=True, slots=True)
 class RunOrder:
@@ -194,8 +196,6 @@ class WandbTracker:
 
 TRACKERS: Mapping[str, type[Tracker]] = {"mlflow": MlflowTracker, "wandb": WandbTracker}
 """Classes of trackers, by the value of `--log`."""
-
-_MAX_ERROR = 400  # characters
 
 
 def serve(tracker_class: type[Tracker], messages: Any, answer: Any) -> None:

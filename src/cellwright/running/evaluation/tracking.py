@@ -54,6 +54,7 @@ _BEGIN_TIMEOUT = 120.0  # [s]; the trackers' own limits come first
 _END_TIMEOUT = 600.0  # [s] to upload the files
 _STOP_TIMEOUT = 10.0  # [s] to mark a run as interrupted
 _RESERVED = ("overall", "progress")
+_MAX_TITLE = 200  # characters of a run's name
 
 
 def parameters_of(plan: Mapping[str, Any], shard: Shard | None, threshold: summary.Threshold | None) -> dict[str, str]:
@@ -272,9 +273,6 @@ class Tracking:
             return {}
         is_same = not find_misfit(known, _FORM) and known["parameters"] == group
         return dict(known["runs"]) if is_same else {}
-
-
-_MAX_TITLE = 200  # characters of a run's name
 
 
 class TrackerProcess(ChildProcess):

@@ -38,6 +38,11 @@ from cellwright.running.run import Program, RecordOptions, RunOptions, ServerOpt
 from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import RecordingError, UsageError
 
+_BEFORE = ("init", "ready")
+"""States of a competition that has not started."""
+_PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
+_PR_SET_DUMPABLE = 4
+
 
 class Timeline:
     """Timeline of one run of a cell; it does not affect the run.
@@ -96,12 +101,6 @@ class Timeline:
             self._held[-1]["end"] = now
         if gripper.attached and gripper.part is not None:
             self._held.append({"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)})
-
-
-_BEFORE = ("init", "ready")
-"""States of a competition that has not started."""
-
-_PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
 
 
 def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
@@ -233,9 +232,6 @@ def _hide_memory() -> None:
         import ctypes
 
         ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0)
-
-
-_PR_SET_DUMPABLE = 4
 
 
 def _report_own_kills(channel: SignedChannel) -> None:

@@ -35,6 +35,12 @@ _MAX_LINE = 1 << 16
 _MAX_REPORT = 1 << 20
 """Size limit of a report [bytes]; the agent may have written it."""
 
+NODE = "/agent"
+_POLL_PERIOD = 0.02  # [s]
+_HAS_ENDED = "the agent's process has ended"
+_EXIT_TIMEOUT = 60.0
+"""Wall time [s] that an agent may go on after its run is over."""
+
 
 class AgentProcess(GuardedProcess):
     """Runs an agent in a process of its own, which ends with this process or with its connection to the cell.
@@ -115,16 +121,6 @@ def read_report(path: Path) -> AgentExit | str:
                 return printable(error) or "the agent could not be created"
             return AgentExit(ExitReason(str(document.get("parting"))), printable(error))
     return ""
-
-
-NODE = "/agent"
-
-_POLL_PERIOD = 0.02  # [s]
-
-_HAS_ENDED = "the agent's process has ended"
-
-_EXIT_TIMEOUT = 60.0
-"""Wall time [s] that an agent may go on after its run is over."""
 
 
 class RemoteAgent(Program):

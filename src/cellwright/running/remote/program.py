@@ -26,6 +26,9 @@ from cellwright.running.run import agent_traceback, call_agent
 from cellwright.util.errors import CellwrightError, RunEndedError
 from cellwright.util.process import exit_despite_threads
 
+REFUSED = "refused"
+"""Key of a report instead of the agent's exit: the agent could not begin."""
+
 
 class ExitReason(StrEnum):
     """Reason for which an agent left its cell."""
@@ -62,10 +65,6 @@ def run_agent(
     finally:
         transport.close()
     return AgentExit(parting, error)
-
-
-REFUSED = "refused"
-"""Key of a report instead of the agent's exit: the agent could not begin."""
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -23,6 +23,9 @@ from cellwright.util.errors import RunEndedError, SimulationError, printable
 _SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
 )
+DRIVE = 30.0
+"""Simulation time [s] to wait for a kit that is on its way after the agent has returned."""
+_MAX_ERROR = 20_000  # characters of an error
 
 
 @contextmanager
@@ -60,10 +63,6 @@ def _folder() -> str:
         return ""
 
 
-DRIVE = 30.0
-"""Simulation time [s] to wait for a kit that is on its way after the agent has returned."""
-
-
 def wait_for_kits(cell: Cell, client: Client) -> None:
     """Wait for kits on their way after the agent has returned; the competition may still end."""
     competition, agvs = cell.competition, tuple(cell.agvs.values())
@@ -73,9 +72,6 @@ def wait_for_kits(cell: Cell, client: Client) -> None:
 
     client.wait_until(no_kit_on_its_way, DRIVE)
     client.wait_until(lambda: competition.state == "done", 0.1)
-
-
-_MAX_ERROR = 20_000  # characters of an error
 
 
 def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:

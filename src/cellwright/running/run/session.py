@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 _ONE_COURSE = "a recording, video or log of this run is being written, and has one course of time; run without them"
 _POLL_PERIOD = 0.1  # [s]
 _LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
+RECORDINGS = (".mcap", ".bag")
+"""Suffixes of recordings."""
 
 
 def warn_at_runtime(line: str) -> None:
@@ -543,10 +545,6 @@ def open_page_of(
     if options.opens and not (has_desktop() and webbrowser.open(page.url)):
         on_message("no desktop found to open a browser on; open the address yourself")
     return page
-
-
-RECORDINGS = (".mcap", ".bag")
-"""Suffixes of recordings."""
 
 
 def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = False) -> Target:

@@ -17,6 +17,12 @@ from cellwright.cell.kitting.kit_score import score_kit
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import Kit, Order, Trial
 
+IN_COMPETITION = "not available in competition mode; use development mode (-d)"
+"""Reason why belt, reset and the like are refused."""
+OVER = "the run is over"
+"""Reason why the controls are refused after the run."""
+_RESULT = ("outcome", "error", "simulated", "wall", "state_hash")
+
 
 def hides_ground_truth(cell: Cell) -> bool:
     """Return whether this is a competition that is not over yet."""
@@ -42,15 +48,6 @@ def known_evidence(cell: Cell) -> Evidence:
         return cell.competition.evidence()
     trial = replace(without_faults(cell), orders=tuple(known_orders(cell)))
     return evidence(trial, cell.competition.score(), cell.competition.process_time, sent=cell.competition.sent)
-
-
-IN_COMPETITION = "not available in competition mode; use development mode (-d)"
-"""Reason why belt, reset and the like are refused."""
-
-OVER = "the run is over"
-"""Reason why the controls are refused after the run."""
-
-_RESULT = ("outcome", "error", "simulated", "wall", "state_hash")
 
 
 class CellPanel:

@@ -36,6 +36,9 @@ _OF_TIME = ("pause", "resume", "step", "speed")
 Act: TypeAlias = Callable[[dict[str, Any]], object]
 """Performs an action for its request; raises a CellwrightError to refuse."""
 
+CLOCK_STAYS = "the clock cannot go on during a reset here; use reset"
+"""Reason why a state is never reset alone."""
+
 
 @dataclass(frozen=True)
 class Reset:
@@ -53,9 +56,6 @@ class Reset:
     act_on_state: Callable[[], None] | None = None
     state_refusal: Callable[[], str] = lambda: ""
 
-
-CLOCK_STAYS = "the clock cannot go on during a reset here; use reset"
-"""Reason why a state is never reset alone."""
 
 NO_RESET = Reset(lambda: None, lambda: "restart is not available here")
 

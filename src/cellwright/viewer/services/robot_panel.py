@@ -39,6 +39,10 @@ from cellwright.util.pose import Pose
 
 _SIDES = ("right", "left")
 _LEG = re.compile(r"leg|hip|knee|ankle|foot|toe|thigh|calf", re.IGNORECASE)
+KIND = "robot"
+_DIGITS = 5  # decimals of joint positions: 0.01 mm
+_FINE = 9  # of poses: sending a reported pose back must not move the hand
+_MAX_REFUSALS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +100,6 @@ def _candidates(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointG
         yield JointGroup(f"{side_name(place, hands)} hand".strip(), "hand", tuple(hand), place)
     yield JointGroup("legs", "legs", tuple(name for name in joints if _LEG.search(name)))
     yield JointGroup("other joints", "other", joints)
-
-
-KIND = "robot"
-
-_DIGITS = 5  # decimals of joint positions: 0.01 mm
-_FINE = 9  # of poses: sending a reported pose back must not move the hand
-_MAX_REFUSALS = 8
 
 
 class RobotPanel:

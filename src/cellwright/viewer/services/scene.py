@@ -33,6 +33,9 @@ from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
 MAX_CONTACTS = 300  # the strongest
 HISTORY_LENGTH = 8  # for `since`: enough for several pages, each with one request at a time
 _MIN_FORCE = 1e-3  # [N]
+ITS_OWN_PAGE = (
+    "viewer services of a competition are for its own page only; start it with --view, or in development mode (-d)"
+)
 
 
 class ViewedNode(Node, Protocol):
@@ -159,11 +162,6 @@ class SceneServices:
     @cached_property
     def _digest(self) -> str:
         return hashlib.sha256(self._source.scene).hexdigest()
-
-
-ITS_OWN_PAGE = (
-    "viewer services of a competition are for its own page only; start it with --view, or in development mode (-d)"
-)
 
 
 def offer_viewer_services(server: Server, served: ViewedNode, panel: PanelSource, control: Control) -> None:

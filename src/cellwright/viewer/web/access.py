@@ -47,6 +47,15 @@ _Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
 _Three: TypeAlias = tuple[_Number, _Number, _Number]
 _Four: TypeAlias = tuple[_Number, _Number, _Number, _Number]
 
+MAX_CONNECTIONS = 32  # browsers at once
+_TOO_MANY = f"too many browsers (at most {MAX_CONNECTIONS})\n"
+MAX_UNFINISHED = 32  # connections without a whole request; the oldest makes room for another
+MAX_MESSAGE_BYTES = 4 << 20  # bytes of a browser's message
+TOKEN = "token"  # noqa: S105 (its name in the page's address)
+_COOKIE = "cellwright_page"
+_TRIES = 20  # ports to try, from the requested one
+_OWN_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
+
 
 class _ViserMessage(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
     """Message of viser, under its name there."""
@@ -167,17 +176,6 @@ def _holds(element: Any, value: object) -> bool:
         return value in options
     kind = type(element.value)
     return isinstance(value, bool) if kind is bool else kind in (int, float) and type(value) is float
-
-
-MAX_CONNECTIONS = 32  # browsers at once
-_TOO_MANY = f"too many browsers (at most {MAX_CONNECTIONS})\n"
-MAX_UNFINISHED = 32  # connections without a whole request; the oldest makes room for another
-MAX_MESSAGE_BYTES = 4 << 20  # bytes of a browser's message
-TOKEN = "token"  # noqa: S105 (its name in the page's address)
-
-_COOKIE = "cellwright_page"
-_TRIES = 20  # ports to try, from the requested one
-_OWN_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 
 
 class AccessGuard:

@@ -26,6 +26,14 @@ _OUTCOMES = {
 _THERE = ("placed", "too far", "tilted", "turned", "off tray")
 """Causes of ordered parts of which a good one is on the tray."""
 
+ORDERS, SCORE, CELL = "Orders", "Score", "Cell"  # tabs
+START, END = "Start", "End"
+_GAME = {START: "/ariac/start_competition", END: "/ariac/end_competition"}
+STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
+"""Errors of a panel that another version recorded, or that is none; they must not end the page."""
+_SETTLED = 1.5  # [s] after a click on the belt's slider before it follows the belt again
+_PANEL_ORDER = -20.0  # above all else
+
 
 def head_html(panel: Panel) -> str:
     """Name, state, score, and the agent's intention."""
@@ -233,16 +241,6 @@ def _judged(kit: Panel) -> str:
         kind, notice = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
         parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {notice}"))
     return widgets.block(*parts)
-
-
-ORDERS, SCORE, CELL = "Orders", "Score", "Cell"  # tabs
-START, END = "Start", "End"
-_GAME = {START: "/ariac/start_competition", END: "/ariac/end_competition"}
-STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
-"""Errors of a panel that another version recorded, or that is none; they must not end the page."""
-
-_SETTLED = 1.5  # [s] after a click on the belt's slider before it follows the belt again
-_PANEL_ORDER = -20.0  # above all else
 
 
 class CellPanels(Feature):

@@ -22,6 +22,11 @@ T = TypeVar("T")
 
 _REQUEST = "_Request"
 _TIMEOUT = 10.0  # [s], timeout of the greeting
+_FRAMES = 1 / 30  # [s] between two frame requests, at least
+_PANELS = 0.25
+_IDLE = 2.0  # [s] without a browser
+_AWAY = 1.0  # [s] between attempts to reconnect
+_SHARE = 0.5  # largest share of time spent waiting for answers: a slow server gets fewer requests
 
 
 class AwayError(CellwrightError):
@@ -166,12 +171,6 @@ class ServerConnection:
 
 
 log = logging.getLogger(__name__)
-
-_FRAMES = 1 / 30  # [s] between two frame requests, at least
-_PANELS = 0.25
-_IDLE = 2.0  # [s] without a browser
-_AWAY = 1.0  # [s] between attempts to reconnect
-_SHARE = 0.5  # largest share of time spent waiting for answers: a slow server gets fewer requests
 
 
 class StatePoller:

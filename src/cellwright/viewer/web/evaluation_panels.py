@@ -18,6 +18,11 @@ KIND = "evaluation"
 
 Range = tuple[float, float]
 
+TRIALS, FAILURES = "Trials", "Failures"  # tabs
+NEWEST = "the newest"
+"""Option that follows the newest failure."""
+_ORDER = -20.0  # above all else
+
 
 @dataclass(frozen=True, slots=True)
 class TrialRow:
@@ -231,13 +236,6 @@ def _percent(interval: Range | None) -> str:
 
 def _breakable(name: str) -> str:
     return f'<span style="overflow-wrap:anywhere">{widgets.text(name)}</span>'
-
-
-TRIALS, FAILURES = "Trials", "Failures"  # tabs
-NEWEST = "the newest"
-"""Option that follows the newest failure."""
-
-_ORDER = -20.0  # above all else
 
 
 class EvaluationPanels(Feature):

@@ -15,6 +15,9 @@ from cellwright.rendering.scene.scene import linear
 from cellwright.rendering.scene.triangles import Triangles, join_triangles, shape_triangles
 
 _MAX_CORNERS, _MIN_CORNERS = 48, 12  # corners of a circle
+_MAGIC, _VERSION = 0x46546C67, 2
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+_FLOAT, _UINT = 5126, 5125
 
 
 def surface(shape: SceneShape, scene: Scene) -> Triangles:
@@ -31,9 +34,6 @@ def node_name(name: str) -> str:
     return name.replace("/", ".") or "unnamed"
 
 
-_MAGIC, _VERSION = 0x46546C67, 2
-_JSON, _BIN = 0x4E4F534A, 0x004E4942
-_FLOAT, _UINT = 5126, 5125
 Colour = tuple[float, float, float, float]
 
 

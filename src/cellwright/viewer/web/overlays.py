@@ -16,6 +16,17 @@ _ABOVE = 0.04  # [m] of a name above its body
 _AXES, _RADIUS = 0.12, 0.003  # [m]
 Segments = NDArray[np.float32]
 _LOOKS = " looks"  # suffix of a body that only dresses another, in recordings of versions up to 0.2
+_ARROW_COLOUR = (0.86, 0.15, 0.2)
+_PER_NEWTON = 0.01  # [m]
+_MIN_ARROW, _MAX_ARROW = 0.015, 0.4  # [m]
+_SHAFT, _HEAD, _HEAD_LENGTH = 0.003, 0.007, 0.015  # [m]
+_DARK, _LIT, _OFF = (0.35, 0.55, 0.75), (0.95, 0.2, 0.1), (0.6, 0.6, 0.6)
+_PLACE = ("position", "quaternion")  # keys of sensors that move
+_THICKNESS = 2.0  # pixels
+PATH_DURATION = 20.0  # [s] of simulation time
+_PATH_STEP = 0.01  # [m] between two points
+_MAX_PATH_POINTS = 800
+_PATH_COLOURS = ((0.93, 0.35, 0.12), (0.1, 0.45, 0.75))
 
 
 class Overlay(Feature):
@@ -133,12 +144,6 @@ def _short(name: str) -> str:
     return name.replace("|", "::").rsplit("::", 1)[-1]
 
 
-_ARROW_COLOUR = (0.86, 0.15, 0.2)
-_PER_NEWTON = 0.01  # [m]
-_MIN_ARROW, _MAX_ARROW = 0.015, 0.4  # [m]
-_SHAFT, _HEAD, _HEAD_LENGTH = 0.003, 0.007, 0.015  # [m]
-
-
 class Contacts(Overlay):
     """Arrow for each contact, as long as its force is strong."""
 
@@ -170,11 +175,6 @@ def _arrows(rows: Segments) -> Segments:
     length = np.clip(_PER_NEWTON * strength, _MIN_ARROW, _MAX_ARROW)
     ends = places + forces / np.maximum(strength, 1e-9) * length
     return np.stack([places, ends], axis=1).astype(np.float32)
-
-
-_DARK, _LIT, _OFF = (0.35, 0.55, 0.75), (0.95, 0.2, 0.1), (0.6, 0.6, 0.6)
-_PLACE = ("position", "quaternion")  # keys of sensors that move
-_THICKNESS = 2.0  # pixels
 
 
 class Beams(Overlay):
@@ -271,12 +271,6 @@ def _world(sensor: dict[str, Any], segments: Segments) -> Segments:
     placed: NDArray[np.float64] = segments + w * across + np.cross(vector, across) + np.array(sensor["position"])
     found: Segments = placed.astype(np.float32)
     return found
-
-
-PATH_DURATION = 20.0  # [s] of simulation time
-_PATH_STEP = 0.01  # [m] between two points
-_MAX_PATH_POINTS = 800
-_PATH_COLOURS = ((0.93, 0.35, 0.12), (0.1, 0.45, 0.75))
 
 
 class ToolPaths(Overlay):

@@ -22,6 +22,10 @@ from cellwright.viewer.web.connection import AwayError, Connection, StatePoller
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
 _MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
 _LEAP = 0.5  # [m]: a body that moves farther between two frames jumps; it is not interpolated
+_PERIOD = 1 / 60  # [s] between two moments
+_IDLE = 0.5  # [s] between two checks for browsers
+_LAST_WORD = 0.5  # [s] for the server to give the reason of its end
+_ON_ITS_WAY = 0.5  # [s] for the last messages to reach browsers
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,11 +164,6 @@ class Feature:
 
 
 log = logging.getLogger(__name__)
-
-_PERIOD = 1 / 60  # [s] between two moments
-_IDLE = 0.5  # [s] between two checks for browsers
-_LAST_WORD = 0.5  # [s] for the server to give the reason of its end
-_ON_ITS_WAY = 0.5  # [s] for the last messages to reach browsers
 
 
 class Page:

@@ -23,6 +23,20 @@ _FEW = 4
 """Number of bodies of the same shapes from which they are drawn as one batch."""
 _FLOOR = Material(1.0)
 _TOUCHED_COLOURS: tuple[Colour, ...] = ((0.16, 0.47, 0.71, 0.62), (0.85, 0.45, 0.13, 0.62), (0.35, 0.6, 0.35, 0.62))
+_LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot faces +x, and the viewer looks at it from there
+_LAMP = (-3.0, -4.5, 7.0)
+_MARGIN = 0.03  # [m]
+_MIN_SIZE = 0.07  # [m]: shadows of smaller bodies are not missed
+_MIN_HEIGHT = 0.02  # [m]: a body flat on the floor casts none
+_UNSEEN = Material(opacity=0.0)
+_BLACK: Colour = (0.0, 0.0, 0.0, 1.0)
+PLAIN = "CELLWRIGHT_PAGE_PLAIN"
+"""Environment variable: if set, the page starts without shadows."""
+HAZE = (203, 212, 221)
+"""Colour where the ground ends and the sky begins."""
+_BRAND = (28, 100, 160)
+_FADE_FROM, _FADE_TO = 11.0, 34.0  # [m] from the eye
+_SKY = 60.0  # [m]: radius of the sky sphere, beyond the haze
 
 
 class Bodies(Feature):
@@ -151,16 +165,6 @@ def material(colour: Colour) -> Material:
     return Material(0.85 if brightness < 0.2 else 0.7)
 
 
-_LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot faces +x, and the viewer looks at it from there
-_LAMP = (-3.0, -4.5, 7.0)
-
-_MARGIN = 0.03  # [m]
-_MIN_SIZE = 0.07  # [m]: shadows of smaller bodies are not missed
-_MIN_HEIGHT = 0.02  # [m]: a body flat on the floor casts none
-_UNSEEN = Material(opacity=0.0)
-_BLACK: Colour = (0.0, 0.0, 0.0, 1.0)
-
-
 class Shadows(Feature):
     """Shadow casters of the bodies."""
 
@@ -204,17 +208,6 @@ def _matters(found: Triangles, *, is_still: bool) -> bool:
 def _extent(surfaces: list[Triangles]) -> float:
     points = np.concatenate([each.points for each in surfaces])
     return float((points.max(axis=0) - points.min(axis=0)).max())
-
-
-PLAIN = "CELLWRIGHT_PAGE_PLAIN"
-"""Environment variable: if set, the page starts without shadows."""
-
-HAZE = (203, 212, 221)
-"""Colour where the ground ends and the sky begins."""
-
-_BRAND = (28, 100, 160)
-_FADE_FROM, _FADE_TO = 11.0, 34.0  # [m] from the eye
-_SKY = 60.0  # [m]: radius of the sky sphere, beyond the haze
 
 
 class Environment(Feature):

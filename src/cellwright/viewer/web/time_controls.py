@@ -12,6 +12,12 @@ from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY
 
 _SPAN = 2.0  # [s] of wall time to average over
+PAUSE, RESUME, STEP, SECOND = "Pause", "Resume", "Step", "1 s"
+SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
+RESTART, CONFIRM_RESTART = "Restart", "Click again to restart"
+_ORDER = -10.0  # above all but the head of a cell
+_SURE = 4.0  # [s] for the confirming click
+_SETTLED = 1.5  # [s] after a click on the slider before it follows time again
 
 
 class SeenPace:
@@ -35,15 +41,6 @@ class SeenPace:
             return None
         (wall, time), (wall_now, time_now) = self._seen[0], self._seen[-1]
         return (time_now - time) / (wall_now - wall) if wall_now > wall else None
-
-
-PAUSE, RESUME, STEP, SECOND = "Pause", "Resume", "Step", "1 s"
-SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
-RESTART, CONFIRM_RESTART = "Restart", "Click again to restart"
-
-_ORDER = -10.0  # above all but the head of a cell
-_SURE = 4.0  # [s] for the confirming click
-_SETTLED = 1.5  # [s] after a click on the slider before it follows time again
 
 
 class TimeControls(Feature):

@@ -40,6 +40,22 @@ from cellwright.running.run import CellTarget, RunOptions, ServerOptions
 from cellwright.util.errors import CellwrightError, UsageError, printable
 from cellwright.util.files import LineFile, write_atomic
 
+OUTPUT = Path("/tmp/ariac")  # noqa: S108 - where the original put its files, and programs look for them
+"""Folder for the files that describe the started cell."""
+COMPETITION = "ARIAC_COMPETITION"
+"""Environment variable: with any value the cell is in competition mode."""
+_REMAPPING = ":="
+CONFIG = "config.yaml"
+_LAUNCH = """\
+<?xml version="1.0"?>
+<!-- The cell as gear.py started it. -->
+<launch>
+  <node name="ariac_node" pkg="osrf_gear" type="gear.py" output="screen" required="true"
+        args="{options}-f $(dirname)/{config}" />
+</launch>
+"""
+_FAILED = 1
+
 
 def log_path(home: Path) -> Path:
     """Return the path of a user's log."""
@@ -143,15 +159,6 @@ def _word(truth: bool) -> str:  # noqa: FBT001
     return "true" if truth else "false"
 
 
-OUTPUT = Path("/tmp/ariac")  # noqa: S108 - where the original put its files, and programs look for them
-"""Folder for the files that describe the started cell."""
-
-COMPETITION = "ARIAC_COMPETITION"
-"""Environment variable: with any value the cell is in competition mode."""
-
-_REMAPPING = ":="
-
-
 def without_remappings(arguments: Sequence[str]) -> list[str]:
     """Return the program's own arguments: `roslaunch` adds remappings, such as `__name:=ariac_node`."""
     return [argument for argument in arguments if _REMAPPING not in argument]
@@ -196,18 +203,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-CONFIG = "config.yaml"
-
-_LAUNCH = """\
-<?xml version="1.0"?>
-<!-- The cell as gear.py started it. -->
-<launch>
-  <node name="ariac_node" pkg="osrf_gear" type="gear.py" output="screen" required="true"
-        args="{options}-f $(dirname)/{config}" />
-</launch>
-"""
-
-
 def launch_files(loaded: Loaded, text: str, *, competition: bool, verbose: bool = False) -> dict[str, str]:
     """Return the content of each file by its name."""
     options = ("" if competition else "--development-mode ") + ("--verbose " if verbose else "")
@@ -246,9 +241,6 @@ def write_launch_files(files: dict[str, str], folder: Path) -> None:
             write_atomic(folder / name, content)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
-
-
-_FAILED = 1
 
 
 def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) -> int:

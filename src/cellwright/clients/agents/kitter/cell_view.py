@@ -21,6 +21,15 @@ QUALITY_SENSOR_PREFIX = "quality_control_sensor_"
 DISCOVERY_TIME = 0.25
 """Listening time [s]: cameras publish their frames ten times a second."""
 
+SURFACE_TOLERANCE = 0.02
+"""Largest distance [m] of a part's origin from the surface that it lies on."""
+STACK_HEIGHT = 0.08
+"""Largest height [m] of a part above a surface on which it lies on others."""
+SAME_PART_DISTANCE = 0.03
+"""Distance [m] within which two cameras see the same part of a type."""
+FAULT_IMAGES = 3
+"""Images needed to detect a fault."""
+
 
 def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
     """Return the world poses of logical cameras and break beams by name, from their frames and first messages."""
@@ -50,19 +59,6 @@ def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
     )
     log.info("%.1f s: cameras %s; beams %s", client.time, list(cameras), list(beams))
     return cameras, beams
-
-
-SURFACE_TOLERANCE = 0.02
-"""Largest distance [m] of a part's origin from the surface that it lies on."""
-
-STACK_HEIGHT = 0.08
-"""Largest height [m] of a part above a surface on which it lies on others."""
-
-SAME_PART_DISTANCE = 0.03
-"""Distance [m] within which two cameras see the same part of a type."""
-
-FAULT_IMAGES = 3
-"""Images needed to detect a fault."""
 
 
 class CellView:

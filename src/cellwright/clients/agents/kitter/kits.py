@@ -36,6 +36,16 @@ _HAND = ((0.03, 0.05), (0.10, 0.065), (0.145, 0.065))
 _HAND_GAP = 0.01
 """Distance [m] of the hand to rims and other parts."""
 
+STRAY_DISTANCE = 0.05
+"""Distance [m] to all placed parts from which something does not belong on the tray."""
+SAME_PLACE = 0.06
+"""Distance [m] within which a fault belongs to a placed part."""
+LOST_DISTANCE = 0.1
+"""Distance [m] from its place at which a part was lost."""
+MISPLACED = 0.012
+MISTURNED = 0.05
+"""Distance [m] or angle [rad] from its ordered pose from which a part is out of place."""
+
 
 @dataclass(frozen=True, slots=True)
 class TraySpot:
@@ -235,20 +245,6 @@ class OrderBook:
         tray_T_goal = pose_from_message(ordered.pose)
         self._catalogue.note_order(ordered.type, tray_T_goal)
         return Task(ordered.type, *self._catalogue.side_up(ordered.type, tray_T_goal))
-
-
-STRAY_DISTANCE = 0.05
-"""Distance [m] to all placed parts from which something does not belong on the tray."""
-
-SAME_PLACE = 0.06
-"""Distance [m] within which a fault belongs to a placed part."""
-
-LOST_DISTANCE = 0.1
-"""Distance [m] from its place at which a part was lost."""
-
-MISPLACED = 0.012
-MISTURNED = 0.05
-"""Distance [m] or angle [rad] from its ordered pose from which a part is out of place."""
 
 
 class InspectionResult(Enum):

@@ -9,6 +9,24 @@ from cellwright.motion import Joints, inverse, link_poses, solve
 from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
 
+FOLLOW_LEAD = 0.2
+"""Lead [s] with which following begins before the part is under the tool: it takes 0.4 s to come up to speed."""
+FOLLOW_TIME = 1.9
+"""Time [s] that a part is followed."""
+_LINE_STEP = 0.01
+_FOLLOW_STEP = 0.05
+_DESCENT_TIME, _PRESS_TIME = 0.55, 0.5
+RAIL_END = 2.1
+"""Reach of the rail to either side [m]."""
+SHOULDER_OFFSET = 0.163941
+"""Distance [m] of the arm's plane beside its base (d4)."""
+BASE_X = 0.3
+"""World x [m] of the arm's base."""
+FOLDED = 0.38
+"""Distance [m] of the tool in front of the base between stations."""
+FOLDED_HEIGHT = 1.12
+"""Height [m] of the gripper link then: what it holds clears the beam of the rail."""
+
 
 def ease_in_out(share: float) -> float:
     """Return the time at which a share of a path with a smooth start and stop is done, as a share of its duration."""
@@ -30,16 +48,6 @@ def velocities_along(
 
 TimedPose: TypeAlias = tuple[float, Pose]
 """A time from the start of the path [s], and world_T_gripper then."""
-
-FOLLOW_LEAD = 0.2
-"""Lead [s] with which following begins before the part is under the tool: it takes 0.4 s to come up to speed."""
-
-FOLLOW_TIME = 1.9
-"""Time [s] that a part is followed."""
-
-_LINE_STEP = 0.01
-_FOLLOW_STEP = 0.05
-_DESCENT_TIME, _PRESS_TIME = 0.55, 0.5
 
 
 def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
@@ -92,22 +100,6 @@ def at_height(pose: Pose, height: float) -> Pose:
 def facing_down(pose: Pose) -> Pose:
     """Return the same place and yaw with the cup facing straight down."""
     return Pose.from_rpy(pose.position, (0.0, 0.0, pose.yaw))
-
-
-RAIL_END = 2.1
-"""Reach of the rail to either side [m]."""
-
-SHOULDER_OFFSET = 0.163941
-"""Distance [m] of the arm's plane beside its base (d4)."""
-
-BASE_X = 0.3
-"""World x [m] of the arm's base."""
-
-FOLDED = 0.38
-"""Distance [m] of the tool in front of the base between stations."""
-
-FOLDED_HEIGHT = 1.12
-"""Height [m] of the gripper link then: what it holds clears the beam of the rail."""
 
 
 def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints | None:

@@ -12,6 +12,18 @@ from typing import Any
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
+MAX_HEIGHT = 0.2
+"""Largest distance [m] that a part may hang below the cup. The tallest one tried, 0.21 m, cleared rail and rims."""
+MAX_MASS = 10.0
+"""Payload of the arm [kg]. A box of 12 kg came to lie within 1 mm of its place, one of 16 kg 15 mm beside it."""
+MIN_SPOT = 0.006
+"""Radius [m] of the flat disc that the cup needs: it is aimed to a few millimetres."""
+MAX_MOMENT = 0.3
+"""Largest mass of a part times the distance of its centre of mass from the cup's axis [kg m].
+
+In trials a bar of 0.56 kg m came to lie 6 mm off its place. With 0.8 kg m the wrist gave way, and the part was lost.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Disc:
@@ -100,21 +112,6 @@ _PARTS = {
     "part3": PartFigures((0.03, 0.03), 0.02, box_outline(0.13, 0.07, 0.03, 0.03, 0.9)),
     "part4": PartFigures((0.0, 0.0), 0.005, box_outline(0.09, 0.06), 0.0052),
 }
-
-MAX_HEIGHT = 0.2
-"""Largest distance [m] that a part may hang below the cup. The tallest one tried, 0.21 m, cleared rail and rims."""
-
-MAX_MASS = 10.0
-"""Payload of the arm [kg]. A box of 12 kg came to lie within 1 mm of its place, one of 16 kg 15 mm beside it."""
-
-MIN_SPOT = 0.006
-"""Radius [m] of the flat disc that the cup needs: it is aimed to a few millimetres."""
-
-MAX_MOMENT = 0.3
-"""Largest mass of a part times the distance of its centre of mass from the cup's axis [kg m].
-
-In trials a bar of 0.56 kg m came to lie 6 mm off its place. With 0.8 kg m the wrist gave way, and the part was lost.
-"""
 
 
 class Catalogue:

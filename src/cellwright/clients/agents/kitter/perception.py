@@ -38,6 +38,21 @@ VIEW_HALF_WIDTH, VIEW_HALF_HEIGHT = 0.613, 0.409
 VIEW_INSIDE_SHARE = 0.975
 """Share of the view's width and height that counts as well inside: noise moves nothing from there over the edge."""
 
+RESTING_SPREAD = 0.012
+"""Spread [m] of the sightings of a part at rest: noise is 1 mm."""
+IMAGES = 8
+"""Number of images that are averaged."""
+STALE_IMAGE_AGE = 0.005
+"""Images this soon [s] after the subscription may be old: the newest image is latched."""
+BELT_SPEED = 0.2
+"""Speed of the belt at full power [m/s], along world -y; in a competition it always runs so."""
+SAME_BELT_PART = 0.04
+"""Distance [m] from its expected place within which a part is the same."""
+BEAM_DELAY = 0.025
+"""Mean delay [s] of a beam's readings: half a period, at twenty readings a second."""
+MAX_BELT_SIGHTINGS = 40
+"""Largest number of images of a part that are averaged."""
+
 
 @dataclass(frozen=True, slots=True)
 class Area:
@@ -93,10 +108,6 @@ def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
 def is_in_bin(x: float, y: float) -> bool:
     """Return whether a point of the world is over a bin."""
     return any(max(abs(x - bin_x), abs(y - bin_y)) < BIN_WIDTH / 2 for bin_x, bin_y in BIN_CENTRES.values())
-
-
-RESTING_SPREAD = 0.012
-"""Spread [m] of the sightings of a part at rest: noise is 1 mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,13 +172,6 @@ def mean_pose(poses: Iterable[Pose]) -> Pose:
     return Pose((x / count, y / count, z / count), normalized((qw, qx, qy, qz)))
 
 
-IMAGES = 8
-"""Number of images that are averaged."""
-
-STALE_IMAGE_AGE = 0.005
-"""Images this soon [s] after the subscription may be old: the newest image is latched."""
-
-
 class Images:
     """The newest images of one sensor, while it is subscribed to."""
 
@@ -222,19 +226,6 @@ def wait_for_images(client: Client, sensors: Sequence[Images], count: int = IMAG
     """Wait until each sensor has taken `count` images since it listens: a tenth of a second each."""
     if sensors:
         client.wait_until(lambda: all(len(each.newest) >= count for each in sensors), timeout=count * 0.1 + 0.5)
-
-
-BELT_SPEED = 0.2
-"""Speed of the belt at full power [m/s], along world -y; in a competition it always runs so."""
-
-SAME_BELT_PART = 0.04
-"""Distance [m] from its expected place within which a part is the same."""
-
-BEAM_DELAY = 0.025
-"""Mean delay [s] of a beam's readings: half a period, at twenty readings a second."""
-
-MAX_BELT_SIGHTINGS = 40
-"""Largest number of images of a part that are averaged."""
 
 
 @dataclass

@@ -45,6 +45,11 @@ SIDE_RETREAT = 0.04
 TURNING_HEIGHT = 0.25
 """Height [m] above the surface at which the hand turns a part over, and itself sideways."""
 
+DROP_HEIGHT = 0.004
+"""Height [m] above the plate at which a part is released."""
+PLACE_APPROACH_HEIGHT = 0.012
+"""Height [m] above that place at which the arm is corrected a last time."""
+
 
 @dataclass(frozen=True, slots=True)
 class Held:
@@ -63,12 +68,6 @@ def bin_rail(y: float) -> float:
 def belt_rail(y: float) -> float:
     """Return the rail's place for a part met on the belt at world y [m]; it is followed for 0.3 m from there."""
     return y - SHOULDER_OFFSET - 0.15
-
-
-DROP_HEIGHT = 0.004
-"""Height [m] above the plate at which a part is released."""
-PLACE_APPROACH_HEIGHT = 0.012
-"""Height [m] above that place at which the arm is corrected a last time."""
 
 
 class Manipulator:

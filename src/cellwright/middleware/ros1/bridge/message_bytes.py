@@ -7,6 +7,12 @@ import struct
 
 _HEADER = re.compile(r"^\s*(?:std_msgs/)?Header\s+header\s*(?:#.*)?$")
 _NO_FIELD = re.compile(r"^\s*(?:#.*)?$|^\s*\w+\s+\w+\s*=")  # comments and constants
+STEP_TYPE = "cellwright_msgs/Step"
+STEP_MD5 = "7e9a558e71e0b64a2a795a7415a8d616"
+_NANOSECONDS = 1_000_000_000
+_DURATION = struct.Struct("<ii")
+_TIME = struct.Struct("<II")
+_COUNT = struct.Struct("<I")
 
 
 def has_header(definition: str) -> bool:
@@ -15,15 +21,6 @@ def has_header(definition: str) -> bool:
         if not _NO_FIELD.match(line):
             return _HEADER.match(line) is not None
     return False
-
-
-STEP_TYPE = "cellwright_msgs/Step"
-STEP_MD5 = "7e9a558e71e0b64a2a795a7415a8d616"
-
-_NANOSECONDS = 1_000_000_000
-_DURATION = struct.Struct("<ii")
-_TIME = struct.Struct("<II")
-_COUNT = struct.Struct("<I")
 
 
 def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:

@@ -34,6 +34,16 @@ MAX_REQUEST_BYTES = 1 << 20  # longest request; those of nodes and masters have 
 REQUEST_TIMEOUT = 120.0
 """Longest silence [s] of a connection; each has its own thread. Nodes leave theirs after half a minute."""
 
+_LENGTH = struct.Struct("<I")
+OWN_TOPICS = ("/ariac/gripper/state", "/ariac/trays")
+"""Topics that the original's own task manager, a part of /gazebo, subscribes to."""
+FRAME_SOURCE = "/ariac/joint_states"  # subscribed to by the node that publishes the arm's frames
+SIGN_OFF_TIMEOUT = 1.5  # limit of the sign-off [s], which usually takes some 10 ms
+MASTER_TIMEOUT = 2.0  # time for the master to answer [s]
+MASTER_PERIOD = 1.0  # time between two checks of it [s]
+_LOOPBACK = ("localhost", "::1")
+_RETRY = 0.25
+
 
 def limit_requests() -> None:
     """Refuse requests that are too long or have no length, and close silent connections."""
@@ -49,9 +59,6 @@ def limit_requests() -> None:
 
     SilenceableXMLRPCRequestHandler.do_POST = do_post
     SilenceableXMLRPCRequestHandler.timeout = REQUEST_TIMEOUT
-
-
-_LENGTH = struct.Struct("<I")
 
 
 def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = MAX_CLIENT_FRAME_BYTES) -> None:
@@ -72,11 +79,6 @@ def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = MAX_CLIE
         read(self, buffer, messages, connection)
 
     TCPROSSub.read_messages = read_messages
-
-
-OWN_TOPICS = ("/ariac/gripper/state", "/ariac/trays")
-"""Topics that the original's own task manager, a part of /gazebo, subscribes to."""
-FRAME_SOURCE = "/ariac/joint_states"  # subscribed to by the node that publishes the arm's frames
 
 
 class ManagedTopic:
@@ -118,9 +120,6 @@ class OwnSubscription(ManagedTopic):
     def get_stats(self) -> Any:
         """Return the statistics of no connections."""
         return self.name, []
-
-
-SIGN_OFF_TIMEOUT = 1.5  # limit of the sign-off [s], which usually takes some 10 ms
 
 
 class StoppedError(BaseException):
@@ -229,12 +228,6 @@ def _thread_failed(arguments: Any) -> None:
     error = arguments.exc_value
     rospy.core.rospyerr("a thread has failed", exc_info=(type(error), error, arguments.exc_traceback))
     report(f"connection failed: {type(error).__name__}: {error}")
-
-
-MASTER_TIMEOUT = 2.0  # time for the master to answer [s]
-MASTER_PERIOD = 1.0  # time between two checks of it [s]
-_LOOPBACK = ("localhost", "::1")
-_RETRY = 0.25
 
 
 class MasterGoneError(GraphGoneError):

@@ -20,6 +20,7 @@ from cellwright.middleware.wire.relay import CLOCK, STEP, PublishedTopic, Servic
 CONNECT_TIMEOUT = 5.0  # time for the other node to answer the handshake [s]
 _LENGTH = struct.Struct("<I")
 _LONGEST = 16 << 20
+_LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
 class ServiceClient:
@@ -125,9 +126,6 @@ def _read(connection: socket.socket, size: int) -> bytes:
             raise OSError("it closed the connection")
         data += piece
     return bytes(data)
-
-
-_LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
 def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:

@@ -32,6 +32,8 @@ _HEAD = struct.Struct("<BI")
 Handler = Callable[["Caller", bytes], None]
 """Takes the caller to respond to, and the request; called by the loop's thread."""
 
+STEP_SERVICE = "/cellwright/step"
+
 
 class RosService:
     """One service, as rospy's service manager and the TCPROS server know it."""
@@ -149,9 +151,6 @@ def cell_service(
 def one_line(text: str) -> bytes:
     """Return a reason as one line of bytes, as ROS carries it."""
     return " ".join(text.split()).encode()
-
-
-STEP_SERVICE = "/cellwright/step"
 
 
 class StepService:

@@ -20,13 +20,17 @@ from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_h
 from cellwright.middleware.wire.connection import BufferedConnection, receive_nowait
 from cellwright.middleware.wire.event_loop import EventLoop
 
+ANY = "*"  # checksum and type that match any
+MAX_HANDSHAKE_BYTES = 1 << 20
+HANDSHAKE_TIMEOUT = 10.0  # time for a connection to complete its handshake [s]
+_PIECE = 1 << 16
+_LENGTH = struct.Struct("<I")
+_PAUSE = 0.5
+
 
 def handshake_bytes(fields: Mapping[str, str]) -> bytes:
     """Return the bytes of a handshake."""
     return bytes(encode_ros_handshake_header(fields))
-
-
-ANY = "*"  # checksum and type that match any
 
 
 def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
@@ -45,12 +49,6 @@ def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
 def _hold(self: Any, data: bytes = b"") -> None:
     self._buff = data
 
-
-MAX_HANDSHAKE_BYTES = 1 << 20
-HANDSHAKE_TIMEOUT = 10.0  # time for a connection to complete its handshake [s]
-_PIECE = 1 << 16
-_LENGTH = struct.Struct("<I")
-_PAUSE = 0.5
 
 Header = Dict[str, str]
 Taker = Callable[[socket.socket, Header], Optional[str]]

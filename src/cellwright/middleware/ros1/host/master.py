@@ -23,6 +23,7 @@ URI_VARIABLE = "ROS_MASTER_URI"
 DEFAULT_URI = "http://localhost:11311"
 CALL_TIMEOUT = 3.0  # timeout of a whole call [s]
 _CALLER = "/cellwright"
+_NAP = 0.02
 
 
 class MasterError(CellwrightError):
@@ -152,9 +153,6 @@ class MasterClient:
             raise found[0]
         answer: tuple[int, str, Any] = found[0]
         return answer
-
-
-_NAP = 0.02
 
 
 class OwnMaster:

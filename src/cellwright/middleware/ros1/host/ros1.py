@@ -23,6 +23,10 @@ from cellwright.util.errors import UsageError
 
 _NODE_NAME = re.compile(r"/?[A-Za-z]\w*(/[A-Za-z]\w*)*", re.ASCII)
 _MAX_NAME_LENGTH = 255
+MASTER_IS_BACK = 75
+"""The bridge's exit status if a lost master answers again: everything has to be registered again."""
+_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
+_AGAIN = 0.5  # time [s] between two attempts to reach a lost master
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +69,6 @@ def node_name(text: str) -> str:
         )
     return text if text.startswith("/") else f"/{text}"
 
-
-MASTER_IS_BACK = 75
-"""The bridge's exit status if a lost master answers again: everything has to be registered again."""
-
-_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
-_AGAIN = 0.5  # time [s] between two attempts to reach a lost master
 
 Serve = Callable[[float], object]  # serves the cell's clients for some time [s]
 

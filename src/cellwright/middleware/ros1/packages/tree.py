@@ -29,6 +29,17 @@ from cellwright.util.files import user_folder
 _WORKSPACE = ".catkin"
 """Mark of a folder that catkin searches; an empty one names no sources."""
 
+_TIMEOUT = 120.0  # timeout of one generator [s]
+STUB_MANIFEST = """<?xml version="1.0"?>
+<package format="2">
+  <name>{name}</name>
+  <version>0.0.0</version>
+  <description>Stands in for the manifest of the definitions in {source}.</description>
+  <maintainer email="cellwright@example.com">The Cellwright project</maintainer>
+  <license>BSD</license>
+</package>
+"""
+
 
 def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
     """Return the default folder of trees."""
@@ -107,9 +118,6 @@ def _is_of_a_tree(entry: str, folder: Path, part: str) -> bool:
     return (path.parent.parent == folder and path.name == part) if part else path.parent == folder
 
 
-_TIMEOUT = 120.0  # timeout of one generator [s]
-
-
 def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modules: Path) -> None:
     """Write the modules of packages (`from osrf_gear.msg import Order`) to a folder for Python's path.
 
@@ -147,17 +155,6 @@ def _generator_commands(ros: RosSystem, package: Path, modules: Path, search: Se
             out.mkdir(parents=True, exist_ok=True)
             program = str(ros.generators / f"gen{namespace}_py.py")
             yield [str(ros.python), program, *definitions, *search, "-p", package.name, "-o", str(out)]
-
-
-STUB_MANIFEST = """<?xml version="1.0"?>
-<package format="2">
-  <name>{name}</name>
-  <version>0.0.0</version>
-  <description>Stands in for the manifest of the definitions in {source}.</description>
-  <maintainer email="cellwright@example.com">The Cellwright project</maintainer>
-  <license>BSD</license>
-</package>
-"""
 
 
 def packages_without_manifest(share: Path) -> list[str]:

@@ -57,6 +57,8 @@ _WHEELS = "wheels"
 _EXPECTED = {_WHEELS: 25.0}  # [s], on an idle machine with a fast network
 _COLLECTING = 0.7  # share of it in which pip collects the wheels, before it installs them
 _PYTHON = f"{sys.version_info[0]}.{sys.version_info[1]}"
+FAILED, MISSING_TOOLS, INTERRUPTED = 1, 3, 130
+"""Exit statuses: a step failed, programs that build the interfaces are missing, and Ctrl-C."""
 
 
 def environment_folder(distribution: str, variables: Mapping[str, str] = os.environ) -> Path:
@@ -205,10 +207,6 @@ def _lock(path: Path, progress: Progress) -> Iterator[None]:
             progress.say("waiting for another installation into the same folder")
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
-
-
-FAILED, MISSING_TOOLS, INTERRUPTED = 1, 3, 130
-"""Exit statuses: a step failed, programs that build the interfaces are missing, and Ctrl-C."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

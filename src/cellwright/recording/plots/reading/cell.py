@@ -16,6 +16,9 @@ from cellwright.rendering.scene.scene import SceneFrame, decode_frame, decode_sc
 from cellwright.util.errors import MessageError, printable
 
 _SLIDES = "linear"  # part of the names of prismatic joints
+_SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
+_MAX_NAME_LENGTH = 200  # characters of a name
+_LATE = 1.5  # [s] before its judgement, at most, a part was reported for the last time
 
 
 class ArmStateReader:
@@ -80,9 +83,6 @@ class BodyPath:
         """Return the path, under a name."""
         rows = np.array(self._rows).reshape(-1, 4)
         return ToolTrack(name, "world", rows[:, 0], rows[:, 1:], on, attached)
-
-
-_SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
 
 
 class CompetitionReader:
@@ -196,10 +196,6 @@ def tray_name(link: str) -> str:
     """Return the readable name of a tray, from its link or its number: `AGV 1`."""
     number = link.partition("::")[0].removeprefix("agv")
     return f"AGV {number}"
-
-
-_MAX_NAME_LENGTH = 200  # characters of a name
-_LATE = 1.5  # [s] before its judgement, at most, a part was reported for the last time
 
 
 class Trays:

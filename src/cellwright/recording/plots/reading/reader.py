@@ -18,6 +18,9 @@ from cellwright.util.errors import printable
 SECOND = 1e9
 """[ns]."""
 
+_MAX_NAME_LENGTH = 200  # characters of a name
+_NAME_PATTERN = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
+
 
 class TopicReader(Protocol):
     """Reader of something in the messages of its topics."""
@@ -70,10 +73,6 @@ class GripperReader:
         self._before = message.data
         self.on.add(message.time / SECOND, "on" if state.enabled else "")
         self.attached.add(message.time / SECOND, "attached" if state.attached else "")
-
-
-_MAX_NAME_LENGTH = 200  # characters of a name
-_NAME_PATTERN = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
 
 
 class CommandReader:

@@ -15,6 +15,8 @@ from cellwright.util.errors import MessageError
 
 _HEAD, _STAMP = 4, 8  # [bytes], the CDR header and the message's stamp
 _LITTLE = b"\x00\x01"
+_MIN_PERIOD = 20_000_000  # minimum time between two poses that are read [ns]
+_SIDES = ("right", "left")
 
 
 class JointStateReader:
@@ -70,10 +72,6 @@ class JointStateReader:
         names = tuple(message.name)
         if not self._tables or self._tables[-1][0] != names:
             self._tables.append((names, [], []))
-
-
-_MIN_PERIOD = 20_000_000  # minimum time between two poses that are read [ns]
-_SIDES = ("right", "left")
 
 
 class Tips:

@@ -27,6 +27,13 @@ _CONNECT_TIMEOUT = 10.0  # [s]
 _END_TIMEOUT = 5.0  # [s] that cancelled tasks may take to end
 _EXIT_TIMEOUT = 30.0  # [s] after the end of stdin
 _CPU_PERIOD = 2.0  # [s] between two looks at the cluster's size
+_WORDS = {
+    "WorkerCrashedError": "its worker process of Ray ended",
+    "LocalRayletDiedError": "its node died",
+    "NodeDiedError": "its node died",
+    "OutOfMemoryError": "its node had no memory left",
+}
+"""Faults of the machine, by errors of Ray."""
 
 
 def main() -> NoReturn:
@@ -146,15 +153,6 @@ class _Tasks:
         except Exception as error:
             content["fault"] = _WORDS.get(type(error).__name__) or one_line(error)
         send(self._channel, "ended", content)
-
-
-_WORDS = {
-    "WorkerCrashedError": "its worker process of Ray ended",
-    "LocalRayletDiedError": "its node died",
-    "NodeDiedError": "its node died",
-    "OutOfMemoryError": "its node had no memory left",
-}
-"""Faults of the machine, by errors of Ray."""
 
 
 def _make_task() -> Callable[[Mapping[str, Any]], dict[str, Any]]:

@@ -19,6 +19,9 @@ from cellwright.viewer.web.operator.robot_state import Delay, Reach, ReachOfHand
 
 NOTE_DURATION = 6.0  # [s] for which a note is shown
 NOTE_GAP = 1.0  # [s] between two notes of the same kind, at least
+READ_ONLY = "a driver moves this robot; the page can only show and stop it"
+_MAX_DISTANCE = 50.0  # [m]: a handle farther away is a mistake
+_AT_REST = 1e-3  # [rad; m] that a joint at rest may move between two polls
 
 
 class Notes:
@@ -44,11 +47,6 @@ class Notes:
 
 
 Command: TypeAlias = Order | MoveBase
-
-READ_ONLY = "a driver moves this robot; the page can only show and stop it"
-
-_MAX_DISTANCE = 50.0  # [m]: a handle farther away is a mistake
-_AT_REST = 1e-3  # [rad; m] that a joint at rest may move between two polls
 
 
 class CommandQueue:

@@ -17,6 +17,14 @@ from cellwright.viewer.web.operator.worker import Worker
 from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 
+_STEPS = (0.0001, 0.0005, 0.001, 0.005, 0.01)  # of sliders [rad; m]
+_FINENESS = 500  # steps from end to end, at least
+_OPEN, _CLOSE = "Open", "Close"
+_TOP = -30.0  # above all else on the page
+_FOLLOWS = 0.12  # [s] between two updates of the sliders
+_ASKED = 1.5  # [s] for which a switch keeps its new state, until the robot follows
+TAB = "Drive"
+
 
 def pill(state: RobotState | None) -> tuple[str, str]:
     """Short text of the robot's state, and its colour."""
@@ -53,11 +61,6 @@ def state_html(queue: CommandQueue, now: float) -> str:
         colour = f"color:{RED};" if queue.notes.is_bad else ""
         lines.append(f'<div style="{colour}font-weight:600">{widgets.text(note)}</div>')
     return widgets.block(*lines, style="overflow-wrap:anywhere")
-
-
-_STEPS = (0.0001, 0.0005, 0.001, 0.005, 0.01)  # of sliders [rad; m]
-_FINENESS = 500  # steps from end to end, at least
-_OPEN, _CLOSE = "Open", "Close"
 
 
 class Sliders:
@@ -154,11 +157,6 @@ def short_names(names: Sequence[str]) -> list[str]:
     while all(len(each) > common + 1 and each[common] == words[0][common] for each in words):
         common += 1
     return ["_".join(each[common:]) for each in words]
-
-
-_TOP = -30.0  # above all else on the page
-_FOLLOWS = 0.12  # [s] between two updates of the sliders
-_ASKED = 1.5  # [s] for which a switch keeps its new state, until the robot follows
 
 
 class Controls:
@@ -296,9 +294,6 @@ class Controls:
         if self._enabled is not None and now - self._switched > _ASKED:
             self._enabled.value = state.is_enabled
         self._sliders.show(state, now)
-
-
-TAB = "Drive"
 
 
 class Operator(Feature):

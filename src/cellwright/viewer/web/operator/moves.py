@@ -20,6 +20,24 @@ from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot, is
 HAND_PERIOD = 0.02  # [s] between two poses, at least
 HAND_REPEAT = 2.0  # [s] for which a held handle at rest repeats its pose: the way there may take some time
 _STRAYED = 1e-3  # [m; rad]
+HOLD_TIME = 1.0  # [s] after a move for which a slider does not follow its joint
+JOINT_SPEED = {"rad": 1.5, "m": 0.3}  # [rad/s; m/s] at which targets walk
+JOINT_LEAD = {"rad": 0.3, "m": 0.1}  # [rad; m] that a target may be ahead of its joint
+JOINT_PATIENCE = 2.0  # [s] without progress, after which a joint's move ends
+_MAX_STEP = 0.25  # [s]: longest step of a walk, however late the call
+_MIN_PROGRESS = 1e-3  # [rad; m]
+GRIPPER_PERIOD = 0.02  # [s] between two commands, at least
+BUTTON_RATE = 10.0  # [Hz] of a held button; the base keeps a speed for 0.2 s
+BASE_SPEED, BASE_TURN_SPEED = 0.3, 0.6  # [m/s], [rad/s]
+BASE_DIRECTIONS = {
+    "forward": (0.0, 1.0, 0.0),
+    "back": (0.0, -1.0, 0.0),
+    "left": (0.0, 0.0, 1.0),
+    "right": (0.0, 0.0, -1.0),
+    "turn left": (1.0, 0.0, 0.0),
+    "turn right": (-1.0, 0.0, 0.0),
+}
+"""Turn, along x, along y: as shares of the speeds."""
 
 
 @dataclass(slots=True)
@@ -135,9 +153,6 @@ class Hands:
         return kept
 
 
-HOLD_TIME = 1.0  # [s] after a move for which a slider does not follow its joint
-
-
 class TouchTimes:
     """Times of the last slider moves [s], by number."""
 
@@ -147,13 +162,6 @@ class TouchTimes:
     def is_touched(self, slider: int, now: float) -> bool:
         """Return whether a slider keeps its requested value, and does not follow its joint."""
         return now - self.touched.get(slider, float("-inf")) < HOLD_TIME
-
-
-JOINT_SPEED = {"rad": 1.5, "m": 0.3}  # [rad/s; m/s] at which targets walk
-JOINT_LEAD = {"rad": 0.3, "m": 0.1}  # [rad; m] that a target may be ahead of its joint
-JOINT_PATIENCE = 2.0  # [s] without progress, after which a joint's move ends
-_MAX_STEP = 0.25  # [s]: longest step of a walk, however late the call
-_MIN_PROGRESS = 1e-3  # [rad; m]
 
 
 @dataclass(slots=True)
@@ -239,9 +247,6 @@ class JointMoves(TouchTimes):
         self.touched[joint] = now
 
 
-GRIPPER_PERIOD = 0.02  # [s] between two commands, at least
-
-
 class GripperSliders(TouchTimes):
     """Sliders of a robot's `count` grippers: 0 open, 1 closed."""
 
@@ -276,20 +281,6 @@ class GripperSliders(TouchTimes):
             else state.gripper_targets[each]
             for each in range(self._count)
         )
-
-
-BUTTON_RATE = 10.0  # [Hz] of a held button; the base keeps a speed for 0.2 s
-BASE_SPEED, BASE_TURN_SPEED = 0.3, 0.6  # [m/s], [rad/s]
-
-BASE_DIRECTIONS = {
-    "forward": (0.0, 1.0, 0.0),
-    "back": (0.0, -1.0, 0.0),
-    "left": (0.0, 0.0, 1.0),
-    "right": (0.0, 0.0, -1.0),
-    "turn left": (1.0, 0.0, 0.0),
-    "turn right": (-1.0, 0.0, 0.0),
-}
-"""Turn, along x, along y: as shares of the speeds."""
 
 
 def base_directions(mode: BaseMode) -> tuple[str, ...]:

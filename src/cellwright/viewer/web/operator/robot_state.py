@@ -19,6 +19,14 @@ FULL_TURN = 2.0 * math.pi
 ROOM = 1.0
 """Range here [m] of a prismatic joint without limits; of a continuous one, `FULL_TURN` [rad]."""
 _MIN_LENGTH = 1e-6  # a quaternion shorter than this has no direction
+_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] of deviation at which a tip has reached its pose
+REST_DURATION = 0.4
+"""Time [s] of the robot that a tip must rest short of its pose before that is reported."""
+_STILL = 0.002  # [m] and [rad] that a tip may move meanwhile
+MAX_DELAY = 2.0
+"""Time [s] after which a robot at rest is not expected to move any more."""
+_MOVED, _TURNED = 5e-4, 2e-3  # [m], [rad; m for joints]
+_MAX_DELAYS = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,12 +169,6 @@ def _joint(value: dict[str, Any]) -> SeenJoint:
     return SeenJoint(str(value["name"]), lower, upper, unit)
 
 
-_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] of deviation at which a tip has reached its pose
-REST_DURATION = 0.4
-"""Time [s] of the robot that a tip must rest short of its pose before that is reported."""
-_STILL = 0.002  # [m] and [rad] that a tip may move meanwhile
-
-
 class Reach(Enum):
     """Progress of a hand to its pose."""
 
@@ -205,12 +207,6 @@ def rotation_angle(one: Pose, other: Pose) -> float:
 def is_near(one: Pose, other: Pose, distance: float = _NEAR, angle: float = _NEAR_ROTATION) -> bool:
     """Return whether two poses are less than this apart [m; rad]; by default, whether a tip is at its target."""
     return math.dist(one.position, other.position) < distance and rotation_angle(one, other) < angle
-
-
-MAX_DELAY = 2.0
-"""Time [s] after which a robot at rest is not expected to move any more."""
-_MOVED, _TURNED = 5e-4, 2e-3  # [m], [rad; m for joints]
-_MAX_DELAYS = 9
 
 
 class Delay:

@@ -19,6 +19,11 @@ from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 _MAX_RATE = 100.0  # [s of the node per s of wall time]
 _MIN_INTERVAL = 0.01  # [s] between two stamps, to measure the rate
 _MAX_EXTRAPOLATION = 0.25  # [s], longest extrapolation
+NODE = "/browser_operator"
+"""Node name of the operator, in the node and in recordings."""
+_DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two polls
+_AFTERWARDS = 2.0  # [s] after the last request during which polling stays fast
+_AWAY = 1.0  # [s] between attempts to reconnect
 
 
 class NodeClock:
@@ -41,14 +46,6 @@ class NodeClock:
         if gone == float("inf"):
             return 0
         return self._stamp + round(min(max(gone, 0.0), _MAX_EXTRAPOLATION) * self._rate * 1e9)
-
-
-NODE = "/browser_operator"
-"""Node name of the operator, in the node and in recordings."""
-
-_DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two polls
-_AFTERWARDS = 2.0  # [s] after the last request during which polling stays fast
-_AWAY = 1.0  # [s] between attempts to reconnect
 
 
 log = logging.getLogger(__name__)
