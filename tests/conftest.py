@@ -18,12 +18,12 @@ settings.register_profile(
 settings.load_profile("cellwright")
 
 pytest_plugins = [
-    "tests.required",
-    "tests.leftovers",
-    "tests.warm",
-    "tests.quick_children",
-    "tests.run_report",
-    "tests.schedule",
+    "tests.support.required",
+    "tests.support.leftovers",
+    "tests.support.warm",
+    "tests.support.quick_children",
+    "tests.support.run_report",
+    "tests.support.schedule",
 ]
 
 # Collection creates a million objects that stay until the end; garbage collection among them would find none.

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.__main__ import _shortage, main
-from tests.processes import Process
-from tests.waiting import TIMEOUT
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT
 
 ROOT = Path(__file__).parents[1]
 

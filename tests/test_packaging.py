@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from tests.waiting import TIMEOUT
-from tests.warm import WarmStart
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmStart
 
 pytestmark = pytest.mark.slow
 

@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from cellwright.middleware import wire as link
-from tests.waiting import TIMEOUT
-from tests.warm import WarmStart
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmStart
 
 ROOT = Path(link.__file__).parents[2]
 """Root of the imported package."""

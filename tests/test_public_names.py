@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 SOURCE = Path(cellwright.__file__)
 PUBLIC = [name for name in cellwright.__all__ if name != "__version__"]

@@ -8,7 +8,7 @@ from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import Outcome, RunResult, ServerOptions, Session
 from cellwright.util.files import read_json_lines
-from tests.cells import KITTING, call
+from tests.support.cells import KITTING, call
 
 
 def test_restarted_run_ends_at_same_time(tmp_path: Path) -> None:

@@ -34,9 +34,9 @@ from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError
 from cellwright.viewer.services.simulation_requests import OK, STATE, TIME
 from tests.cell.interface.goals import ACTION, goal
-from tests.cells import INITIAL, JOINTS, WHOLE, Ear, call, publish, run, run_to, stamp_of
 from tests.clients.operators import nodes as robots
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.cells import INITIAL, JOINTS, WHOLE, Ear, call, publish, run, run_to, stamp_of
+from tests.support.waiting import TIMEOUT, wait_until
 
 Result = TypeVar("Result")
 NEAR = tuple(value + 0.1 for value in INITIAL)

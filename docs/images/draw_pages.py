@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT))
 
 from tests.browser.requirement import ARGUMENTS, browser_path  # noqa: E402
 from tests.browser.visitor import Visitor  # noqa: E402
-from tests.processes import Process  # noqa: E402
+from tests.support.processes import Process  # noqa: E402
 
 
 def draw(

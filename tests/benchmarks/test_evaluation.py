@@ -5,7 +5,7 @@ import pytest
 from benchmarks import evaluation
 from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.util.errors import UsageError
-from tests.quick_children import QUICK_WORKERS
+from tests.support.quick_children import QUICK_WORKERS
 
 
 @QUICK_WORKERS

@@ -12,7 +12,7 @@ from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import Job
 from cellwright.running.evaluation.result import ResultsFile
 from cellwright.util.errors import UsageError
-from tests.quick_children import QUICK_WORKERS
+from tests.support.quick_children import QUICK_WORKERS
 
 
 class Local(Evaluation):

@@ -5,7 +5,7 @@ import pytest
 from benchmarks import ros1
 from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.util.errors import UsageError
-from tests.quick_children import QUICK_SERVING
+from tests.support.quick_children import QUICK_SERVING
 
 
 @QUICK_SERVING

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import ros1_clients
 from benchmarks.ros1_clients import Clients
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 # the clients sleep only so that they live on
 HEAD = "import sys, time\nif sys.argv[1] == 'echo':\n    print('ready', flush=True)\n    time.sleep(600)\n"

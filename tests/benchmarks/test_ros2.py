@@ -5,8 +5,8 @@ import pytest
 from benchmarks import ros2
 from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.util.errors import UsageError
-from tests.quick_children import QUICK_SERVING
 from tests.ros2.ground import Ground
+from tests.support.quick_children import QUICK_SERVING
 
 pytest_plugins = ["tests.ros2.fixtures"]
 

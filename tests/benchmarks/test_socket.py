@@ -6,7 +6,7 @@ from benchmarks import socket
 from benchmarks.costs import lesson_cell
 from cellwright.clients.client import ARM_JOINTS
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
-from tests.quick_children import QUICK_SERVING
+from tests.support.quick_children import QUICK_SERVING
 
 
 @QUICK_SERVING

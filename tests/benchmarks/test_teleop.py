@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks import teleop
 from cellwright.util.errors import UsageError
-from tests.quick_children import QUICK_SERVING
+from tests.support.quick_children import QUICK_SERVING
 
 
 @QUICK_SERVING

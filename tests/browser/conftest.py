@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 from cellwright.viewer.web.scene import PLAIN
 from tests.browser.requirement import ARGUMENTS, browser_path
 from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 Visit = Callable[..., Visitor]
 """Opens a page in its own window: `visit(url)`, or `visit(url, scale=1.0)` for a full-size picture."""

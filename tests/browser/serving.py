@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.processes import Process
-from tests.warm import warm_start
+from tests.support.processes import Process
+from tests.support.warm import warm_start
 
 
 class Viewed(Process):

@@ -23,9 +23,9 @@ from cellwright.viewer.web.start import WebPage, page_source
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, Pixels, distance, middle, share
 from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
-from tests.ports import free_port
-from tests.processes import Process
-from tests.warm import warm_start
+from tests.support.ports import free_port
+from tests.support.processes import Process
+from tests.support.warm import warm_start
 
 pytestmark = pytest.mark.browser
 

@@ -15,7 +15,7 @@ from cellwright.viewer.web.start import WebPage, page_source
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue
 from tests.browser.visitor import COARSE, Visitor
-from tests.quick_children import QUICK_PAGES
+from tests.support.quick_children import QUICK_PAGES
 from tests.viewer.web.operator.robots import served
 
 pytestmark = pytest.mark.browser

@@ -11,8 +11,8 @@ import pytest
 from tests.browser.conftest import Visit
 from tests.browser.seen import change
 from tests.browser.serving import viewed
-from tests.processes import Process
-from tests.waiting import TIMEOUT
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT
 
 pytestmark = pytest.mark.browser
 

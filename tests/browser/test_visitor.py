@@ -9,7 +9,7 @@ import viser
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, middle, pixels, share
 from tests.browser.visitor import COARSE, HEIGHT, WIDTH
-from tests.ports import free_port
+from tests.support.ports import free_port
 
 pytestmark = pytest.mark.browser
 

@@ -15,7 +15,7 @@ from playwright.sync_api import BrowserContext, Error, Locator, Page
 
 from tests.browser.requirement import SCREENSHOTS
 from tests.browser.seen import Pixels, change, pixels, variety
-from tests.waiting import TIMEOUT, Value, wait_until
+from tests.support.waiting import TIMEOUT, Value, wait_until
 
 WIDTH, HEIGHT = 1000, 640
 """Size of the window in CSS pixels."""

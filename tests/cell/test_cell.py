@@ -25,10 +25,10 @@ from cellwright.engine.snapshot import (
 from cellwright.running.run import Session
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
-from tests.scenario import END, MIDDLE, TRIAL, listen_to_all, play
-from tests.waiting import TIMEOUT
-from tests.warm import WarmStart
+from tests.support.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
+from tests.support.scenario import END, MIDDLE, TRIAL, listen_to_all, play
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmStart
 
 ROOT = Path(__file__).parents[2]
 
@@ -42,7 +42,7 @@ def reference() -> str:
 def run_in_process(*arguments: str) -> str:
     """Return what another process prints of the scenario."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
-    command = [sys.executable, "-m", "tests.scenario", *arguments]
+    command = [sys.executable, "-m", "tests.support.scenario", *arguments]
     done = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
     )
@@ -181,7 +181,7 @@ def test_checkpoint_resumes_in_this_and_other_process(tmp_path: Path, warm: Warm
     read_checkpoint(other.simulation, file)
     assert other.simulation.now == nanoseconds(MIDDLE)
     assert play(other).state_hash() == here
-    command = [sys.executable, "-m", "tests.scenario", "--continue", str(file), "--listen"]
+    command = [sys.executable, "-m", "tests.support.scenario", "--continue", str(file), "--listen"]
     there = warm.popen(command, folder=ROOT, environment={**os.environ, "PYTHONPATH": str(ROOT)})
     assert there.communicate() == (f"{here}\n", "")
 

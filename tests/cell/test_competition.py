@@ -26,7 +26,7 @@ from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_s
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
 from cellwright.util.pose import Pose
-from tests.cells import (
+from tests.support.cells import (
     ABOVE_THE_ROD,
     BARE,
     GEARS,

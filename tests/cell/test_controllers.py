@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.cell.controllers import HARDWARE, STATES, STRICT, TRAJECTORIES, TYPES, ControllerManager
 from cellwright.cell.interface.parameters import parameters
-from tests.cells import ARM_ONLY, JOINTS
+from tests.support.cells import ARM_ONLY, JOINTS
 
 BEST_EFFORT, AUTO, FORCE_AUTO = 1, 3, 4
 ALWAYS = "arm_controller is always active in this cell"

@@ -21,8 +21,8 @@ from cellwright.recording.replay.verify import Answer, recorded_steps, verify
 from cellwright.running.run import Session
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.cell.devices.test_clones import HOARDED, hoard
-from tests.cells import BARE, WHOLE
-from tests.scenario import MIDDLE, TRIAL, listen_to_all, play
+from tests.support.cells import BARE, WHOLE
+from tests.support.scenario import MIDDLE, TRIAL, listen_to_all, play
 
 LESSON = cellwright.load_trial("lesson")
 POSTURE = {"elbow_joint": 1.9, "linear_arm_actuator_joint": 0.4}

@@ -20,8 +20,8 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import BeltPart, Circumstances, Part, Trial
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose
-from tests.cells import ROD_IN_REACH, WHOLE, is_sound, run, start
-from tests.waiting import TIMEOUT
+from tests.support.cells import ROD_IN_REACH, WHOLE, is_sound, run, start
+from tests.support.waiting import TIMEOUT
 
 SEEDS = st.integers(0, 2**63 - 1)
 LESSON = load_trial([find_trial("lesson")]).trial

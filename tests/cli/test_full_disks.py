@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
+from tests.support.quick_children import QUICK_WORKERS
 
 RUN = ("run", "lesson", "--agent", "none", "--until", "0.2")
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from cellwright.util.files import read_json_lines
-from tests.processes import Process
-from tests.waiting import TIMEOUT
-from tests.warm import warm_start
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import warm_start
 
 COMMAND = [sys.executable, "-m", "cellwright"]
 

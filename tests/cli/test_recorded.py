@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 from cellwright.recording.format.format import COMMAND
 from cellwright.recording.format.reader import RecordingFile
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_AGENTS
+from tests.support.quick_children import QUICK_AGENTS
 
 SHORT = ("--until", "0.1", "--agent", "none", "--no-picture")
 ROBOT = ("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cli.shell import shell_lines
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 @given(st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=30))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read
+from tests.support.quick_children import QUICK_DRAWING
 
 pytestmark = QUICK_DRAWING
 

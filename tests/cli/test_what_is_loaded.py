@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from tests.cli.eval.test_merge import WORK, jobs_of, made_up, store
-from tests.ports import free_port
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
-from tests.waiting import TIMEOUT
+from tests.support.ports import free_port
+from tests.support.waiting import TIMEOUT
 
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
 EXTRAS = ("mlflow", "pyarrow", "ray", "wandb")

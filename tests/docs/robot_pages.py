@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.docs.pages import Command, Step
-from tests.short_commands import short_commands
-from tests.warm import WarmStart
+from tests.support.short_commands import short_commands
+from tests.support.warm import WarmStart
 
 SHORT = ("check *", "operate *", "robot *", "teleop *--check-driver*", "teleop *--until*")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.docs.pages import INTERRUPT, Command, File, Step, missing
 from tests.docs.terminal import Terminal
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 def follow(taken: Iterable[Step], home: Path, environment: Mapping[str, str], timeout: float = TIMEOUT) -> None:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 _PROMPT = re.compile(r"«(\d+)»$")
 _ESCAPES = re.compile(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;?]*[A-Za-z]")

@@ -12,11 +12,11 @@ import pytest
 from tests.docs.pages import steps
 from tests.docs.robot_pages import at, shell
 from tests.docs.session import follow
-from tests.ports import free_port
-from tests.processes import Process
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
-from tests.warm import WarmStart
+from tests.support.ports import free_port
+from tests.support.processes import Process
+from tests.support.warm import WarmStart
 
 pytest_plugins = ["tests.ros2.fixtures"]
 

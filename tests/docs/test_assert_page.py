@@ -9,7 +9,7 @@ import pytest
 
 from tests.docs.pages import Command, File, Program, missing, steps
 from tests.running.pytest_project import run_pytest
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 PAGE = Path(__file__).parents[2] / "docs" / "assert.md"
 

@@ -8,9 +8,9 @@ import pytest
 from tests.cli.conftest import CommandLine
 from tests.docs.pages import File, Program, steps
 from tests.docs.test_tutorials import take
-from tests.quick_children import QUICK_AGENTS, QUICK_WORKERS
-from tests.warm import WarmStart
-from tests.workshop import describe
+from tests.support.quick_children import QUICK_AGENTS, QUICK_WORKERS
+from tests.support.warm import WarmStart
+from tests.support.workshop import describe
 
 PAGES = sorted((Path(__file__).parents[2] / "docs" / "how-to").glob("*.md"))
 LONGEST = 60

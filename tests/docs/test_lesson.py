@@ -19,7 +19,7 @@ from tests.docs import notebook
 from tests.docs.pages import Command, File, missing, pieces, steps
 from tests.docs.session import follow
 from tests.ros1.first_step import FirstStep
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

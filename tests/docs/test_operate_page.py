@@ -9,8 +9,8 @@ import pytest
 from tests.docs.pages import Program, steps
 from tests.docs.robot_pages import at, shell
 from tests.docs.session import follow
-from tests.ports import free_port
-from tests.warm import WarmStart
+from tests.support.ports import free_port
+from tests.support.warm import WarmStart
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "operate.md"

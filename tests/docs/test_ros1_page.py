@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from tests.docs.pages import Command, missing, steps
-from tests.processes import Process
 from tests.ros1.ground import Ground, check_end
-from tests.waiting import wait_until
+from tests.support.processes import Process
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from cellwright.cell.interface.rows import CONTROLLER_NAMES
-from tests.processes import Process
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
+from tests.support.processes import Process
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

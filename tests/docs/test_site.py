@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
 

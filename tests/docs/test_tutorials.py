@@ -10,12 +10,12 @@ import pytest
 
 from tests.cli.conftest import CommandLine, Ran
 from tests.docs.pages import Command, File, Program, Step, missing, steps
-from tests.quick_children import QUICK_AGENTS, QUICK_WORKERS
-from tests.warm import WarmStart
-from tests.workshop import install
+from tests.support.quick_children import QUICK_AGENTS, QUICK_WORKERS
+from tests.support.warm import WarmStart
+from tests.support.workshop import install
 
 ROOT = Path(__file__).parents[2]
-CELLWRIGHT = (ROOT / "tests" / "small_pictures.py").read_text(encoding="utf-8")
+CELLWRIGHT = (ROOT / "tests" / "support" / "small_pictures.py").read_text(encoding="utf-8")
 """The command, with pictures that take a tenth of a second to draw and not ten."""
 
 PAGES = [

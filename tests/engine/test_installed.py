@@ -14,7 +14,7 @@ import pytest
 
 from cellwright.engine.installed import check_files, check_loaded
 from cellwright.util.errors import CellwrightError, InstallationError
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 CORE = "'''Version 4.0.1.'''\n"
 OTHER = "'''Version 3.17.0.'''\n"

@@ -18,7 +18,7 @@ from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerRespo
 from cellwright.middleware.wire.frames import Frame, FrameKind, advance, read_time
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import RESET, Talk
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 SECOND = 1_000_000_000
 CALL = Frame(FrameKind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))

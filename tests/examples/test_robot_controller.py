@@ -15,7 +15,7 @@ import pytest
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP, write_package
 from tests.examples.no_ros import install
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

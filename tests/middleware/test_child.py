@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from cellwright.middleware.child import BridgeProcess, Child, Lines, RestartDelay, describe_exit, start_bridge
 from cellwright.util.errors import UsageError
-from tests.processes import is_running
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.processes import is_running
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not there")
 

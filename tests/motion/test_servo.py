@@ -30,8 +30,8 @@ from cellwright.motion.joints import STILL
 from cellwright.motion.servo import weight
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cells import ARM_ONLY
 from tests.motion.samples import ABOVE_BELT, ABOVE_BIN, INITIAL
+from tests.support.cells import ARM_ONLY
 
 ALONG_THE_RAIL = move(ABOVE_BIN, ABOVE_BIN._replace(rail=ABOVE_BIN.rail + 0.5))
 DOWN = along(straight(ABOVE_BIN, tool_down(-0.3, 0.23, 0.8)))

@@ -5,8 +5,8 @@ import numpy as np
 from cellwright.rendering.scene import Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
-from tests.required import cannot_run
-from tests.waiting import TIMEOUT
+from tests.support.required import cannot_run
+from tests.support.waiting import TIMEOUT
 
 AT_HOME = Pose((0, 0, 0), (1, 0, 0, 0))
 BALL = Scene(

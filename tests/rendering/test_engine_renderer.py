@@ -12,7 +12,7 @@ from cellwright.rendering.scene import Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.rendering.scenes_of_shapes import AT_HOME, ball_at, skip_without_opengl
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 SCENE = Scene(
     "glass",

@@ -12,11 +12,11 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.video import Video
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.rendering.worker import RenderingError
-from tests.processes import is_running
-from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.worker.test_film import read
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.processes import is_running
+from tests.support.quick_children import QUICK_DRAWING
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytestmark = QUICK_DRAWING
 

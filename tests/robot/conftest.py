@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.robot import drivers
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 @pytest.fixture

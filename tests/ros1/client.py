@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.processes import Process
 from tests.ros1.requirement import ros_python, system_path
-from tests.waiting import TIMEOUT, has_publisher, wait_until
-from tests.warm import WarmStart, warm_start
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT, has_publisher, wait_until
+from tests.support.warm import WarmStart, warm_start
 
 _MODULES = (
     *(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 BUILD = 3 * TIMEOUT
 """Bound of a build with catkin [s]."""

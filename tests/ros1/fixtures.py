@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import FAMILY, members, name_of
 from tests.ros1.first_step import BUILD, FirstStep
 from tests.ros1.ground import Ground, ground
 from tests.ros1.messages import generate
 from tests.ros1.requirement import system_path
-from tests.short_commands import short_commands
-from tests.waiting import wait_until
-from tests.warm import WarmStart
+from tests.support.processes import FAMILY, members, name_of
+from tests.support.short_commands import short_commands
+from tests.support.waiting import wait_until
+from tests.support.warm import WarmStart
 
 
 @pytest.fixture(scope="session")

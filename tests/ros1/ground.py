@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, cast
 
 import cellwright
-from tests.ports import free_port
-from tests.processes import Process, name_of
 from tests.ros1.client import Client, warm_ros
 from tests.ros1.requirement import ros_python, system_path
-from tests.waiting import TIMEOUT, wait_until
-from tests.warm import WarmStart, warm_start
+from tests.support.ports import free_port
+from tests.support.processes import Process, name_of
+from tests.support.waiting import TIMEOUT, wait_until
+from tests.support.warm import WarmStart, warm_start
 
 _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 from urllib.parse import urlparse
 
 from tests.ros1.ground import Ground
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 def publisher_header(ground: Ground, topic: str, node: str) -> dict[str, str]:

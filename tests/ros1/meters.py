@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tests.waiting import TIMEOUT, has_publisher, wait_until
+from tests.support.waiting import TIMEOUT, has_publisher, wait_until
 
 
 def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]:

@@ -9,7 +9,7 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 HOW = "scripts/install-ros1 installs it"
 

@@ -21,7 +21,7 @@ from cellwright.config.layout import ARM_JOINTS
 from cellwright.motion import Joints, tool_down
 from cellwright.util.pose import Pose
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

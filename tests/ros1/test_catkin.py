@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import Process
 from tests.ros1.first_step import BUILD, FirstStep
 from tests.ros1.ground import Ground, ground
 from tests.ros1.requirement import system_path
-from tests.waiting import TIMEOUT
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
 from tests.ros1.test_contract import OURS
-from tests.waiting import TIMEOUT, has_publisher, wait_until
+from tests.support.waiting import TIMEOUT, has_publisher, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

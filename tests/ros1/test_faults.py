@@ -11,7 +11,7 @@ import pytest
 from cellwright.middleware.messages.standard import JointState
 from tests.ros1.glance import answer, glance
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -9,10 +9,10 @@ from cellwright.middleware.messages import md5
 from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP
 from cellwright.middleware.ros1.packages.tree import ensure_tree, variables
-from tests.processes import Process
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import system_path
-from tests.waiting import wait_until
+from tests.support.processes import Process
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -12,7 +12,7 @@ from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, write
 from cellwright.middleware.ros1.packages.tree import generate_modules
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 

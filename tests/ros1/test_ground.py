@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.ports import free_port
-from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end
 from tests.ros1.listening import addresses
-from tests.waiting import wait_until
+from tests.support.ports import free_port
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

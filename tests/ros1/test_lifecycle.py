@@ -10,9 +10,9 @@ import pytest
 
 from cellwright.cli.options import SPEED
 from cellwright.clients.client.socket_transport import SocketTransport
-from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end
-from tests.waiting import wait_until
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, has_publisher, wait_until
+from tests.support.waiting import TIMEOUT, has_publisher, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

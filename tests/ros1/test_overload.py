@@ -12,9 +12,9 @@ import pytest
 
 from cellwright.cli.serve import RESULT
 from cellwright.clients.client.socket_transport import SocketTransport
-from tests.processes import Process, name_of
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

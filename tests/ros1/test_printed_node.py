@@ -15,7 +15,7 @@ import pytest
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP, write_package
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 PRINTED = Path(__file__).parents[1] / "data" / "printed_controller_node.txt"

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 pytestmark = pytest.mark.ros1

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.ros1.ground import Ground
-from tests.warm import warm_start
+from tests.support.warm import warm_start
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -12,7 +12,7 @@ import pytest
 from cellwright.middleware.messages import md5
 from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -12,7 +12,7 @@ from typing import Any, cast
 import pytest
 
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -8,10 +8,10 @@ import signal
 import pytest
 
 from cellwright.middleware.messages.standard import Clock, JointState
-from tests.processes import Process, name_of
 from tests.ros1.glance import glance
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -10,7 +10,7 @@ from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.middleware.ros1.packages.tree import cache_folder, ensure_tree, variables
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 

@@ -9,7 +9,7 @@ from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.middleware.ros1.packages.workspace import NEEDED, build, lack, lay_out, missing
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 

@@ -8,7 +8,7 @@ import socket
 from collections import deque
 from contextlib import suppress
 
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 DOMAINS = range(1, 91)
 """Domains for tests; benchmarks have 91, and from 102 on their ports are those of connections."""

@@ -14,12 +14,12 @@ from typing import Any
 import cellwright
 from cellwright.middleware.ros2.host.installation import Installation
 from cellwright.middleware.ros2.host.ros2 import discovery_variables
-from tests.processes import Process, name_of
 from tests.ros1.client import function_result, function_text
 from tests.ros2.domains import TakenDomain
 from tests.ros2.requirement import installation
-from tests.waiting import wait_until
-from tests.warm import warm_start
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
+from tests.support.warm import warm_start
 
 _PROGRAMS = Path(__file__).parent / "programs"
 _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "AMENT", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")

@@ -9,7 +9,7 @@ from functools import cache
 from cellwright.middleware.ros2.host.installation import Installation, find
 from cellwright.middleware.ros2.packages.environment import FOLDER_VARIABLE, environment_folder
 from cellwright.util.errors import UsageError
-from tests.required import cannot_run
+from tests.support.required import cannot_run
 
 HOW = "scripts/install-ros2 installs it"
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from cellwright.cell.controllers import TYPES
-from tests.cells import INITIAL, JOINTS
-from tests.processes import Process
 from tests.ros2.ground import Ground, ground
+from tests.support.cells import INITIAL, JOINTS
+from tests.support.processes import Process
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

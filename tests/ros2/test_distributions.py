@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from cellwright.middleware.ros2.host.installation import PYTHON_VARIABLE
-from tests.processes import name_of
 from tests.ros2.ground import Ground, bridge_pid
 from tests.ros2.requirement import installation_of
+from tests.support.processes import name_of
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

@@ -11,7 +11,7 @@ import pytest
 
 from tests.ros2 import domains
 from tests.ros2.domains import TakenDomain
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="sockets with names but without files are Linux's")
 

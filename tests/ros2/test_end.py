@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import Process
 from tests.ros2.ground import Ground, bridge_pid
-from tests.waiting import wait_until
+from tests.support.processes import Process
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from tests.processes import is_running
 from tests.ros2.ground import Ground, bridge_pid, ground
-from tests.waiting import wait_until
+from tests.support.processes import is_running
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

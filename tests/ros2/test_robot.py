@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.ros2.ground import Ground, bridge_pid
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

@@ -10,10 +10,10 @@ from cellwright.clients.client.client import Client
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.socket_transport import SocketTransport
-from tests.processes import Process
 from tests.ros1.ground import Ground as Master
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
+from tests.support.processes import Process
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.ros2.fixtures"]
 

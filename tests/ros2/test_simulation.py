@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from cellwright.middleware.ros2.packages.contents import definitions
-from tests.cells import INITIAL, JOINTS
 from tests.ros2.ground import Ground, bridge_pid, ground
+from tests.support.cells import INITIAL, JOINTS
 
 pytestmark = pytest.mark.ros2
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import cellwright
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 PLUGIN = "cellwright.running.pytest_plugin"
 SOURCES = str(Path(cellwright.__file__).parents[1])

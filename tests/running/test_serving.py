@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello, read_time
-from tests.waiting import TIMEOUT
-from tests.warm import WarmProcess, warm_start
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmProcess, warm_start
 
 COMMAND = [sys.executable, "-m", "cellwright", "serve"]
 

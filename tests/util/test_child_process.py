@@ -10,7 +10,7 @@ from typing import IO
 import pytest
 
 from cellwright.util.process import ChildProcess
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 ECHO = """
 import sys

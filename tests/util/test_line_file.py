@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.util.files import LineFile
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
 

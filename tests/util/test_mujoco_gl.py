@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from cellwright.util import mujoco_gl
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cellwright.util.process import OUTPUT_LOST_STATUS, StandardStreams, TolerantStream
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
 ON_POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")

@@ -15,8 +15,8 @@ from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
 from cellwright.viewer.filming import VideoRecorder
-from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read
+from tests.support.quick_children import QUICK_DRAWING
 
 pytestmark = QUICK_DRAWING
 

@@ -26,7 +26,7 @@ from cellwright.util.pose import Pose
 from cellwright.viewer.window import Window, WindowError, unavailable_reason
 from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
 from tests.robot.robots import two_arms
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 @pytest.fixture(scope="module")

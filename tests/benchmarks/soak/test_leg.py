@@ -16,7 +16,7 @@ import pytest
 
 from benchmarks.soak.leg import FACES, Leg, run_leg
 from cellwright.engine.snapshot import CheckpointError
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 Reports = dict[str, list[Any]]
 

@@ -24,7 +24,7 @@ from cellwright.motion.joints import Joints
 from cellwright.motion.kinematics import solve, tool_down
 from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
-from tests.cells import INITIAL, SENSORS, with_culling
+from tests.support.cells import INITIAL, SENSORS, with_culling
 
 BELT_X = 1.21
 

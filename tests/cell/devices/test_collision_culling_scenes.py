@@ -19,7 +19,7 @@ from cellwright.engine.simulation import Device
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from tests.cell.devices.culling_checks import CullingCheck, Findings, drift
 from tests.cell.devices.culling_scenes import Command, Push, Scene, SceneRun, Spot, scenes
-from tests.watching import WATCHERS, Watcher
+from tests.support.watching import WATCHERS, Watcher
 
 SCENES = int(os.environ.get("CELLWRIGHT_CULLING_SCENES", "6"))
 

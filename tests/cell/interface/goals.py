@@ -12,7 +12,7 @@ from cellwright.middleware.messages.control_msgs import (
 )
 from cellwright.middleware.messages.conversions import duration, stamp
 from cellwright.middleware.messages.standard import GoalID, JointTrajectory
-from tests.cells import publish
+from tests.support.cells import publish
 
 ACTION = "arm/follow_joint_trajectory"
 

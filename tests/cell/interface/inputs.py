@@ -12,8 +12,8 @@ from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.middleware.messages import message_type, service_type
 from cellwright.robot.interface import rows as teleop_rows
 from cellwright.robot.node import RobotNode
-from tests.cells import WHOLE
 from tests.robot.robots import two_arms
+from tests.support.cells import WHOLE
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from cellwright.middleware.messages.control_msgs import JointTolerance
 from cellwright.middleware.messages.conversions import duration, header, nanoseconds
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.interface.goals import ACTION, cancel, goal, send
-from tests.cells import ARM_ONLY, INITIAL, JOINTS, Ear, publish, run, run_to, way
+from tests.support.cells import ARM_ONLY, INITIAL, JOINTS, Ear, publish, run, run_to, way
 
 PENDING, ACTIVE, PREEMPTED, SUCCEEDED, ABORTED, REJECTED, PREEMPTING, RECALLING, RECALLED = range(9)
 NEAR = tuple(value + 0.1 for value in INITIAL)

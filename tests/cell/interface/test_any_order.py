@@ -22,9 +22,9 @@ from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerReque
 from cellwright.util.errors import CellwrightError
 from tests.cell.interface.goals import goal
 from tests.cell.interface.inputs import GEAR, TELEOP, Input, robot, state_hash, whole_cell
-from tests.cells import ABOVE_THE_ROD, INITIAL, TRAY_1, is_sound, way
 from tests.middleware.messages.random_messages import messages, spoiled
 from tests.robot.robots import two_arms
+from tests.support.cells import ABOVE_THE_ROD, INITIAL, TRAY_1, is_sound, way
 
 BEYOND = 0.15
 """Distance [rad; m] beyond its range to which the greatest effort may press a joint."""

@@ -14,7 +14,7 @@ from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import Endpoint, EndpointKind, Timing
 from cellwright.middleware.messages.osrf_gear import ConveyorBeltControlRequest, ConveyorBeltState, SubmitTrayRequest
 from tests.cell.interface.goals import send
-from tests.cells import ARM_ONLY, BARE, KITTING, TRAY_1, WHOLE, Ear, call, run, start, way, with_timestep
+from tests.support.cells import ARM_ONLY, BARE, KITTING, TRAY_1, WHOLE, Ear, call, run, start, way, with_timestep
 
 SECONDS = 2
 TRIALS = (

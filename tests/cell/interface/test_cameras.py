@@ -21,7 +21,7 @@ from cellwright.middleware.messages.standard import CameraInfo, Image, PointClou
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cells import Ear
+from tests.support.cells import Ear
 
 WIDTH, HEIGHT = 96, 72
 QUIET = "noise: {colour: 0, depth: 0, depth_growth: 0}"

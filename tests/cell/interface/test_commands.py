@@ -23,7 +23,7 @@ from cellwright.middleware.messages.osrf_gear import (
 )
 from cellwright.middleware.messages.standard import JointTrajectory, String
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError
-from tests.cells import (
+from tests.support.cells import (
     ARM_ONLY,
     INITIAL,
     JOINTS,

@@ -17,7 +17,7 @@ from cellwright.middleware.messages.controller_manager_msgs import (
     SwitchControllerRequest,
     UnloadControllerRequest,
 )
-from tests.cells import ARM_ONLY, JOINTS, call
+from tests.support.cells import ARM_ONLY, JOINTS, call
 
 STRICT, BEST_EFFORT = SwitchControllerRequest.STRICT, SwitchControllerRequest.BEST_EFFORT
 

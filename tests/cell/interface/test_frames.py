@@ -16,8 +16,8 @@ from cellwright.cell.cell import Cell
 from cellwright.config.trial.trial import SensorConfig
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.util.pose import Pose, normalized
-from tests.cells import ARM_ONLY, BARE, WHOLE, Ear, run, run_to
 from tests.conftest import DATA
+from tests.support.cells import ARM_ONLY, BARE, WHOLE, Ear, run, run_to
 
 FK = json.loads((DATA / "ur10_rail_fk.json").read_text())["cases"]
 HALF_TURN = 3.14159

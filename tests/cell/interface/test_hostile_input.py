@@ -30,8 +30,8 @@ from cellwright.middleware.messages.standard import GoalID, JointTrajectory, Str
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.interface.goals import ACTION, goal
-from tests.cells import ARM_ONLY, INITIAL, JOINTS, TRAY_1, WHOLE, Ear, is_sound, publish, run, wanted, way
 from tests.middleware.messages.random_messages import messages
+from tests.support.cells import ARM_ONLY, INITIAL, JOINTS, TRAY_1, WHOLE, Ear, is_sound, publish, run, wanted, way
 
 AHEAD = tuple(value + 0.1 for value in INITIAL)
 

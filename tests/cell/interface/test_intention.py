@@ -12,7 +12,7 @@ from cellwright.cell.interface.rows import INTENTION
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.standard import String
 from cellwright.util.errors import UnknownNameError
-from tests.cells import BARE, KITTING, publish, run
+from tests.support.cells import BARE, KITTING, publish, run
 
 
 @given(st.text(max_size=5 * MAX_INTENTION_LENGTH))

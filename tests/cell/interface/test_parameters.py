@@ -8,7 +8,7 @@ from typing import Any
 
 from cellwright.cell.interface.parameters import parameters, robot_description
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
-from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
+from tests.support.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 
 
 def arm_parameters(settings: ArmSettings) -> Any:

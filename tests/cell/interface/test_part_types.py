@@ -9,8 +9,8 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.gear2017 import load_trial
-from tests.cells import BARE, call
-from tests.own_parts import write_trial
+from tests.support.cells import BARE, call
+from tests.support.own_parts import write_trial
 
 
 def client(cell: Cell) -> Client:

@@ -15,7 +15,7 @@ from cellwright.config.trial.trial import Kit, KitObject, Order, Trial
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.util.pose import Pose
-from tests.cells import GEARS, INITIAL, JOINTS, KITTING, WHOLE, Ear, on_tray, order, run, stamp_of, start, way
+from tests.support.cells import GEARS, INITIAL, JOINTS, KITTING, WHOLE, Ear, on_tray, order, run, stamp_of, start, way
 
 GEAR = "populate_conveyor|gear_part_clone_0"
 ALPHABETICAL = (

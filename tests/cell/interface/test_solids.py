@@ -7,7 +7,7 @@ from cellwright.cell.model.solids import solids
 from cellwright.clients.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import Trial
-from tests.cells import BARE, call
+from tests.support.cells import BARE, call
 
 
 def test_client_gets_solids_as_the_model_has_them() -> None:

@@ -19,9 +19,9 @@ from cellwright.config.trial.trial import SensorConfig
 from cellwright.util.pose import Pose
 from tests.cell.interface.test_frames import frame_tree, in_world, matrix
 from tests.cell.interface.urdf_chain import joints_of, world_T
-from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 from tests.conftest import DATA
-from tests.urdfdom import complaints
+from tests.support.cells import ARM_ONLY, BARE, JOINTS, WHOLE
+from tests.support.urdfdom import complaints
 
 FK = json.loads((DATA / "ur10_rail_fk.json").read_text())["cases"]
 TEXT = robot_description(WHOLE)

@@ -15,7 +15,7 @@ from cellwright.cell.model.own_models import form_of
 from cellwright.cell.model.part_tops import CLEARANCE, PartTop, part_tops
 from cellwright.config.models.model import ModelShape, UserModel
 from cellwright.util.pose import Pose
-from tests.own_parts import STEP_HEIGHT, write_step
+from tests.support.own_parts import STEP_HEIGHT, write_step
 
 
 def tops(*shapes: ModelShape, mass: float = 0.5) -> tuple[PartTop, ...]:

@@ -16,8 +16,8 @@ from cellwright.cell.model.rearrangement import rearrange
 from cellwright.cell.variation import vary
 from cellwright.config.trial.catalogue import bundled
 from cellwright.config.trial.trial import Trial
-from tests.cells import WHOLE
-from tests.own_parts import PARTS, write_trial
+from tests.support.cells import WHOLE
+from tests.support.own_parts import PARTS, write_trial
 
 
 def trial_of(name: str) -> Trial:

@@ -21,8 +21,8 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Options, Part, Trial
 from cellwright.motion import Joints, link_poses
 from cellwright.util.pose import Pose
-from tests.cells import BARE, ROD_IN_REACH
-from tests.own_parts import write_trial
+from tests.support.cells import BARE, ROD_IN_REACH
+from tests.support.own_parts import write_trial
 
 turns = st.floats(-3.1, 3.1)
 postures = st.builds(Joints, st.floats(-2.1, 2.1), turns, turns, turns, turns, turns, turns)

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_AGENTS, QUICK_WORKERS
 from tests.running.evaluation.programs import TRIAL
 from tests.running.evaluation.results import result
+from tests.support.quick_children import QUICK_AGENTS, QUICK_WORKERS
 
 CLASS = {
     "good": """

@@ -25,9 +25,9 @@ from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.running.evaluation.merge import other_agents
 from cellwright.running.evaluation.summary import Threshold
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.running.evaluation.results import CRASHED, LOST, result
+from tests.support.quick_children import QUICK_WORKERS
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ import pytest
 
 from cellwright.running.evaluation.evaluate import Evaluation
 from tests.cli.conftest import CommandLine
-from tests.ports import free_port
-from tests.quick_children import QUICK_TRACKERS, QUICK_WORKERS
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.running.evaluation.trackers import local_trackers, mlflow_history, mlflow_runs, wandb_runs
+from tests.support.ports import free_port
+from tests.support.quick_children import QUICK_TRACKERS, QUICK_WORKERS
 
 __all__ = ["local_trackers"]
 

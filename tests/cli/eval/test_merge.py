@@ -21,9 +21,9 @@ from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.running.evaluation.seal import sealed
 from cellwright.running.evaluation.shard import Shard
 from tests.cli.conftest import CommandLine, Ran
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.running.evaluation.results import SCORE, TIMELINE
+from tests.support.quick_children import QUICK_WORKERS
 
 AGENT = "programs.py:Deliver"
 WORK = ("eval", "tiny.yaml", "other.yaml", "--agent", AGENT, "--jobs", "2")

@@ -12,8 +12,8 @@ from pyarrow import parquet
 from cellwright.running.evaluation.shard import Shard
 from tests.cli.conftest import CommandLine
 from tests.cli.eval.test_merge import WORK, jobs_of, made_up, store
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
+from tests.support.quick_children import QUICK_WORKERS
 
 TABLE = "results.parquet"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.ports import free_port
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
+from tests.support.ports import free_port
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.programs import TRIAL
+from tests.support.quick_children import QUICK_WORKERS
 
 KEY = "models_to_spawn.agv1::kit_tray_1::kit_tray_1::tray.models.one.pose.xyz[0]"
 DELIVER = """

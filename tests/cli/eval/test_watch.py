@@ -12,12 +12,12 @@ import pytest
 from cellwright.cli.eval import watch
 from tests.browser.serving import viewed
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.running.evaluation.results import LOST, result
 from tests.running.evaluation.test_follow import Folder
+from tests.support.quick_children import QUICK_WORKERS
+from tests.support.waiting import wait_until
 from tests.viewer.web.fake_viewer import FakeViewer
-from tests.waiting import wait_until
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 

@@ -16,8 +16,8 @@ from cellwright.clients.operators.robot import OperatedRobot
 from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.clients.operators.nodes import robot, served
-from tests.waiting import TIMEOUT, wait_until
-from tests.warm import warm_start
+from tests.support.waiting import TIMEOUT, wait_until
+from tests.support.warm import warm_start
 
 pty = pytest.importorskip("pty")
 termios = pytest.importorskip("termios")

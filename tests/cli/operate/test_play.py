@@ -11,7 +11,7 @@ from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.cli.operate.conftest import UNCHECKED
 from tests.clients.operators.nodes import robot, served
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 MOTION = "time,right_1,left_2\n0,0.1,0.6\n0.1,0.15,\n0.2,0.2,0.5\n"
 

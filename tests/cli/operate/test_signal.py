@@ -15,7 +15,7 @@ from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.cli.operate.conftest import UNCHECKED
 from tests.clients.operators.nodes import robot, served
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 QUICK = ("--frequency", "1", "--duration", "1")
 

@@ -9,8 +9,8 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.recorder import Recorder
-from tests.cells import WHOLE, run, start
 from tests.cli.conftest import CommandLine
+from tests.support.cells import WHOLE, run, start
 
 
 @pytest.fixture(scope="module")

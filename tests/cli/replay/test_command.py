@@ -21,9 +21,9 @@ from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import RecordingFile
 from tests.cli.conftest import CommandLine
-from tests.processes import Process
 from tests.recording.replay.made import record, short_work
-from tests.warm import warm_start
+from tests.support.processes import Process
+from tests.support.warm import warm_start
 
 LENGTH = 3.0  # [s], approximate, of the recording
 

@@ -20,7 +20,7 @@ from cellwright.recording.replay.rebuild import rebuild
 from cellwright.recording.replay.verify import TickTime, VerificationResult, versions_that_differ
 from cellwright.util.errors import CellwrightError
 from tests.cli.conftest import CommandLine
-from tests.warm import warm_start
+from tests.support.warm import warm_start
 
 AGENT = """
 class Works:

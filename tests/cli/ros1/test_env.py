@@ -9,7 +9,7 @@ from cellwright.cli import ros1 as ros1_env
 from cellwright.middleware.ros1.host.installation import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 

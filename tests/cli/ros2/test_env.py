@@ -9,7 +9,7 @@ import pytest
 from cellwright.cli import ros2
 from cellwright.middleware.ros2.host.installation import PYTHON_VARIABLE, Installation
 from tests.cli.conftest import CommandLine
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 @pytest.fixture

@@ -25,11 +25,11 @@ from cellwright.running.run import session as sessions
 from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.viewer.web.connection import ServerConnection
-from tests.cells import ARM_ONLY, KITTING
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_AGENTS
 from tests.running.run.test_collisions import IntoThePost
-from tests.waiting import wait_until
+from tests.support.cells import ARM_ONLY, KITTING
+from tests.support.quick_children import QUICK_AGENTS
+from tests.support.waiting import wait_until
 
 SLOW = 0.05
 """A speed at which a run of 2 s is not over before the test has acted on it."""

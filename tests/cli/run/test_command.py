@@ -9,8 +9,8 @@ import pytest
 
 from cellwright.running.run import observers
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_DRAWING
 from tests.rendering.test_png import decode
+from tests.support.quick_children import QUICK_DRAWING
 
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
 

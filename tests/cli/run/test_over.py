@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_AGENTS
 from tests.running.test_serving import ended, serving
 from tests.state_hashes import kept
+from tests.support.quick_children import QUICK_AGENTS
 
 HASH = kept()["lesson"]["state_hash"]
 """State hash after kitter has worked the lesson's cell, in any process."""

@@ -18,9 +18,9 @@ from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello
 from cellwright.running.run import ServerOptions
 from tests.cli.conftest import CommandLine
-from tests.processes import Process
 from tests.running.test_serving import ended, hear, serving
-from tests.waiting import TIMEOUT
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT
 
 
 @pytest.mark.parametrize(

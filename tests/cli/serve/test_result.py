@@ -10,7 +10,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cli.serve import RESULT, offer_result
 from cellwright.running.run import ServerOptions, Session
-from tests.cells import KITTING, call, order
+from tests.support.cells import KITTING, call, order
 
 TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_2"}))
 TRIAL = replace(TRIAL, overrides=("faulty_parts=[gear_part_2]",))

@@ -18,8 +18,8 @@ from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello, read_time
 from tests.cli.conftest import CommandLine
 from tests.running.test_serving import hear
-from tests.waiting import TIMEOUT
-from tests.warm import WarmProcess, warm_start
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmProcess, warm_start
 
 COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0", "--json"]
 

@@ -16,10 +16,10 @@ import pytest
 from cellwright.viewer.services.scene import ITS_OWN_PAGE
 from cellwright.viewer.web.connection import ServerConnection
 from tests.cli.conftest import CommandLine
-from tests.quick_children import QUICK_PAGES
 from tests.running.test_serving import serving
-from tests.waiting import TIMEOUT
-from tests.warm import WarmProcess, warm_start
+from tests.support.quick_children import QUICK_PAGES
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmProcess, warm_start
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, AgentError, find_agent
 from cellwright.clients.agents.lesson import LessonAgent
 from cellwright.running.run import Outcome, run_cell
-from tests.cells import KITTING
+from tests.support.cells import KITTING
 
 ROBOT = """
 from dataclasses import dataclass

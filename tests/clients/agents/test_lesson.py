@@ -15,7 +15,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.running.run import Outcome, RunOptions, RunResult, run_cell
 from cellwright.util.pose import Pose
-from tests.cells import Ear
+from tests.support.cells import Ear
 
 
 @dataclass

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import cellwright
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP, package_files
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 BARE = """
 import sys, types

@@ -15,7 +15,7 @@ from cellwright.clients.assembled import process as services
 from cellwright.robot import AssembledRobot
 from cellwright.util.errors import CellwrightError, UsageError
 from tests.clients.assembled.robots import configs, write_urdf
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 PROGRAM = """
 import json, signal, sys

@@ -12,7 +12,7 @@ from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.robot import AssembledRobot
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 from tests.clients.assembled.robots import configs, write_urdf
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_mess
 from cellwright.clients.client.in_process import InProcess
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
-from tests.cells import ABOVE_THE_ROD, ARM_ONLY, BARE, INITIAL, JOINTS, KITTING, WHOLE, order
+from tests.support.cells import ABOVE_THE_ROD, ARM_ONLY, BARE, INITIAL, JOINTS, KITTING, WHOLE, order
 
 START = dict(zip(JOINTS, INITIAL, strict=True))
 NEAR = {name: value + 0.1 for name, value in START.items()}

@@ -9,7 +9,7 @@ from cellwright.engine.clock import nanoseconds
 from cellwright.engine.loop import StopCondition
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.util.errors import RunEndedError, UnknownNameError
-from tests.cells import ARM_ONLY, BARE, INITIAL, KITTING, WHOLE, start, way
+from tests.support.cells import ARM_ONLY, BARE, INITIAL, KITTING, WHOLE, start, way
 
 
 def never() -> bool:

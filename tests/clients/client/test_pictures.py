@@ -15,7 +15,7 @@ from cellwright.config.trial.trial import PictureCameraConfig, Trial
 from cellwright.middleware.messages.arrays import points_array
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
-from tests.cells import WHOLE
+from tests.support.cells import WHOLE
 
 DOWN = Pose.from_rpy((-0.3, 0.03, 1.4), (0.0, math.pi / 2, 0.0))
 CAMERAS = (

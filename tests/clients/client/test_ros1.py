@@ -34,15 +34,15 @@ from cellwright.util.errors import (
     UsageError,
 )
 from cellwright.util.process import ChildProcess
-from tests import watching
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
 from tests.ros1.client import warm_ros
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
-from tests.waiting import TIMEOUT, wait_until
-from tests.warm import WarmProcess
-from tests.watching import Action
+from tests.support import watching
+from tests.support.waiting import TIMEOUT, wait_until
+from tests.support.warm import WarmProcess
+from tests.support.watching import Action
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.middleware.ros1.bridge.fixtures"]
 

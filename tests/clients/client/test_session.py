@@ -12,7 +12,7 @@ from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import NodeClient
 from cellwright.util.errors import UsageError
-from tests.cells import ARM_ONLY, BARE, KITTING
+from tests.support.cells import ARM_ONLY, BARE, KITTING
 
 
 def session_of(cell: Cell | None = None) -> NodeClient:

@@ -33,9 +33,9 @@ from cellwright.util.errors import (
     UnknownNameError,
     UsageError,
 )
-from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, way
 from tests.clients.operators import nodes as robots
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, way
+from tests.support.waiting import TIMEOUT, wait_until
 
 
 class ServedCell:

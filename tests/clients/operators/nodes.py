@@ -13,7 +13,7 @@ from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 _ARM = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

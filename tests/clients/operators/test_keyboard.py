@@ -17,7 +17,7 @@ from cellwright.clients.operators.terminal import panel
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RejectedCommandError
 from tests.clients.operators.nodes import robot, served
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 LIMITS = JointLimits.of(robot().robot)
 RIGHT, LEFT, DOWN = "\x1b[C", "\x1b[D", "\x1b[B"

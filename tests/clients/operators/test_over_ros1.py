@@ -15,7 +15,7 @@ from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, Operat
 from cellwright.config.robot.robots import load_robot
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -14,10 +14,10 @@ from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.keyboard import Jog, Keyboard
 from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot, ServiceCaller
 from cellwright.config.robot.robots import load_robot
-from tests.processes import Process
 from tests.ros2.ground import Ground, ground
 from tests.ros2.requirement import installation
-from tests.waiting import TIMEOUT
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2

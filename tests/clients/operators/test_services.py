@@ -11,7 +11,7 @@ import pytest
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.robot import Ask, ServiceCaller
 from cellwright.util.errors import RunEndedError, UsageError
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 class FakeTransport:

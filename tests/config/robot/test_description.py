@@ -17,7 +17,7 @@ from cellwright.config.robot.urdf_file import read_text
 from cellwright.util.errors import DescriptionError
 from tests.config.robot import small_robot, test_against_pybullet, test_urdf_damage, torso_robot
 from tests.config.robot.oracle import pose_distance
-from tests.urdfdom import complaints
+from tests.support.urdfdom import complaints
 
 DOCS = Path(__file__).parents[3] / "docs"
 LINKS = '<link name="a"/><link name="b"/>'

@@ -7,7 +7,7 @@ import pytest
 from cellwright.config.robot.model import JointType, RobotModel
 from cellwright.config.robot.urdf import MAX_LINKS, MAX_SHAPES, MAX_WARNINGS, read_urdf
 from cellwright.util.errors import DescriptionError
-from tests.urdfdom import complaints_about
+from tests.support.urdfdom import complaints_about
 
 LIMIT = '<limit lower="-1" upper="2" effort="3" velocity="4"/>'
 

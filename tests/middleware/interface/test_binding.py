@@ -23,7 +23,7 @@ from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
 from cellwright.robot.publications import CameraTopics, RobotPublications
 from cellwright.util.errors import UsageError
-from tests.cells import BARE
+from tests.support.cells import BARE
 
 STATE = publishes("/state", "std_msgs/Float64", 100, Availability.ALWAYS, "Time.", handler="state")
 COMMAND = accepts(

@@ -10,7 +10,7 @@ from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Availability, Timing, publishes
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Float64
-from tests.cells import BARE
+from tests.support.cells import BARE
 
 
 class Bench:

@@ -20,7 +20,7 @@ from cellwright.middleware.messages.types import (
 )
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.conftest import load_cases
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 @pytest.mark.parametrize("case", load_cases("md5_cases.json"), ids=lambda case: case["name"])

@@ -13,7 +13,7 @@ from cellwright.middleware.bus import Node
 from cellwright.middleware.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, hello
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 class Talker:

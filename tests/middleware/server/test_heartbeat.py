@@ -12,7 +12,7 @@ from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, RE
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 LOOK = 0.01
 """Time between two checks [s]."""

@@ -31,9 +31,9 @@ from cellwright.middleware.wire.frames import (
     advance,
     hello,
 )
-from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
 from tests.middleware.server.talk import Hall, Talker, as_json, served
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.cells import ARM_ONLY, INITIAL, KITTING, start, way
+from tests.support.waiting import TIMEOUT, wait_until
 
 
 def is_answered(client: Talker) -> bool:

@@ -14,8 +14,8 @@ from cellwright.cell.cell import Cell
 from cellwright.middleware.server import server as module
 from cellwright.middleware.server.server import LOOPBACK, ListeningSocket, Server, open_listener
 from cellwright.util.errors import UsageError
-from tests.cells import BARE
-from tests.waiting import TIMEOUT
+from tests.support.cells import BARE
+from tests.support.waiting import TIMEOUT
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Frame, FrameKind, advance
 from cellwright.util.errors import UsageError
-from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 from tests.middleware.server.talk import served
+from tests.support.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 
 
 def test_welcome_lists_all_topics_and_services_with_types() -> None:

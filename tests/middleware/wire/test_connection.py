@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright.middleware.wire.connection import BufferedConnection
 from cellwright.middleware.wire.event_loop import EventLoop
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 class Line:

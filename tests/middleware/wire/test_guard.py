@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.wire import guard
-from tests.processes import name_of
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.processes import name_of
+from tests.support.waiting import TIMEOUT, wait_until
 
 GUARD = Path(guard.__file__)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware import wire as link
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 PARENT_WATCH = Path(link.__file__).with_name("parent_watch.py")
 

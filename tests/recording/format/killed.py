@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.recording.format.reader import RecordingFile, recorded_frames
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 PROGRAM = """
 import os, struct, sys

@@ -22,7 +22,7 @@ from cellwright.util.errors import RecordingError, UsageError
 from tests.clients.client.test_pictures import TRIAL as SEEING
 from tests.recording.format.files import TALK, text, write
 from tests.ros1.requirement import system_path
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 def test_bag_has_all_messages_of_recording(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError
 from tests.cell.devices.workers import FakeWorker
-from tests.cells import INITIAL, WHOLE, publish, run, start, way
+from tests.support.cells import INITIAL, WHOLE, publish, run, start, way
 
 HEADER = RecordingHeader("cell", "whole", {"seed": 1})
 AHEAD = (0.2, *INITIAL[1:])

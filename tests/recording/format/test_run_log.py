@@ -16,8 +16,8 @@ from cellwright.config.trial.trial import Trial
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RunOptions, RunResult, run_cell
 from cellwright.util.files import read_json_lines
-from tests.cells import KITTING
-from tests.waiting import TIMEOUT
+from tests.support.cells import KITTING
+from tests.support.waiting import TIMEOUT
 
 KILLED = """
 class Works:

@@ -11,7 +11,7 @@ import pytest
 from cellwright.recording.format.reader import RecordingFile
 from tests.recording.replay.made import record, short_work
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -12,9 +12,9 @@ from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.worker import RenderingError, RenderWorker
-from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
-from tests.waiting import TIMEOUT
+from tests.support.quick_children import QUICK_DRAWING
+from tests.support.waiting import TIMEOUT
 
 CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
 

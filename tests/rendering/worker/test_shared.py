@@ -14,7 +14,7 @@ from cellwright.rendering.worker.shared import SharedRenderer
 from cellwright.util.errors import RenderingError
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.test_engine_renderer import PANE, SCENE
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 CAMERA = Camera((0.3, -4, 1), (0.3, 0, 1))
 REQUEST = PictureRequest(CAMERA, 32, 24, samples=1)

@@ -13,7 +13,7 @@ from cellwright.robot.checks.driver import check_driver
 from cellwright.robot.servos import Array, JointArrays
 from tests.robot.drivers.test_live import NAMES, Hardware
 from tests.robot.robots import two_arms
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 pytestmark = pytest.mark.usefixtures("patient")
 

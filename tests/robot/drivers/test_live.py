@@ -17,7 +17,7 @@ from cellwright.robot.servos import Array, JointArrays
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tests.robot.robots import two_arms
 from tests.robot.talk import Talk
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.usefixtures("patient")
 

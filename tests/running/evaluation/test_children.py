@@ -12,8 +12,8 @@ from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile
-from tests.processes import is_running
-from tests.waiting import wait_until
+from tests.support.processes import is_running
+from tests.support.waiting import wait_until
 
 pytestmark = [
     pytest.mark.slow,

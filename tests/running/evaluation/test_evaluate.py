@@ -18,10 +18,10 @@ from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.util.errors import UsageError
 from cellwright.util.files import read_json_lines
-from tests.processes import is_running
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.conftest import Judge, tiny_jobs
-from tests.waiting import wait_until
+from tests.support.processes import is_running
+from tests.support.quick_children import QUICK_WORKERS
+from tests.support.waiting import wait_until
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 LINUX = pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="memory is not limited there")

@@ -17,8 +17,8 @@ from cellwright.running.evaluation.engine import Running
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.process import WorkerProcess
 from cellwright.running.evaluation.result import Result, ResultsFile
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.conftest import tiny_jobs
+from tests.support.quick_children import QUICK_WORKERS
 
 pytestmark = [
     pytest.mark.slow,

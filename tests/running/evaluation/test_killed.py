@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.main import main
-from tests.processes import is_running
-from tests.quick_children import QUICK_WORKERS
-from tests.waiting import TIMEOUT, wait_until
-from tests.warm import WarmProcess, warm_start
+from tests.support.processes import is_running
+from tests.support.quick_children import QUICK_WORKERS
+from tests.support.waiting import TIMEOUT, wait_until
+from tests.support.warm import WarmProcess, warm_start
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED, OwnTime, Usage, usage_below
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 @pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="cannot be seen there")

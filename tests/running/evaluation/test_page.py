@@ -20,10 +20,10 @@ from cellwright.running.evaluation.summary import Threshold, summarize
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import FRAME, PANEL, SCENE
 from cellwright.viewer.web.evaluation_panels import SHOW, EvaluationPanel
-from tests.cells import KITTING
 from tests.running.evaluation.results import CRASHED, LOST, SCORE, result, worked
 from tests.running.evaluation.test_follow import Folder
 from tests.running.evaluation.test_state import Sent
+from tests.support.cells import KITTING
 
 RUNS = [result(), CRASHED, LOST, worked(seed=4), result(trial="other")]
 

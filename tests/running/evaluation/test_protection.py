@@ -11,8 +11,8 @@ import pytest
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
 from cellwright.running.evaluation.result import Result, ResultsFile, read_results
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.cheats import CHEATS, SPOILED
+from tests.support.quick_children import QUICK_WORKERS
 
 pytestmark = pytest.mark.slow
 

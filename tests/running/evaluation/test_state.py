@@ -23,10 +23,10 @@ from cellwright.running.evaluation.state import (
     state_file,
     write_state,
 )
-from tests.cells import KITTING
-from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.conftest import Judge, tiny_jobs
-from tests.waiting import wait_until
+from tests.support.cells import KITTING
+from tests.support.quick_children import QUICK_WORKERS
+from tests.support.waiting import wait_until
 
 
 class Sent:

@@ -13,10 +13,10 @@ from cellwright.running.evaluation.job import log_name
 from cellwright.running.evaluation.result import Result
 from cellwright.running.evaluation.state import StateReporter, state_file, write_state
 from cellwright.running.evaluation.state_pictures import MAX_PICTURES, draw_worst
-from tests.cells import KITTING
 from tests.rendering.test_png import decode
 from tests.running.evaluation.results import result
 from tests.running.evaluation.test_state import Sent
+from tests.support.cells import KITTING
 
 
 def with_state(results: list[Result], folder: Path) -> list[Result]:

@@ -10,8 +10,8 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.evaluation.worker import Timeline
 from cellwright.running.run import RunOptions, run_cell
-from tests.cells import KITTING
 from tests.running.run.test_run import Script, deliver_and_go_on, work
+from tests.support.cells import KITTING
 
 
 def test_timeline_has_orders_kits_and_agv_states() -> None:

@@ -13,10 +13,10 @@ from cellwright.running.evaluation.summary import Repeat, Threshold
 from cellwright.running.evaluation.trackers import serve
 from cellwright.running.evaluation.tracking import TrackerProcess, Tracking, final_metrics, parameters_of
 from cellwright.util.errors import UnknownNameError, UsageError
-from tests.quick_children import QUICK_TRACKERS
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 from tests.running.evaluation.trackers import local_trackers, mlflow_history, mlflow_runs
-from tests.waiting import wait_until
+from tests.support.quick_children import QUICK_TRACKERS
+from tests.support.waiting import wait_until
 
 __all__ = ["local_trackers"]
 

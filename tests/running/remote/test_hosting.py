@@ -15,11 +15,11 @@ from cellwright.clients.agents.agent import AgentError, find_agent
 from cellwright.running.remote.hosting import AgentProcess, RemoteAgent
 from cellwright.running.run import Outcome, RunResult, ServerOptions, Session, run_cell
 from cellwright.running.run.targets import cell_result
-from tests.cells import KITTING
-from tests.processes import Process
-from tests.quick_children import QUICK_AGENTS
-from tests.waiting import TIMEOUT, wait_until
-from tests.warm import warm_start
+from tests.support.cells import KITTING
+from tests.support.processes import Process
+from tests.support.quick_children import QUICK_AGENTS
+from tests.support.waiting import TIMEOUT, wait_until
+from tests.support.warm import warm_start
 
 AGENTS = """
 import logging, os, sys, time

@@ -21,7 +21,7 @@ from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.running.run.result import MAX_SHOWN, Collision, CollisionWatch
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN
-from tests.cells import ARM_ONLY
+from tests.support.cells import ARM_ONLY
 
 
 def positions(rail: float) -> list[float]:

@@ -16,7 +16,7 @@ from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run import Session
 from cellwright.running.run.targets import cell_result
 from cellwright.viewer import filming
-from tests.cells import KITTING
+from tests.support.cells import KITTING
 
 POINTS = 6.0
 

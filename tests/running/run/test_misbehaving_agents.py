@@ -15,8 +15,8 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
 from cellwright.running.run import Outcome
 from cellwright.util.errors import RunEndedError, UsageError
-from tests.cells import KITTING
 from tests.running.run.test_run import deliver, work
+from tests.support.cells import KITTING
 
 
 class OwnError(BaseException):

@@ -14,7 +14,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import EVENT, PANEL, STATE_HASH
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.run import Outcome, Program, RecordOptions, RunOptions, Session, load_trial, run_cell
-from tests.cells import KITTING
+from tests.support.cells import KITTING
 
 
 class Delivers:

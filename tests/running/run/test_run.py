@@ -15,7 +15,7 @@ from cellwright.clients.client.client import Client
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.running.run import GRACE, Outcome, RunOptions, RunResult, run_cell, versions
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
-from tests.cells import ARM_ONLY, BARE, JOINTS, KITTING, run
+from tests.support.cells import ARM_ONLY, BARE, JOINTS, KITTING, run
 
 
 class Script:

@@ -23,8 +23,8 @@ from cellwright.running.run import Outcome, RunOptions, RunResult, ServerOptions
 from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from cellwright.util.files import read_json_lines
-from tests.cells import BARE, KITTING
-from tests.waiting import TIMEOUT
+from tests.support.cells import BARE, KITTING
+from tests.support.waiting import TIMEOUT
 
 HERE = ServerOptions(port=0)
 FRAMES = 7

@@ -16,7 +16,7 @@ from cellwright.running.run import Outcome, RunOptions, run_cell
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.plugins import PluginError
-from tests.workshop import describe, install
+from tests.support.workshop import describe, install
 
 BROKEN = """
 raise ImportError("no such\\nluck")

@@ -6,7 +6,7 @@ import pytest
 
 from cellwright.util.errors import RunEndedError, SimulationError
 from cellwright.util.plugins import PluginFailedError, call_plugin, guard_plugin
-from tests.workshop import describe
+from tests.support.workshop import describe
 
 
 @pytest.fixture(autouse=True)

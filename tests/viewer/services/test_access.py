@@ -16,9 +16,9 @@ from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import CONTROL, FRAME, VIEWER_SERVICES
-from tests.cells import KITTING
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.robots import two_arms
+from tests.support.cells import KITTING
 
 
 def offered(hall: Hall, node: scene.ViewedNode, tempo: RateControl | None = None) -> None:

@@ -12,7 +12,7 @@ from cellwright.cell.cell import Cell
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.viewer.services.cell_panel import CellPanel
-from tests.cells import KITTING, WHOLE, call, order, publish, run, start
+from tests.support.cells import KITTING, WHOLE, call, order, publish, run, start
 
 FAULTY = replace(KITTING, faulty_parts=frozenset({"gear_part_2"}))
 

@@ -12,8 +12,8 @@ from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
 from cellwright.viewer.services.scene import SceneServices, ServedScene
-from tests.cells import BARE, KITTING, SENSORS, WHOLE
 from tests.robot.robots import two_arms
+from tests.support.cells import BARE, KITTING, SENSORS, WHOLE
 
 
 def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneCapture]:

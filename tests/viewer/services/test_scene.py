@@ -16,8 +16,8 @@ from cellwright.viewer.services import scene as scene_service
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import FRAME, SCENE
 from cellwright.viewer.services.scene import HISTORY_LENGTH, SceneServices, ServedScene
-from tests.cells import KITTING, WHOLE
 from tests.middleware.server.talk import served
+from tests.support.cells import KITTING, WHOLE
 
 
 def test_client_receives_scene_and_frames() -> None:

@@ -11,7 +11,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.evidence import evidence_to_json
 from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence, known_orders, without_faults
-from tests.cells import KITTING, call, order, run, start
+from tests.support.cells import KITTING, call, order, run, start
 
 SECRETIVE = replace(
     KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_1", "gear_part_2"})

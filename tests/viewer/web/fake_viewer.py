@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 CAMERA = {
     "type": "ViewerCameraMessage",

@@ -18,7 +18,7 @@ from websockets.typing import Origin
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.access import MAX_UNFINISHED, AccessGuard
 from cellwright.viewer.web.program import ViserServer
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 SECRET = "a1b2c3"
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cellwright.cell.cell import Cell
 from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.web.cell_panels import CELL, ORDERS, SCORE, CellPanels, cell_of
-from tests.cells import KITTING, run, start
+from tests.support.cells import KITTING, run, start
 from tests.viewer.web.pages import clicked, page
 
 JSON = st.recursive(

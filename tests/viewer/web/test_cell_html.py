@@ -17,7 +17,7 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.web import cell_panels
-from tests.cells import KITTING, WHOLE, call, order, publish, run, start
+from tests.support.cells import KITTING, WHOLE, call, order, publish, run, start
 
 PIECES = (
     cell_panels.head_html,

@@ -20,9 +20,9 @@ from cellwright.util.errors import CellwrightError, RejectedCommandError, Unknow
 from cellwright.viewer.services.names import SCENE
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.connection import AwayError, ServerConnection, StatePoller
-from tests.cells import KITTING
 from tests.robot.robots import two_arms
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.cells import KITTING
+from tests.support.waiting import TIMEOUT, wait_until
 
 
 @contextmanager

@@ -19,11 +19,11 @@ from cellwright.util.errors import UsageError
 from cellwright.viewer.services.names import FRAME, PANEL, VIEWER_SERVICES
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.start import WebPage, page_source
-from tests.cells import KITTING, WHOLE
-from tests.quick_children import QUICK_PAGES
 from tests.robot.robots import two_arms
+from tests.support.cells import KITTING, WHOLE
+from tests.support.quick_children import QUICK_PAGES
+from tests.support.waiting import TIMEOUT, wait_until
 from tests.viewer.web.fake_viewer import FakeViewer
-from tests.waiting import TIMEOUT, wait_until
 
 TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import Process
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT, wait_until
 
 
 @pytest.mark.slow

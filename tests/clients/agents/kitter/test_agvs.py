@@ -5,7 +5,7 @@ from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from tests.cells import KITTING
+from tests.support.cells import KITTING
 
 
 def test_agv_is_ready_until_sent() -> None:

@@ -10,7 +10,7 @@ from cellwright.clients.client.in_process import InProcess
 from cellwright.motion import Joints, forward
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
-from tests.cells import ARM_ONLY, BARE
+from tests.support.cells import ARM_ONLY, BARE
 
 
 def test_arm_reads_newest_joint_states() -> None:

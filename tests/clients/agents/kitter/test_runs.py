@@ -15,7 +15,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.run import Outcome, RunOptions, RunResult, run_cell
 from tests.clients.agents.kitter.distances import LINKS, LinkDistances
-from tests.own_parts import write_trial
+from tests.support.own_parts import write_trial
 
 
 class LogTexts(logging.Handler):

@@ -25,7 +25,7 @@ from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import KitObject, Trial
 from cellwright.motion import face
 from cellwright.util.pose import Pose
-from tests.cells import on_tray
+from tests.support.cells import on_tray
 
 KINDS = Catalogue()
 PULLEY = KINDS.figures("pulley_part")

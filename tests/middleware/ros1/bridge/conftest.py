@@ -10,9 +10,9 @@ import pytest
 import cellwright
 from tests.middleware.ros1.bridge.fake_cell import FakeCell
 from tests.middleware.ros1.bridge.wire import OPENED
-from tests.processes import Process
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
+from tests.support.processes import Process
 
 PROGRAM = Path(cellwright.__file__).parent / "middleware/ros1/bridge/bridge.py"
 

@@ -12,7 +12,7 @@ from typing import Any
 from cellwright.middleware.messages import definition, md5
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, time_frame
 from cellwright.middleware.wire.quiet_clock import TIME
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 TICK = 2_000_000
 """Duration of a tick [ns]."""

@@ -17,11 +17,11 @@ from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
 from tests.middleware.ros1.bridge.wire import Calls, subscribe
-from tests.processes import name_of
 from tests.ros1.ground import Ground
 from tests.ros1.listening import addresses
 from tests.ros1.requirement import ros_python
-from tests.waiting import wait_until
+from tests.support.processes import name_of
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.middleware.ros1.bridge.fixtures"]
 

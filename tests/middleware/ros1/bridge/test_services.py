@@ -16,7 +16,7 @@ from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
 from tests.middleware.ros1.bridge.wire import Calls, address_of_service, encoded, subscribe
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.middleware.ros1.bridge.fixtures"]
 

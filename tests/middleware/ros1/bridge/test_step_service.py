@@ -17,7 +17,7 @@ from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out
 from tests.middleware.ros1.bridge.wire import Calls, subscribe
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.middleware.ros1.bridge.fixtures"]
 

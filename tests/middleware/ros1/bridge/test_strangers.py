@@ -16,9 +16,9 @@ from cellwright.middleware.wire.frames import FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, out, service
 from tests.middleware.ros1.bridge.wire import Connection, address_of, address_of_service, encoded
-from tests.processes import Process
 from tests.ros1.ground import Ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.processes import Process
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.middleware.ros1.bridge.fixtures"]
 

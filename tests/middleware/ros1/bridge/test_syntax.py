@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 PACKAGE = Path(cellwright.__file__).parent
 FILES = sorted(

@@ -8,7 +8,7 @@ import xmlrpc.client
 from typing import Any, cast
 
 from tests.ros1.ground import Ground
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 def address_of(ground: Ground, topic: str, node: str = "/gazebo") -> tuple[str, int]:

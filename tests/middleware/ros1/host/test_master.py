@@ -13,8 +13,8 @@ import pytest
 
 from cellwright.middleware.ros1.host.master import MasterClient, MasterError
 from cellwright.util.errors import UsageError
-from tests.ports import free_port
-from tests.waiting import TIMEOUT
+from tests.support.ports import free_port
+from tests.support.waiting import TIMEOUT
 
 MASTER_TIMEOUT = 0.5
 is_over = threading.Event()

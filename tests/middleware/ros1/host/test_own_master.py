@@ -16,7 +16,7 @@ from cellwright.middleware.ros1.host.installation import Installation
 from cellwright.middleware.ros1.host.master import MasterClient, OwnMaster
 from cellwright.util.errors import UsageError
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

@@ -18,11 +18,11 @@ import pytest
 from cellwright.cli.options import SPEED
 from cellwright.middleware.ros1.host import Ros1
 from cellwright.util.errors import UsageError
-from tests.ports import free_port
-from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end, ground
 from tests.ros1.listening import addresses
-from tests.waiting import wait_until
+from tests.support.ports import free_port
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

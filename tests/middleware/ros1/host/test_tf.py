@@ -13,8 +13,8 @@ import pytest
 from cellwright.cell.interface.parameters import robot_description
 from cellwright.cli import options
 from tests.cell.interface.urdf_chain import joints_of, world_T
-from tests.processes import Process
 from tests.ros1.ground import Ground, ground
+from tests.support.processes import Process
 
 pytest_plugins = ["tests.ros1.fixtures"]
 

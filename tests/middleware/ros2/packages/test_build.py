@@ -31,7 +31,7 @@ from cellwright.middleware.ros2.packages.build import (
 from cellwright.middleware.ros2.packages.contents import definitions, dependencies
 from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 TEXTS = {
     "small_msgs": {"msg/One.msg": "large_msgs/Two two\n"},

@@ -24,7 +24,7 @@ from cellwright.middleware.ros2.packages.environment import (
 )
 from cellwright.middleware.ros2.packages.progress import Progress
 from cellwright.util.errors import UsageError
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there are wheels of ROS 2 for Linux alone")
 

@@ -20,7 +20,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from cellwright.middleware.ros2.host.installation import Installation
 from cellwright.middleware.ros2.packages.contents import definitions, interface_packages
 from tests.ros2.requirement import installation, installation_of
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 RECORDED = Path(__file__).parents[3] / "data" / "ros2_type_hashes.json"
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cellwright.middleware.ros2.packages import progress as module
 from cellwright.middleware.ros2.packages.progress import Progress
-from tests.waiting import wait_until
+from tests.support.waiting import wait_until
 
 
 class Clock:

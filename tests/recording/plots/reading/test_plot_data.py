@@ -21,8 +21,8 @@ from cellwright.recording.plots.tracks import PlotData
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.robot_panel import RobotPanel
-from tests.cells import INITIAL, WHOLE, publish, run, start, way
 from tests.clients.operators.nodes import robot
+from tests.support.cells import INITIAL, WHOLE, publish, run, start, way
 
 AHEAD = (0.5, *INITIAL[1:])
 

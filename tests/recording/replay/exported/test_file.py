@@ -21,9 +21,9 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.replay.exported import write_mcap
 from cellwright.util.errors import RecordingError, UsageError
-from tests.cells import WHOLE, run
 from tests.recording.format.files import TALK, text
 from tests.recording.replay.made import record, short_work
+from tests.support.cells import WHOLE, run
 
 SECOND = 1_000_000_000
 MARKERS, TRANSFORMS = "/cellwright/markers", "/cellwright/tf"

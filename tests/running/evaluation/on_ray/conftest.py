@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import FAMILY, kill, members
+from tests.support.processes import FAMILY, kill, members
 
 ROOT = Path(__file__).parents[4]
 NODES = 2

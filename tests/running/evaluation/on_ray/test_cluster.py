@@ -18,9 +18,9 @@ import pytest
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
 from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
 from cellwright.running.evaluation.result import Result, ResultsFile, read_results
-from tests.processes import Process, is_running, kill
 from tests.running.evaluation.on_ray.conftest import Cluster
-from tests.waiting import wait_until
+from tests.support.processes import Process, is_running, kill
+from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")]
 

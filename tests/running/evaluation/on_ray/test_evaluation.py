@@ -14,7 +14,7 @@ from cellwright.running.evaluation.on_ray import evaluation as module
 from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
 from cellwright.running.evaluation.result import ResultsFile
 from cellwright.util.errors import UsageError
-from tests.ports import free_port
+from tests.support.ports import free_port
 
 
 def jobs_of(agent: str = "programs.py:Deliver", trial: str = "tiny.yaml") -> list[Job]:

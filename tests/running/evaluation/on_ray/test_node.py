@@ -15,7 +15,7 @@ from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest,
 from cellwright.running.evaluation.on_ray import node
 from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.state import read_state, state_file
-from tests.quick_children import QUICK_WORKERS
+from tests.support.quick_children import QUICK_WORKERS
 
 LIMITS = asdict(RunLimits())
 

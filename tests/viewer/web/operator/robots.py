@@ -17,7 +17,7 @@ from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.services.scene import SceneServices, ServedScene
 from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 from tests.clients.operators.nodes import robot
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 @cache

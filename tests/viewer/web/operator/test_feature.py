@@ -12,9 +12,9 @@ from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.operator.feature import TAB, Operator
 from tests.clients.operators.nodes import robot
+from tests.support.waiting import wait_until
 from tests.viewer.web.operator.fakes import FakePage
 from tests.viewer.web.operator.robots import served
-from tests.waiting import wait_until
 
 SCENE = Scene("two arms", ("world",), (), ())
 

@@ -16,8 +16,8 @@ from cellwright.viewer.web.operator.command_queue import CommandQueue
 from cellwright.viewer.web.operator.robot_state import RobotState, rotation_angle
 from cellwright.viewer.web.operator.worker import NODE, Worker
 from tests.clients.operators.nodes import robot
+from tests.support.waiting import wait_until
 from tests.viewer.web.operator.robots import number, served
-from tests.waiting import wait_until
 
 ME = 1
 ELBOW = number("right_3")

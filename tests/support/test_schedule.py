@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from tests.schedule import FIRST, SHARING, TOGETHER, WHOLE, WORKSPACE, Scheduling, pytest_collection_modifyitems
+from tests.support.schedule import FIRST, SHARING, TOGETHER, WHOLE, WORKSPACE, Scheduling, pytest_collection_modifyitems
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LESSON, CATKIN, LATER = (
     "tests/docs/test_lesson.py",
     "tests/ros1/test_catkin.py",

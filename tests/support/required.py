@@ -26,7 +26,7 @@ def reason_to_skip(marker: str) -> str | None:
         if shutil.which("Xvfb") is None or importlib.util.find_spec("glfw") is None:
             return "no Xvfb or no glfw: scripts/install-display and the extra `gui` bring them"
         return None
-    module = "tests.urdfdom" if marker == "urdfdom" else f"tests.{marker}.requirement"
+    module = "tests.support.urdfdom" if marker == "urdfdom" else f"tests.{marker}.requirement"
     reason: str | None = import_module(module).lacking()
     return reason
 

@@ -23,8 +23,8 @@ from typing import IO, Any
 
 import pytest
 
-from tests.leftovers import MARK
-from tests.waiting import TIMEOUT
+from tests.support.leftovers import MARK
+from tests.support.waiting import TIMEOUT
 
 MODULES = (
     "cellwright.cli.main",
@@ -47,7 +47,7 @@ MODULES = (
 )
 """Modules to load once; they import most of the others."""
 
-FORK = "tests.warm.fork"
+FORK = "tests.support.warm.fork"
 """Audit event of each program that is forked, with its arguments."""
 
 _RUN = "import runpy, sys; del sys.argv[0]; runpy.run_{}(sys.argv[0], run_name='__main__'{})"

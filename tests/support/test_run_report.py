@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import Process
-from tests.run_report import kind_of
+from tests.support.processes import Process
+from tests.support.run_report import kind_of
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_failures_are_last_with_command_to_repeat(tmp_path: Path) -> None:
         "def test_errs(broken): pass\n"
         "def test_passes(): pass\n"
     )
-    plugins = ["-p", "tests.leftovers", "-p", "tests.run_report", "-p", "no:cacheprovider"]
+    plugins = ["-p", "tests.support.leftovers", "-p", "tests.support.run_report", "-p", "no:cacheprovider"]
     command = [sys.executable, "-m", "pytest", "--rootdir", str(tmp_path), *plugins, "-n", "2", str(tmp_path)]
     ran = Process(command, {**os.environ, "PYTHONPATH": str(ROOT)}, tmp_path)
     assert ran.finish() == 1

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from tests.leftovers import MARK
-from tests.required import MARKERS, reason_to_skip
-from tests.warm import FORK
+from tests.support.leftovers import MARK
+from tests.support.required import MARKERS, reason_to_skip
+from tests.support.warm import FORK
 
 _FORKED = "forked Python"
 _KINDS = ("Python", _FORKED, "ROS 1 master", "page", "browser", "other program")

@@ -16,9 +16,9 @@ from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.clients.client.in_process import InProcess
 from cellwright.running.run import RunOptions, run_cell
 from tests.clients.client.test_socket import connected, served
-from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, recording, unwatched, work
+from tests.support.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, recording, unwatched, work
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
 LATE: list[Action] = [

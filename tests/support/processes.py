@@ -14,10 +14,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.waiting import TIMEOUT, wait_until
 
 if TYPE_CHECKING:
-    from tests.warm import WarmProcess, WarmStart
+    from tests.support.warm import WarmProcess, WarmStart
 
 FAMILY = "CELLWRIGHT_TEST_FAMILY"
 """Environment variable that a process passes to all its descendants, which identifies them even after its end."""

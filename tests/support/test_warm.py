@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import Process
-from tests.warm import WarmStart
+from tests.support.processes import Process
+from tests.support.warm import WarmStart
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
 """Effect of collision culling on whole trials: `kitter` at work with culling and without, trial by trial.
 
-`python -m tests.culling_effect` runs the 29 bundled trials, or the named ones; `--varied 100` adds that many variations
-of them (`cellwright run --vary`), seeds 1 to 100. A reading's last bits are a command's last bits. So the program does
-the same in both runs while its commands have the same order, and the same times and values within `SAME_TIME` and
-`SAME_VALUE`. Up to there the positions of all parts are compared.
+`python -m tests.support.culling_effect` runs the 29 bundled trials, or the named ones; `--varied 100` adds that many
+variations of them (`cellwright run --vary`), seeds 1 to 100. A reading's last bits are a command's last bits. So the
+program does the same in both runs while its commands have the same order, and the same times and values within
+`SAME_TIME` and `SAME_VALUE`. Up to there the positions of all parts are compared.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from cellwright.config.trial.catalogue import bundled, find_trial
 from cellwright.middleware.bus import ExternalInput
 from cellwright.running.run.headless import run_cell
 from cellwright.running.run.options import RunOptions
-from tests.cells import with_culling
+from tests.support.cells import with_culling
 
 UNTIL = 600.0  # [s]
 PERIOD = Fraction(1, 10)

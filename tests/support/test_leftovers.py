@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tests import leftovers
-from tests.leftovers import MARK, end_processes, identity, marked
-from tests.processes import Process, name_of
-from tests.waiting import wait_until
+from tests.support import leftovers
+from tests.support.leftovers import MARK, end_processes, identity, marked
+from tests.support.processes import Process, name_of
+from tests.support.waiting import wait_until
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LEAVES = """
 import subprocess, sys
 
@@ -31,7 +31,7 @@ def test_that_fails():
 def test_that_passes():
     start().kill()
 """
-PLUGINS = ["-p", "tests.leftovers", "-p", "no:cacheprovider", "-p", "no:xdist"]
+PLUGINS = ["-p", "tests.support.leftovers", "-p", "no:cacheprovider", "-p", "no:xdist"]
 
 
 def run_in(folder: Path, *arguments: str) -> Process:

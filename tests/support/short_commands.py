@@ -18,8 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tests.waiting import TIMEOUT
-from tests.warm import WarmStart
+from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmStart
 
 SMALL_PICTURES = Path(__file__).with_name("small_pictures.py")
 

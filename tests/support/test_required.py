@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from tests import required
-from tests.required import MARKERS, pytest_runtest_setup, reason_to_skip
+from tests.support import required
+from tests.support.required import MARKERS, pytest_runtest_setup, reason_to_skip
 
 each_marker = pytest.mark.parametrize("marker", MARKERS)
 

@@ -1,6 +1,6 @@
 """Four seconds with every event of a cell, played in this process or in one of its own.
 
-`python -m tests.scenario [--listen] [--continue FILE] [--seed N]` prints the state hash at the end.
+`python -m tests.support.scenario [--listen] [--continue FILE] [--seed N]` prints the state hash at the end.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, VacuumGripperControlRequest
 from tests.cell.interface.goals import send
-from tests.cells import ABOVE_THE_ROD, INITIAL, WHOLE, call, order, publish, way, with_seed
+from tests.support.cells import ABOVE_THE_ROD, INITIAL, WHOLE, call, order, publish, way, with_seed
 
 END = 4.0
 MIDDLE = 2.2

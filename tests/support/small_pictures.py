@@ -1,7 +1,7 @@
 """Command `cellwright` with small pictures, an eighth as wide and high: a fraction of a second instead of ten.
 
-Tests of pages run it as a program, `python -P tests/small_pictures.py …`, in place of the command; or its text, in a
-process that has loaded Cellwright.
+Tests of pages run it as a program, `python -P tests/support/small_pictures.py …`, in place of the command; or its
+text, in a process that has loaded Cellwright.
 """
 
 import sys

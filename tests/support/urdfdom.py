@@ -10,7 +10,7 @@ from pathlib import Path
 from cellwright.config.robot.description import description
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf_file import read_text
-from tests.waiting import TIMEOUT
+from tests.support.waiting import TIMEOUT
 
 
 def lacking() -> str | None:

@@ -18,7 +18,7 @@ from typing import IO
 import pytest
 
 from cellwright.running.remote.guarded import MARK
-from tests.warm import WarmProcess, WarmStart, warm_start
+from tests.support.warm import WarmProcess, WarmStart, warm_start
 
 _PAGE = (
     "cellwright.viewer.web.operator.feature",

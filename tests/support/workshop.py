@@ -4,7 +4,7 @@ import shutil
 import tomllib
 from pathlib import Path
 
-EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "plugins" / "workshop"
+EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "plugins" / "workshop"
 
 
 def install(site: Path) -> None:

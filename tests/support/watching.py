@@ -21,7 +21,7 @@ from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.recorder import Recorder
 from cellwright.util.pose import Pose
-from tests.cells import INITIAL, WHOLE, order, way
+from tests.support.cells import INITIAL, WHOLE, order, way
 
 BEAM = Pose((1.6, 3.9, 0.91))
 """A beam that parts of the belt interrupt soon after their arrival."""

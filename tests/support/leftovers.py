@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from tests.processes import kill, name_of, restore_signals_in_children, with_variable
-from tests.waiting import TIMEOUT, wait_until
+from tests.support.processes import kill, name_of, restore_signals_in_children, with_variable
+from tests.support.waiting import TIMEOUT, wait_until
 
 MARK = "TEST_MARK"
 """Environment variable of every process that a test starts: the run's identity, a space, and the test or fixture."""
