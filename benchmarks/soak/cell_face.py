@@ -17,7 +17,7 @@ from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.layout import BIN_PART_HEIGHT
-from cellwright.config.trial.trial import NO_TIME_LIMIT, BeltPart, Kit, KitObject, Order, Part, SensorConfig, Trial
+from cellwright.config.trial.trial import BeltPart, Kit, KitObject, Order, Part, SensorConfig, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.util.pose import Pose
 
@@ -51,7 +51,7 @@ TRIAL = Trial(
     orders=(Order("order_0", KITS, start_time=0.0),),
     bin_parts=(ROD,),
     belt_parts=tuple(BeltPart(30.0 * number, kind, Pose((0.0, 0.0, 0.1))) for number, kind in enumerate(RIDERS)),
-    time_limit=NO_TIME_LIMIT,
+    time_limit=None,
 )
 
 # elbow, rail, shoulder lift, shoulder pan, wrist 1, 2, 3 [rad; m for the rail]

@@ -172,7 +172,7 @@ def test_unordered_kit_drives_off_and_scores_zero() -> None:
 
 @pytest.mark.slow
 def test_agv_returns_from_delivery_with_empty_tray() -> None:
-    cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS), time_limit=-1.0))
+    cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS), time_limit=None))
     start(cell)
     run(cell, 1.1)
     call(cell, "agv1", AGVControlRequest("order_0_kit_0"))

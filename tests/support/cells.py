@@ -92,7 +92,7 @@ SENSORS = (
 BARE = Trial("bare", options=Options(insert_agvs=False))
 """A cell without anything optional."""
 
-KITTING = Trial("kitting", orders=(order(),), extra_parts=on_tray(*GEARS), time_limit=-1.0)
+KITTING = Trial("kitting", orders=(order(),), extra_parts=on_tray(*GEARS), time_limit=None)
 """No arm; the ordered kit stands on the tray of AGV 1 from the start."""
 
 WHOLE = Trial(
@@ -107,7 +107,7 @@ WHOLE = Trial(
     faulty_parts=frozenset({"gear_part_2"}),
     material_locations={"gear_part": ("belt", "bin8"), "tray": ("agv1_load_point", "agv2_load_point")},
     initial_joint_states=ON_THE_ROD,
-    time_limit=-1.0,
+    time_limit=None,
 )
 """Something of everything; the cup starts on a rod."""
 

@@ -109,7 +109,7 @@ class RunProgress:
         log.setLevel(self._level)
         self._shown = self._clock()
         try:
-            with progress_bar(self._console, "simulating", limit if limit > 0 else None) as self._bar:
+            with progress_bar(self._console, "simulating", limit) as self._bar:
                 yield
         finally:
             self._bar = None

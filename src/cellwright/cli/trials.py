@@ -84,7 +84,7 @@ def _show(listed_trials: dict[str, Trial], sensors: dict[str, Trial]) -> None:
 
 
 def _limit(trial: Trial) -> str:
-    return "none" if trial.time_limit < 0 else f"{trial.time_limit:g} s"
+    return "none" if trial.time_limit is None else f"{trial.time_limit:g} s"
 
 
 def _lines(trial: Trial) -> Iterable[str]:
@@ -106,7 +106,7 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "name": name,
         "scenario": _heading(name),
         "file": str(find_trial(name)),
-        "time_limit": None if trial.time_limit < 0 else trial.time_limit,
+        "time_limit": trial.time_limit,
         "has_arm": trial.has_arm,
         "sensor_cost": system_cost(trial.sensors),
         "points": attainable.maximum,

@@ -120,7 +120,7 @@ class Scene:
             bin_parts=tuple(parts),
             furniture=FURNITURE[self.layout],
             circumstances=Circumstances(friction=self.friction),
-            time_limit=-1.0,
+            time_limit=None,
         )
         return with_culling(trial, culling)
 

@@ -189,7 +189,7 @@ def one_of_each(*, has_arm: bool = True, **more: Any) -> Trial:
         Part(named(kind), kind, Pose((-4.0 + 0.5 * k, -3.0, 0.0001 - part_type(kind).bottom)))
         for k, kind in enumerate(PART_TYPES)
     )
-    return Trial("floor", has_arm=has_arm, bin_parts=parts, time_limit=-1.0, **more)
+    return Trial("floor", has_arm=has_arm, bin_parts=parts, time_limit=None, **more)
 
 
 def named(kind: str) -> str:

@@ -21,7 +21,7 @@ NAMES = [f"populate_kit_tray_1|{name}" for name in ("gear_part_clone_0", "disk_p
 
 @pytest.fixture
 def cell() -> Cell:
-    return Cell(Trial("demo", orders=ORDERS, options=Options(fill_demo_tray=True), time_limit=-1.0))
+    return Cell(Trial("demo", orders=ORDERS, options=Options(fill_demo_tray=True), time_limit=None))
 
 
 def demo(cell: Cell) -> DemoTray:

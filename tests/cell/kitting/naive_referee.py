@@ -91,7 +91,7 @@ class NaiveReferee:
             self.enter("go", now)
         elif self.state == "end_game":
             self.enter("done", now)
-        elif self.state == "go" and 0 <= self.limit * 10**9 < self.elapsed:
+        elif self.state == "go" and self.limit is not None and self.limit * 10**9 < self.elapsed:
             self.enter("end_game", now)
         elif self.state == "go":
             if self.to_come and self.is_due(self.to_come[0]):

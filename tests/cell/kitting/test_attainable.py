@@ -80,7 +80,7 @@ def test_order_that_is_never_announced_has_no_attainable_points() -> None:
     assert [each.total for each in bound.orders] == [3.0, 0.0, 0.0]
     reasons = list(bound.kit("order_2_kit_0").reasons())
     assert reasons == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
-    assert attainable_score(trial(first, late, behind, time_limit=-1.0)).total == 9.0
+    assert attainable_score(trial(first, late, behind, time_limit=None)).total == 9.0
     assert "no condition announces order_3" in attainable_score(trial(order(3))).sentence()
     assert attainable_score(trial(order(3, unwanted_parts=1))).total == 3.0
 

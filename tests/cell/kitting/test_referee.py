@@ -19,7 +19,7 @@ from cellwright.cell.kitting.effects import (
 from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
-from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
+from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.clock import NEVER
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, full_tray, order, tray_object
@@ -32,14 +32,14 @@ URGENT = order(1, ("pulley_part", "gear_part"), wanted_parts=1)
 UNWANTING = order(2, ("pulley_part",), unwanted_parts=2)
 
 
-def referee(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
+def referee(*orders: Order, limit: float | None = None) -> Referee:
     fresh = Referee(Trial("test", orders=orders, time_limit=limit))
     fresh.tray_changed(TRAY_1, ())
     fresh.tray_changed(TRAY_2, ())
     return fresh
 
 
-def going(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
+def going(*orders: Order, limit: float | None = None) -> Referee:
     """Return a referee in the state `go` since time 0."""
     fresh = referee(*orders, limit=limit)
     fresh.start(-TICK)

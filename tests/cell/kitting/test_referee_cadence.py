@@ -56,7 +56,7 @@ trials = st.builds(
     lambda count, drawn, limit: Trial("test", orders=drawn[:count], time_limit=limit),
     st.sampled_from((0, 1, 2, 2, 3, 3)),
     st.tuples(orders(0), orders(1), orders(2)),
-    st.sampled_from((-1.0, -1.0, -1.0, 0.0, 0.05, 0.051)),
+    st.sampled_from((None, None, None, 0.0, 0.05, 0.051)),
 )
 inputs = st.builds(
     Input,

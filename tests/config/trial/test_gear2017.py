@@ -69,11 +69,22 @@ def test_empty_configuration_is_empty_cell(text: str) -> None:
     assert not empty.has_arm
 
 
+@pytest.mark.parametrize(("written", "limit"), [("-1", None), ("-0.5", None), ("0", 0.0), ("7", 7.0)])
+def test_negative_time_limit_of_a_file_is_none(written: str, limit: float | None) -> None:
+    loaded = load_trial(text=f"time_limit: {written}")
+    assert (loaded.trial.time_limit, loaded.time_limit) == (limit, float(written))
+
+
+def test_trial_refuses_a_negative_time_limit() -> None:
+    with pytest.raises(UsageError, match=r"^time_limit: must not be negative \(got -1\); use None for no limit$"):
+        Trial("endless", time_limit=-1.0)
+
+
 def test_lesson_trial_is_read() -> None:
     loaded = load_trial([find_trial("lesson")])
     lesson = loaded.trial
     assert loaded.warnings == ()
-    assert (lesson.name, lesson.has_arm, lesson.time_limit) == ("lesson", True, -1.0)
+    assert (lesson.name, lesson.has_arm, lesson.time_limit) == ("lesson", True, None)
     assert lesson.options == Options(insert_models_over_bins=True, belt_population_cycles=20)
     assert [part.name for part in lesson.bin_parts[:2]] == ["bin7|piston_rod_part_1", "bin7|piston_rod_part_2"]
     assert len(lesson.bin_parts) == 12 + 9

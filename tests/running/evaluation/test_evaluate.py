@@ -88,14 +88,14 @@ def test_results_are_equal_for_any_number_of_workers(judge: Judge, folder: Path)
 @pytest.mark.slow
 def test_jobs_of_long_trials_run_first(folder: Path) -> None:
     trials = []
-    for name, limit in {"short": 60.0, "endless": 0.0, "long": 500.0}.items():
-        (folder / f"{name}.yaml").write_text(f"time_limit: {limit}")
+    for name, limit in {"ended": 0.0, "short": 60.0, "endless": None, "long": 500.0}.items():
+        (folder / f"{name}.yaml").write_text(f"time_limit: {-1 if limit is None else limit}")
         trials.append(EvaluatedTrial(name, (folder / "tiny.yaml", folder / f"{name}.yaml"), 6.0, 6.0, limit))
     results: list[Result] = []
     with ResultsFile(folder / "out") as store:
         jobs = make_jobs(trials, "programs.py:GiveUp", [1], vary=False)
         assert Evaluation(store, on_result=results.append).run(jobs)
-    assert [result.trial for result in results] == ["endless", "long", "short"]
+    assert [result.trial for result in results] == ["endless", "long", "short", "ended"]
 
 
 @QUICK_WORKERS

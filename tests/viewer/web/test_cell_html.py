@@ -129,8 +129,8 @@ def test_order_to_come_has_start_time() -> None:
     assert "at 100 s to come" in words(cell_panels.orders_html(panel_of(cell)))
 
 
-@pytest.mark.parametrize(("limit", "expected"), [(-1.0, "game 1 s,"), (10.0, "game 1 of 10 s,")])
-def test_game_html_has_elapsed_time_and_limit(limit: float, expected: str) -> None:
+@pytest.mark.parametrize(("limit", "expected"), [(None, "game 1 s,"), (10.0, "game 1 of 10 s,")])
+def test_game_html_has_elapsed_time_and_limit(limit: float | None, expected: str) -> None:
     cell = Cell(replace(KITTING, time_limit=limit))
     start(cell)
     run(cell, 1.1)

@@ -238,9 +238,10 @@ def _obstacles(trial: Trial) -> dict[str, str]:
     return obstacles
 
 
-def _never_announced(order: Order, time_limit: float) -> str:
+def _never_announced(order: Order, time_limit: float | None) -> str:
     if order.start_time is not None:
-        is_late = 0 <= time_limit < order.start_time
-        return f"{order.order_id} is due at {order.start_time:g} s, after the time limit of {time_limit:g} s" * is_late
+        if time_limit is None or order.start_time <= time_limit:
+            return ""
+        return f"{order.order_id} is due at {order.start_time:g} s, after the time limit of {time_limit:g} s"
     conditions = ((order.wanted_parts or 0) > 0, (order.unwanted_parts or 0) > 0)
     return "" if any(conditions) else f"no condition announces {order.order_id}"

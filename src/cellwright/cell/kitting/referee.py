@@ -112,7 +112,7 @@ class Referee:
 
     def __init__(self, trial: Trial) -> None:
         limit = trial.time_limit
-        self._time_limit = nanoseconds(limit) if limit >= 0 else None
+        self._time_limit = None if limit is None else nanoseconds(limit)
         self.scorer = Scorer(trial.orders)
         self.trays: dict[str, TrayContents] = {}
         """The latest report of each tray."""

@@ -101,7 +101,7 @@ class EvalProgress:
         rows = []
         for each in self._running:
             limit = each.job.trial.time_limit
-            end = f" of {limit:g}" if limit > 0 else ""
+            end = "" if limit is None else f" of {limit:g}"
             cells = (f"{each.simulated:.0f}{end} s", f"{each.points:g} points", f"{each.wall:.0f} s")
             rows.append([Text(printable(cell), "cyan") for cell in (each.job.name, *cells)])
         columns = {"run": FOLD, **dict.fromkeys(("simulated", "points", "wall"), WHOLE)}

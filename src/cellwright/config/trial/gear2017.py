@@ -136,8 +136,8 @@ def _pose_texts(placement: Placement | None) -> dict[str, list[str]]:
 class Loaded:
     """Trial with the warnings for its file's author.
 
-    `time_limit` [s] and `faulty_parts` are as in the original's launcher: a number of the kind that the file has, and
-    the names in the order of its dictionary.
+    `time_limit` [s] and `faulty_parts` are as in the original's launcher: a number of the kind that the file has,
+    negative for no limit, and the names in the order of its dictionary.
     """
 
     trial: Trial
@@ -222,7 +222,7 @@ def _read(
         has_arm=has_arm,
         sensors=sensors,
         options=options,
-        time_limit=float(time_limit),
+        time_limit=None if time_limit < 0 else float(time_limit),
         orders=orders,
         bin_parts=tuple(part for part in inserted if part.type in types),
         extra_parts=tuple(part for part in spawned if part.type in types),

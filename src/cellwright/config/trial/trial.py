@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 from cellwright.config.layout import PART_TYPES
 from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
+from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
@@ -25,8 +26,6 @@ WhenLate: TypeAlias = Literal["wait", "drop", "auto"]
 simulation time follows the wall clock.
 """
 ServoProfile: TypeAlias = Literal["original", "precise"]
-
-NO_TIME_LIMIT = -1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,7 +264,7 @@ class Trial:
         has_arm: True if the cell has an arm.
         sensors: sensors and cameras, in the order of the file.
         options: `options` of the 2017 format.
-        time_limit: time until the trial is over [s]; negative for no limit.
+        time_limit: time until the trial is over [s], 0 or more; None for no limit.
         orders: orders in the order of their ids.
         bin_parts: parts in the bins.
         extra_parts: parts in the frames of links.
@@ -280,6 +279,9 @@ class Trial:
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
         overrides: values that replaced those of the files, as `KEY=VALUE`.
+
+    Raises:
+        UsageError: the time limit is negative.
 
     Example:
         >>> from cellwright import load_trial
@@ -296,7 +298,7 @@ class Trial:
     has_arm: bool = False
     sensors: tuple[SensorConfig, ...] = ()
     options: Options = field(default_factory=Options)
-    time_limit: float = 500.0
+    time_limit: float | None = 500.0
     orders: tuple[Order, ...] = ()
     bin_parts: tuple[Part, ...] = ()
     extra_parts: tuple[Part, ...] = ()
@@ -311,6 +313,10 @@ class Trial:
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)
     overrides: tuple[str, ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        if self.time_limit is not None and self.time_limit < 0.0:
+            raise UsageError(f"time_limit: must not be negative (got {self.time_limit:g}); use None for no limit")
 
     def belt_clones(self) -> tuple[tuple[str, str], ...]:
         """Names, without origin, and types of the belt's parts: `gear_part_clone_0`, type by type."""

@@ -101,4 +101,4 @@ class Engine(ABC):
 
 def _max_duration(job: Job) -> float:
     """Return the simulation time [s] that a job lasts at most."""
-    return job.trial.time_limit if job.trial.time_limit > 0.0 else math.inf
+    return math.inf if job.trial.time_limit is None else job.trial.time_limit

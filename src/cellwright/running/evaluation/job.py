@@ -33,7 +33,7 @@ class EvaluatedTrial:
         files: its files, as absolute paths.
         reachable: the most points that an agent can earn in it.
         best: points of its orders if all of them could be reached.
-        time_limit: simulation time [s] that it lasts at most; not positive for one without an end.
+        time_limit: simulation time [s] that it lasts at most; None without a limit.
         models: digest of its own models, from `models_digest`.
         given: its files as a user names them on the command line.
         overrides: values that replace those of its files.
@@ -43,7 +43,7 @@ class EvaluatedTrial:
     files: tuple[Path, ...]
     reachable: float
     best: float
-    time_limit: float
+    time_limit: float | None
     models: str = ""
     given: tuple[str, ...] = ()
     overrides: tuple[Override, ...] = ()

@@ -121,7 +121,7 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
 def _latest_end(session: SessionState) -> int | None:
     """Return the simulation time [ns] at which the run ends at the latest; None if it has no end."""
     ends = [session.stop.deadline]
-    if isinstance(session.target, CellTarget) and (limit := session.target.node.trial.time_limit) > 0:
+    if isinstance(session.target, CellTarget) and (limit := session.target.node.trial.time_limit) is not None:
         ends.append(nanoseconds(limit))
     return None if (end := min(ends)) == NEVER else end
 

@@ -84,7 +84,7 @@ class CellPanel:
             "development": not cell.in_competition,
             "state": str(competition.state),
             "end_reason": None if competition.referee.end_reason is None else str(competition.referee.end_reason),
-            "time_limit": cell.trial.time_limit if cell.trial.time_limit >= 0 else None,
+            "time_limit": cell.trial.time_limit,
             "clock": self._clock(score),
             "score": self._score(score, attainable),
             "orders": self._orders(),
