@@ -16,10 +16,10 @@ from pathlib import Path
 from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.process import usable_processors
-from cellwright.running.evaluation.result import ResultsFile
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.process import usable_processors
+from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, make_jobs
+from cellwright.running.evaluation.results.result import ResultsFile
 from cellwright.util.errors import UsageError
 
 FINALS = [f"final{number:02d}" for number in range(1, 16)]
@@ -95,7 +95,7 @@ def times(jobs: list[Job], workers: int) -> tuple[float, float]:
     """
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, ResultsFile(Path(folder)) as store:
         begin, before = time.perf_counter(), os.times()
-        Evaluation(store, workers=workers).run(jobs)
+        LocalRunner(store, workers=workers).run(jobs)
         wall, after = time.perf_counter() - begin, os.times()
         refuse_failures(store)
     busy = after.children_user + after.children_system - before.children_user - before.children_system

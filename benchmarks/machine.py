@@ -9,7 +9,7 @@ from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from cellwright.running.evaluation.process import usable_processors
+from cellwright.running.evaluation.execution.process import usable_processors
 from cellwright.running.run.result import versions
 
 GIBIBYTE = 1024**3

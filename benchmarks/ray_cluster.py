@@ -20,10 +20,10 @@ from pathlib import Path
 from benchmarks import evaluation
 from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from benchmarks.evaluation import FINALS, MIN_GAIN, REPEATS, Mover
-from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
-from cellwright.running.evaluation.process import usable_processors
-from cellwright.running.evaluation.result import ResultsFile
+from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
+from cellwright.running.evaluation.execution.process import usable_processors
+from cellwright.running.evaluation.plan.job import Job
+from cellwright.running.evaluation.results.result import ResultsFile
 from cellwright.util.errors import UsageError
 
 WORK = 240.0
@@ -74,7 +74,7 @@ def _times(jobs: list[Job], most: int) -> tuple[float, float]:
     ends: list[float] = []
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, ResultsFile(Path(folder)) as store:
         begin = time.perf_counter()
-        engine = RayEvaluation(store, "local", jobs, most=most, on_result=lambda _: ends.append(time.perf_counter()))
+        engine = RayRunner(store, "local", jobs, most=most, on_result=lambda _: ends.append(time.perf_counter()))
         problem = engine.check_agent(jobs[0].agent)
         begun = time.perf_counter()
         if problem or engine.failure or not engine.run(jobs):

@@ -119,7 +119,8 @@ import importlib, pkgutil, sys, cellwright
 for module in pkgutil.walk_packages(cellwright.__path__, "cellwright."):
     if not any(part in module.name for part in ("bridge", "packages.data", "packages.generate", "__main__")):
         importlib.import_module(module.name)
-from cellwright.running.evaluation import memory, process
+from cellwright.running.evaluation.execution import memory
+from cellwright.running.evaluation.execution import process
 from cellwright.clients.operators import terminal
 assert not memory.MEMORY_IS_LIMITED and not memory.usage_below([1])
 assert not hasattr(process.signal, "SIGKILL") and not hasattr(process.os, "killpg")

@@ -1,4 +1,4 @@
-"""Evaluation on a Ray cluster of this machine, by an engine that needs no Ray."""
+"""Evaluation on a Ray cluster of this machine, by a runner that needs no Ray."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import pytest
 
 from benchmarks import evaluation, ray_cluster
 from benchmarks.benchmarks import BenchmarkSkippedError
-from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.result import ResultsFile
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.plan.job import Job
+from cellwright.running.evaluation.results.result import ResultsFile
 from cellwright.util.errors import UsageError
 from tests.support.quick_children import QUICK_WORKERS
 
 
-class Local(Evaluation):
+class Local(LocalRunner):
     """The engine of this machine, with the arguments of that on Ray."""
 
     def __init__(self, store: ResultsFile, address: str, jobs: list[Job], *, most: int, **options: Any) -> None:
@@ -31,7 +31,7 @@ class Refused(Local):
 @pytest.fixture(autouse=True)
 def local_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Use the local engine."""
-    monkeypatch.setattr(ray_cluster, "RayEvaluation", Local)
+    monkeypatch.setattr(ray_cluster, "RayRunner", Local)
 
 
 @QUICK_WORKERS
@@ -68,6 +68,6 @@ def test_ray_benchmark_without_its_requirements_is_skipped(
 
 
 def test_refused_cluster_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ray_cluster, "RayEvaluation", Refused)
+    monkeypatch.setattr(ray_cluster, "RayRunner", Refused)
     with pytest.raises(UsageError, match="--ray local: no"):
         next(iter(ray_cluster.measure(print, quick=True)))

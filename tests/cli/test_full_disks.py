@@ -105,7 +105,7 @@ def test_unreadable_agent_file_is_reported(cellwright: CommandLine, monkeypatch:
     def refuse(path: Path) -> bytes:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("cellwright.running.evaluation.job.Path.read_bytes", refuse)
+    monkeypatch.setattr("cellwright.running.evaluation.plan.job.Path.read_bytes", refuse)
     ran = cellwright("eval", "tiny.yaml", "--agent", "programs.py:Deliver")
     assert ran.status == 2
     assert ran.err.endswith("cannot be read: Permission denied\n")

@@ -25,13 +25,13 @@ from cellwright.cli.summary import kit_table
 from cellwright.cli.teleop import findings_table
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.checks.rig import Finding, MotionReport
-from cellwright.running.evaluation.result import Result
-from cellwright.running.evaluation.summary import summary_document
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.summary import summary_document
 from cellwright.util.pose import Pose
 from tests.cli.conftest import CommandLine
 from tests.cli.test_score_table import kit
 from tests.clients.operators.test_plot_svg import done
-from tests.running.evaluation.results import worked
+from tests.running.evaluation.made_results import worked
 
 WIDTH = 80
 TRIAL = "final_with_hydraulic_manifolds+kitter_sensors cellwright.arm.dry_friction.elbow_joint=0.0125"

@@ -15,7 +15,7 @@ import typer
 import yaml
 
 from cellwright.cli.main import app
-from cellwright.running.evaluation.shard import Shard
+from cellwright.running.evaluation.plan.shard import Shard
 
 FOLDER = Path(__file__).parents[2] / "examples" / "evaluation"
 STAND_IN = """#!/bin/sh

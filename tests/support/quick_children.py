@@ -105,11 +105,11 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fork workers of evaluations. Tests of a worker's leftovers, and of equal results, do not use this either."""
 
     def start(environment: Mapping[str, str]) -> WarmStart:
-        modules = ("cellwright.running.evaluation.worker",)
+        modules = ("cellwright.running.evaluation.execution.worker",)
         shared = {name: value for name, value in environment.items() if name != MARK}  # it outlives the first run
         return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=shared))
 
-    _replace_child(monkeypatch, "running.evaluation.process.WorkerProcess", start)
+    _replace_child(monkeypatch, "running.evaluation.execution.process.WorkerProcess", start)
 
 
 @pytest.fixture
@@ -117,10 +117,10 @@ def quick_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fork trackers of evaluations, whose packages take seconds to load."""
 
     def start(environment: Mapping[str, str]) -> WarmStart:
-        modules = ("cellwright.running.evaluation.trackers", "mlflow", "wandb")
+        modules = ("cellwright.running.evaluation.outputs.trackers", "mlflow", "wandb")
         return warm_start("tracker of an evaluation", lambda: WarmStart(modules, environment=environment))
 
-    _replace_child(monkeypatch, "running.evaluation.tracking.TrackerProcess", start)
+    _replace_child(monkeypatch, "running.evaluation.outputs.tracking.TrackerProcess", start)
 
 
 @pytest.fixture

@@ -31,8 +31,8 @@ SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/
 WHOLE = (
     "tests/config/robot/test_against_pybullet.py",
     "tests/benchmarks/soak/test_leg.py",
-    "tests/running/evaluation/on_ray/test_cluster.py",
-    "tests/running/evaluation/test_evaluate.py",
+    "tests/running/evaluation/execution/on_ray/test_cluster.py",
+    "tests/running/evaluation/execution/test_local.py",
     "tests/recording/replay/exported/test_file.py",
     "tests/robot/checks/test_check.py",
     "tests/robot/test_poses.py",

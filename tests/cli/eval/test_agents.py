@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
+from tests.running.evaluation.made_results import result
 from tests.running.evaluation.programs import TRIAL
-from tests.running.evaluation.results import result
 from tests.support.quick_children import QUICK_AGENTS, QUICK_WORKERS
 
 CLASS = {

@@ -19,14 +19,14 @@ from cellwright.cli.eval.conclusion import show_summary
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import main
 from cellwright.recording.format.reader import RecordingFile
-from cellwright.running.evaluation.engine import Running
-from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.merge import other_agents
-from cellwright.running.evaluation.summary import Threshold
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import Running
+from cellwright.running.evaluation.plan.job import EvaluatedTrial, make_jobs
+from cellwright.running.evaluation.results.merge import other_agents
+from cellwright.running.evaluation.results.summary import Threshold
 from tests.cli.conftest import CommandLine
+from tests.running.evaluation.made_results import CRASHED, LOST, result
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
-from tests.running.evaluation.results import CRASHED, LOST, result
 from tests.support.quick_children import QUICK_WORKERS
 
 
@@ -307,14 +307,14 @@ def ended(*_: object, **_more: object) -> None:
 def test_signal_while_the_agent_is_checked_leaves_all_runs(
     come: Callable[..., None], tiny: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Evaluation, "check_agent", come)
+    monkeypatch.setattr(LocalRunner, "check_agent", come)
     ran = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--seeds", "20", "--out", "c8")
     assert ran.out == "20 runs, agent programs.py:Deliver, results in c8\n"
     assert (ran.status, ran.err) == (75, "interrupted; repeat the command to continue\n")
 
 
 def test_ctrl_c_while_a_class_begins_leaves_all_runs(tiny: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Evaluation, "run", interrupted)
+    monkeypatch.setattr(LocalRunner, "run", interrupted)
     ran = tiny("eval", "tiny.yaml", "--agents", "programs.py:Deliver")
     assert ran.out == "1 run, 1 programs, results in evaluation\n"
     assert (ran.status, ran.err) == (75, "interrupted; repeat the command to continue\n")

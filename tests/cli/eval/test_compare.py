@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.evaluation.result import Result
-from cellwright.running.evaluation.summary import summary_document
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.summary import summary_document
 from tests.cli.conftest import CommandLine
-from tests.running.evaluation.results import LOST, result
+from tests.running.evaluation.made_results import LOST, result
 
 
 def write(name: str, results: list[Result]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.execution.local import LocalRunner
 from tests.cli.conftest import CommandLine
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.running.evaluation.trackers import local_trackers, mlflow_history, mlflow_runs, wandb_runs
@@ -103,7 +103,7 @@ def test_tracker_that_fails_in_the_middle_does_not_change_the_evaluation(tiny: C
 def test_interrupted_evaluation_is_marked_and_continues(tiny: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     work = (*WORK, "--log", "mlflow")
     with monkeypatch.context() as patch:
-        patch.setattr(Evaluation, "run", lambda _self, _jobs: False)  # as if a signal came at once
+        patch.setattr(LocalRunner, "run", lambda _self, _jobs: False)  # as if a signal came at once
         assert tiny(*work).status == 75
     assert mlflow_runs()[0].info.status == "KILLED"
     assert tiny(*work).status == 0

@@ -15,14 +15,13 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.eval.command import _trials
-from cellwright.running.evaluation.job import Job, make_jobs
-from cellwright.running.evaluation.process import RunLimits
-from cellwright.running.evaluation.result import Result, ResultsFile
-from cellwright.running.evaluation.seal import sealed
-from cellwright.running.evaluation.shard import Shard
+from cellwright.running.evaluation.plan.job import Job, RunLimits, make_jobs
+from cellwright.running.evaluation.plan.shard import Shard
+from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.seal import sealed
 from tests.cli.conftest import CommandLine, Ran
+from tests.running.evaluation.made_results import SCORE, TIMELINE
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
-from tests.running.evaluation.results import SCORE, TIMELINE
 from tests.support.quick_children import QUICK_WORKERS
 
 AGENT = "programs.py:Deliver"

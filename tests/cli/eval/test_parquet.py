@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pyarrow import parquet
 
-from cellwright.running.evaluation.shard import Shard
+from cellwright.running.evaluation.plan.shard import Shard
 from tests.cli.conftest import CommandLine
 from tests.cli.eval.test_merge import WORK, jobs_of, made_up, store
 from tests.running.evaluation.programs import PROGRAMS, TRIAL

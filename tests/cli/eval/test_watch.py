@@ -12,9 +12,9 @@ import pytest
 from cellwright.cli.eval import watch
 from tests.browser.serving import viewed
 from tests.cli.conftest import CommandLine
+from tests.running.evaluation.made_results import LOST, result
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
-from tests.running.evaluation.results import LOST, result
-from tests.running.evaluation.test_follow import Folder
+from tests.running.evaluation.results.test_follow import Folder
 from tests.support.quick_children import QUICK_WORKERS
 from tests.support.waiting import wait_until
 from tests.viewer.web.fake_viewer import FakeViewer

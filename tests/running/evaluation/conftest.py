@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.process import RunLimits
-from cellwright.running.evaluation.result import Result, ResultsFile
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, make_jobs
+from cellwright.running.evaluation.results.result import Result, ResultsFile
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 
 Judge = Callable[..., list[Result]]
@@ -38,7 +37,7 @@ def judge(folder: Path) -> Judge:
     def evaluate(program: str, seeds: int = 1, workers: int = 1, **limits: float) -> list[Result]:
         results: list[Result] = []
         with ResultsFile(folder / "out") as store:
-            evaluation = Evaluation(
+            evaluation = LocalRunner(
                 store,
                 limits=RunLimits(**limits),  # type: ignore[arg-type]
                 workers=workers,

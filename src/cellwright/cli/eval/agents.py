@@ -17,15 +17,15 @@ from cellwright.cli.main import BAD_INPUT, DONE, TRY_AGAIN
 from cellwright.cli.output import echo, print_entry, print_line
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
-from cellwright.running.evaluation import gradebook, gradebook_page
-from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import EvaluatedTrial, Job, agent_digest, make_jobs
-from cellwright.running.evaluation.merge import PLAN_NAME
-from cellwright.running.evaluation.process import RunLimits, usable_processors
-from cellwright.running.evaluation.report import report
-from cellwright.running.evaluation.result import Result, ResultsFile
-from cellwright.running.evaluation.roster import Student, find_students
-from cellwright.running.evaluation.summary import Threshold
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.process import usable_processors
+from cellwright.running.evaluation.outputs import gradebook, gradebook_page
+from cellwright.running.evaluation.outputs.report import report
+from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, agent_digest, make_jobs
+from cellwright.running.evaluation.plan.roster import Student, find_students
+from cellwright.running.evaluation.results.merge import PLAN_NAME
+from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.summary import Threshold
 
 SHEET = "class.csv"
 PAGE = "class.html"
@@ -145,7 +145,7 @@ def _run(
     names = {student.agent: student.name for student in students}
     title = f"{len(students)} programs"
     with EvalProgress(console, jobs, title=title, label=lambda each: f"{names[each.agent]}, {each.name}") as progress:
-        evaluation = Evaluation(
+        evaluation = LocalRunner(
             store,
             limits=given.limits,
             workers=usable_processors() if given.workers is None else given.workers,

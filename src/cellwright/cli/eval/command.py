@@ -44,18 +44,27 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import joined_name, split_names
 from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
-from cellwright.running.evaluation.engine import Engine, Running
-from cellwright.running.evaluation.evaluate import Evaluation
-from cellwright.running.evaluation.job import EvaluatedTrial, Job, log_name, make_jobs, models_digest, repeated
-from cellwright.running.evaluation.memory import MEMORY_IS_LIMITED
-from cellwright.running.evaluation.merge import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
-from cellwright.running.evaluation.on_ray.evaluation import RayEvaluation
-from cellwright.running.evaluation.process import MEBIBYTE, RunLimits, usable_processors
-from cellwright.running.evaluation.result import Result, ResultsFile
-from cellwright.running.evaluation.shard import Shard
-from cellwright.running.evaluation.summary import Threshold, shortcoming
-from cellwright.running.evaluation.sweep import Sweep, check_effect, variant_name, variants
-from cellwright.running.evaluation.tracking import Tracking, parameters_of
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED
+from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
+from cellwright.running.evaluation.execution.process import usable_processors
+from cellwright.running.evaluation.execution.runner import Runner, Running
+from cellwright.running.evaluation.outputs.tracking import Tracking, parameters_of
+from cellwright.running.evaluation.plan.job import (
+    MEBIBYTE,
+    EvaluatedTrial,
+    Job,
+    RunLimits,
+    log_name,
+    make_jobs,
+    models_digest,
+    repeated,
+)
+from cellwright.running.evaluation.plan.shard import Shard
+from cellwright.running.evaluation.plan.sweep import Sweep, check_effect, variant_name, variants
+from cellwright.running.evaluation.results.merge import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
+from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.summary import Threshold, shortcoming
 
 _MAX_SEEDS, _MAX_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
@@ -337,11 +346,11 @@ def _work(
 
         common: dict[str, Any] = {"limits": limits, "records": records}
         common |= {"on_result": take, "on_progress": show_jobs, "on_fault": progress.show_fault}
-        evaluation: Engine
+        evaluation: Runner
         if ray is None:
-            evaluation = Evaluation(store, workers=usable_processors() if workers is None else workers, **common)
+            evaluation = LocalRunner(store, workers=usable_processors() if workers is None else workers, **common)
         else:
-            evaluation = RayEvaluation(store, ray, jobs, most=workers, **common)
+            evaluation = RayRunner(store, ray, jobs, most=workers, **common)
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
         for notice in store.notices:

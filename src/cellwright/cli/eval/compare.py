@@ -13,10 +13,10 @@ from cellwright.cli.arguments import AsJson
 from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import print_entry, print_line
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, print_table, table
-from cellwright.running.evaluation.comparison import Comparison, Pair, read_evaluation
-from cellwright.running.evaluation.measures import MEASURES, Change
-from cellwright.running.evaluation.summary import range_text, with_interval
-from cellwright.running.evaluation.verdict import MAX_PAIRS, Verdict
+from cellwright.running.evaluation.results.comparison import Comparison, Pair, read_evaluation
+from cellwright.running.evaluation.results.measures import MEASURES, Change
+from cellwright.running.evaluation.results.summary import range_text, with_interval
+from cellwright.running.evaluation.results.verdict import MAX_PAIRS, Verdict
 
 _MAX_TURNED = 10
 

@@ -16,14 +16,14 @@ from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, TRY_AGAIN, flag
 from cellwright.cli.output import echo, print_entry, print_line, write_result
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
-from cellwright.running.evaluation import summary
-from cellwright.running.evaluation.parquet import TABLE_NAME, parquet_table
-from cellwright.running.evaluation.process import DISK_FULL
-from cellwright.running.evaluation.report import report
-from cellwright.running.evaluation.result import RESULTS_NAME, Result
-from cellwright.running.evaluation.state_pictures import draw_worst
-from cellwright.running.evaluation.trackers import Status
-from cellwright.running.evaluation.tracking import Tracking, final_metrics
+from cellwright.running.evaluation.execution.process import DISK_FULL
+from cellwright.running.evaluation.outputs.parquet import TABLE_NAME, parquet_table
+from cellwright.running.evaluation.outputs.report import report
+from cellwright.running.evaluation.outputs.state_pictures import draw_worst
+from cellwright.running.evaluation.outputs.trackers import Status
+from cellwright.running.evaluation.outputs.tracking import Tracking, final_metrics
+from cellwright.running.evaluation.results import summary
+from cellwright.running.evaluation.results.result import RESULTS_NAME, Result
 from cellwright.util.plugins import is_installed
 
 AsTable = Annotated[bool, flag("--parquet", "Write FOLDER/results.parquet too: a table of the runs.", OUTPUT)]

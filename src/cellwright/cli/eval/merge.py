@@ -9,7 +9,7 @@ from cellwright.cli.arguments import OUTPUT, AsJson
 from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of
 from cellwright.cli.main import argument, option
 from cellwright.cli.output import print_line
-from cellwright.running.evaluation import merge as merging
+from cellwright.running.evaluation.results import merge as merging
 
 _MAX_NAMES = 10
 

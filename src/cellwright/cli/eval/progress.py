@@ -11,10 +11,10 @@ from rich.text import Text
 
 from cellwright.cli.output import print_line
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, table
-from cellwright.running.evaluation import summary
-from cellwright.running.evaluation.engine import Running
-from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.execution.runner import Running
+from cellwright.running.evaluation.plan.job import Job
+from cellwright.running.evaluation.results import summary
+from cellwright.running.evaluation.results.result import Result
 from cellwright.util.errors import printable
 
 _REFRESH = 4.0  # [1/s]

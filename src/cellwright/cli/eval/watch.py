@@ -16,7 +16,7 @@ from cellwright.running.run import PageOptions
 from cellwright.running.run.session import open_page_of
 from cellwright.viewer.web.start import WebPage
 
-_PROGRAM = "cellwright.running.evaluation.page"
+_PROGRAM = "cellwright.running.evaluation.outputs.page"
 
 
 def open_evaluation_page(folders: Sequence[Path], min_score: str, page: PageOptions, console: Console) -> WebPage:

@@ -1,1 +1,1 @@
-"""Evaluation of a program over many runs: a process for each run, results on disk at once, a report at the end."""
+"""Evaluation of a program over many runs: a process for each run, results on disk, a report."""

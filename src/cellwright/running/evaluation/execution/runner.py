@@ -1,0 +1,103 @@
+"""Base of the runners of an evaluation: settled jobs, new results, and faults of machines."""
+
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+
+from cellwright.running.evaluation.plan.job import Job, RunLimits
+from cellwright.running.evaluation.results.result import Result, ResultsFile
+
+STARTS = 3
+"""Starts of a run that the machine ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A job in progress: its start [s of wall time], its simulation time so far [s], and its points."""
+
+    job: Job
+    wall: float
+    simulated: float
+    points: float
+
+
+class Runner(ABC):
+    """Base of what runs the jobs of an evaluation: on this machine, or on a cluster.
+
+    Args:
+        store: stores the results, and holds those of earlier evaluations.
+        limits: limits of each run.
+        records: record the runs.
+        on_result: called with each new result.
+        on_progress: called several times a second, with the jobs in progress as far as something is known of them.
+        on_fault: called with a line about the machine, such as when it has ended a run that starts again.
+    """
+
+    def __init__(
+        self,
+        store: ResultsFile,
+        limits: RunLimits,
+        records: bool,  # noqa: FBT001 (as all others, of the subclasses)
+        on_result: Callable[[Result], None],
+        on_progress: Callable[[Sequence[Running]], None],
+        on_fault: Callable[[str], None],
+    ) -> None:
+        self._store = store
+        self._limits = limits
+        self._records = records
+        self._on_result = on_result
+        self._on_progress = on_progress
+        self._on_fault = on_fault
+        self._stopped = False
+        self.failure = ""
+        """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
+        self.faults: dict[Job, str] = {}
+        """Runs that the machine ended at every start, and how. They have no result."""
+
+    @abstractmethod
+    def check_agent(self, agent: str) -> str:
+        """Return why an agent cannot be used; empty if it can. If the machine prevents that, `failure` says how."""
+
+    @abstractmethod
+    def run(self, jobs: Iterable[Job]) -> bool:
+        """Run all jobs that are not settled; return False if it was stopped or failed before all had a result."""
+
+    @property
+    def unjudged(self) -> list[str]:
+        """`faults`, a line each."""
+        return [f"{job.name}: {fault}; no result after {STARTS} starts" for job, fault in self.faults.items()]
+
+    def is_settled(self, job: Job) -> bool:
+        """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
+        result = self._store.results.get(job.key)
+        return result is not None and result.counts_under(asdict(self._limits))
+
+    def unsettled(self, jobs: Iterable[Job]) -> deque[Job]:
+        """Return the jobs to run, those of long trials first: a long one at the end would run alone."""
+        waiting = (job for job in jobs if not self.is_settled(job))
+        return deque(sorted(waiting, key=_max_duration, reverse=True))
+
+    def stop(self) -> None:
+        """Make `run` return soon, with the results so far. A signal handler may call this."""
+        self._stopped = True
+
+    def _add(self, result: Result) -> None:
+        """Store a new result.
+
+        Raises:
+            OSError: it could not be written; `on_result` has been called all the same.
+        """
+        try:
+            self._store.append(result)
+        finally:
+            self._on_result(result)
+
+    def _words_of(self, error: OSError) -> str:
+        return f"{error.filename or self._store.path}: {error.strerror or error}"
+
+
+def _max_duration(job: Job) -> float:
+    """Return the simulation time [s] that a job lasts at most."""
+    return math.inf if job.trial.time_limit is None else job.trial.time_limit

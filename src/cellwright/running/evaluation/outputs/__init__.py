@@ -1,0 +1,1 @@
+"""Outputs of an evaluation: report, page, pictures, tables, and logs in trackers."""

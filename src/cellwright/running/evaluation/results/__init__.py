@@ -1,0 +1,1 @@
+"""Results of an evaluation: their files, their figures, and what they say."""
