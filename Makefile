@@ -49,7 +49,7 @@ system: debian .venv/.installed-dev
 	scripts/install-ros2
 	env -u CELLWRIGHT_ROS2_HOME scripts/install-ros2 kilted --interfaces jazzy
 
-# One after the other, as dpkg wants it.
+# One after the other: dpkg locks its database.
 debian:
 	$(MAKE) ros1
 	$(MAKE) display
@@ -67,7 +67,7 @@ ros1:
 ros2: .venv/.installed
 	scripts/install-ros2
 
-# Likewise a display that nobody sees, for tests of windows.
+# Into the system, too: a display without a screen, for tests of windows.
 display:
 	scripts/install-display
 

@@ -85,7 +85,7 @@ install_packages() {
     }
 
     say "installing ${#wanted[@]} packages and what they need"
-    # Lists that are too old name versions that are gone, on a bare machine there are none at all: then they are read anew.
+    # Lists that are too old name versions that are gone, on a bare machine there are none at all: then they are read again.
     if ! apt install --simulate --no-install-recommends "${wanted[@]}" >"$log" || ! install; then
         say "reading the package lists"
         apt update >"$log" || failed

@@ -1,4 +1,4 @@
-"""Prose check: given-up words, first lines and long sentences in code and docs.
+"""Prose check: given-up words, first lines and long sentences in code, scripts and docs.
 
 `python -m tools.prose` prints each finding as `path:line: what is wrong; what to do` and exits with 1 if there are any.
 `python -m tools.prose --counts` prints figures instead. The given-up words stand in a table of `docs/glossary.md`.
@@ -25,6 +25,8 @@ MAX_WORDS, AIM_WORDS = 35, 25
 
 FOLDERS = ("src", "tools", "benchmarks", "fuzz", "tests", "docs", "examples")
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
+SCRIPTS = ("Makefile", "Dockerfile", ".ci/run", "scripts/*")
+"""Files whose comments begin with `#` and are not Python."""
 SKIPPED = (
     "tests/data",
     "src/cellwright/middleware/ros1/packages/data",
@@ -63,7 +65,7 @@ class Text:
     Attributes:
         line: its first line, from 1.
         text: the prose.
-        kind: `docstring`, `comment`, `string`, `name`, `page` or `table`.
+        kind: `docstring`, `attribute`, `comment`, `string`, `name`, `script`, `page` or `table`.
     """
 
     line: int
@@ -123,6 +125,19 @@ def python_texts(source: str) -> Iterator[Text]:
             yield Text(token.start[0], token.string.lstrip("# "), "comment")
 
 
+def script_texts(source: str) -> Iterator[Text]:
+    """Yield the comments of a script, of neighbouring lines together."""
+    lines: list[str] = []
+    for number, line in enumerate([*source.splitlines(), ""], start=1):
+        is_comment = line.lstrip().startswith("#") and not line.startswith("#!")
+        if is_comment:
+            text = line.lstrip("# \t")
+            lines.append(f"\n{text}" if re.search(r"\S {2,}\S", text) else text)  # a row of a table
+        elif lines:
+            yield Text(number - len(lines), "\n".join(lines), "script")
+            lines = []
+
+
 def page_texts(source: str) -> Iterator[Text]:
     """Yield the prose of a Markdown page: paragraphs, and rows of tables; no code and no comments."""
     lines: list[str] = []
@@ -170,7 +185,8 @@ def check(path: Path, words: dict[str, str], report: Report) -> None:
         r"\b(" + "|".join(map(re.escape, sorted(words, key=len, reverse=True))) + r")\b", re.IGNORECASE
     )
     is_page = path.suffix == ".md"
-    for text in page_texts(source) if is_page else python_texts(source):
+    read = page_texts if is_page else python_texts if path.suffix == ".py" else script_texts
+    for text in read(source):
         prose = " ".join(_CAMEL.findall(text.text)) if text.kind == "name" else text.text
         for offset, line in enumerate(prose.splitlines()):
             for word in pattern.findall(_CODE.sub("", line) if is_page else line):
@@ -179,7 +195,7 @@ def check(path: Path, words: dict[str, str], report: Report) -> None:
         if text.kind == "docstring" and OPENINGS.match(text.text.strip()):
             opening = "the first line opens with a question word; begin with a noun or a verb"
             report.findings.append(Finding(path, text.line, "opening", opening))
-        if text.kind in ("docstring", "attribute", "page"):
+        if text.kind in ("docstring", "attribute", "page", "script"):
             for sentence in sentences(text.text):
                 count = sum(any(map(str.isalnum, word)) for word in sentence.split())
                 report.sentences.append(count)
@@ -192,6 +208,7 @@ def files(root: Path = ROOT) -> list[Path]:
     """The files whose prose is checked."""
     found = [path for folder in FOLDERS for path in sorted((root / folder).rglob("*")) if path.suffix in (".py", ".md")]
     found += [root / page for page in PAGES if (root / page).exists()]
+    found += [path for script in SCRIPTS for path in sorted(root.glob(script)) if path.is_file() and path not in found]
     return [path for path in found if not is_skipped(path, root)]
 
 

@@ -92,3 +92,21 @@ def test_sentences_end_at_full_stops_and_entries() -> None:
 )
 def test_text_of_others_is_skipped_also_where_it_is_named(name: str, skipped: bool) -> None:
     assert prose.is_skipped(prose.ROOT / name) is skipped
+
+
+@pytest.mark.parametrize("name", ["Makefile", "install"])
+def test_comments_of_scripts_are_checked_and_their_commands_are_not(name: str, tmp_path: Path) -> None:
+    text = "#!/bin/guest\nguest: # the guest\n\techo guest\n\t# for a guest\n"
+    assert found(tmp_path, text, name) == ["4: 'guest' is given up; write client"]
+
+
+def test_rows_in_comments_of_scripts_are_sentences_of_their_own(tmp_path: Path) -> None:
+    row = " ".join(["word"] * 20)
+    assert found(tmp_path, f"# alone  {row}\n# busy   {row}\n", "run") == []
+    (only,) = found(tmp_path, f"# {row}\n# {row}\n", "run")
+    assert "a sentence of 40 words" in only
+
+
+def test_scripts_of_the_project_are_read() -> None:
+    names = {path.name for path in prose.files()}
+    assert names >= {"Makefile", "Dockerfile", "install-ros1", "packages.sh", "run"}
