@@ -6,8 +6,8 @@ BIN := .venv/bin
 INSTALL := $(BIN)/python -m pip install --quiet --no-compile
 # The Dockerfile installs a copy: SOURCE='.[video]'
 SOURCE ?= --editable '.[video]'
-# Of three workers one mostly waits, for ROS 1 (tests/support/schedule.py): enough for two cores.
-JOBS ?= 3
+# Of four workers two mostly wait, for ROS (tests/support/schedule.py): enough for two cores.
+JOBS ?= 4
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Hundreds of tests start Python, which would otherwise compile all that it loads each time.
 unexport PYTHONDONTWRITEBYTECODE
@@ -81,6 +81,7 @@ check: .venv/.installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m tools.prose
+	$(BIN)/python -m tools.house
 
 # The documentation as a site, in site/; a link that leads nowhere is an error.
 docs: .venv/.installed-dev

@@ -1,23 +1,35 @@
 """Distribution of tests to workers: long ones before short ones, and waiting ones beside computing ones.
 
-A test against ROS 1 mostly waits: for processes to start, for messages, for a cell that runs in real time. So the last
-of three workers or more starts with those, while the others compute. A worker that has run out of its own kind takes
-tests of the other.
+A test against ROS mostly waits: for processes to start, for messages, for a cell that runs in real time. So of three
+workers one starts with those of ROS 1, and of four another one with those of ROS 2 and Ray, while the others compute. A
+worker that has run out of its own kind takes tests of the other.
 
-Files whose tests share a cell, or something else that is slow to make, stay whole; those of the page share one browser.
+Files with a fixture for the whole module stay whole: else each worker would make it for itself. Those of the page share
+one browser.
 """
 
+import re
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 from xdist.workermanage import WorkerController
 
+ROOT = Path(__file__).parents[2]
+
 LESSONS = ("tests/docs/test_lesson.py", "tests/scripts/test_lesson.py")
 """Tests that play the lesson in real time, a minute and more for each."""
 
 FOLDERS = ("tests/ros1/", "tests/middleware/ros1/host/", "tests/middleware/ros1/bridge/")
-WAITING = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1.py", "tests/docs/test_ros1_page.py")
+"""Tests that share a ROS 1 master and cells in it."""
+
+RAY = "tests/running/evaluation/execution/on_ray/"
+ROS1 = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1.py", "tests/docs/test_ros1_page.py")
+ROS2 = ("tests/ros2/", "tests/middleware/ros2/host/", "tests/benchmarks/test_ros2.py", RAY)
+WAITING = (ROS1, ROS2)
+"""Tests that wait, for each worker that begins with such tests, from the last on."""
 
 TOGETHER = "tests/browser/"
 """Tests that share a browser and its server: they all go to one worker."""
@@ -25,21 +37,13 @@ TOGETHER = "tests/browser/"
 WORKSPACE = ("tests/docs/test_lesson.py::test_lesson_followed_as_pages_and_notebook", "tests/ros1/test_catkin.py")
 """Tests that share a catkin workspace: they all go to one worker, which builds it."""
 
-SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/agents/kitter/test_runs.py")
-"""Files whose tests share something slow to make, which would otherwise be made once for each worker."""
+SLOW = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/agents/kitter/test_runs.py")
+"""Files that begin with something slow."""
 
-WHOLE = (
-    "tests/config/robot/test_against_pybullet.py",
-    "tests/benchmarks/soak/test_leg.py",
-    "tests/running/evaluation/execution/on_ray/test_cluster.py",
-    "tests/running/evaluation/execution/test_local.py",
-    "tests/recording/replay/exported/test_file.py",
-    "tests/robot/checks/test_check.py",
-    "tests/robot/test_poses.py",
-)
-"""Files whose tests share something that takes some seconds to make; they keep their place in the order."""
+WHOLE = (RAY, "tests/running/evaluation/execution/test_local.py", *FOLDERS)
+"""Files and folders whose fixtures are elsewhere, and which stay whole, too."""
 
-FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, *SHARING)
+FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *ROS1, *SLOW)
 """First tests, in this order, so that the slow ones are not the last."""
 
 FEW = 2
@@ -58,14 +62,26 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no ty
             return TOGETHER
         if nodeid.startswith(WORKSPACE):
             return WORKSPACE[0]
-        return nodeid.partition("::")[0] if nodeid.startswith((*FOLDERS, *SHARING, *WHOLE)) else nodeid
+        file = nodeid.partition("::")[0]
+        return file if nodeid.startswith(WHOLE) or _has_module_fixture(file) else nodeid
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         if self.numnodes > FEW:
-            waits = node.gateway.id == f"gw{self.numnodes - 1}"
-            fits = (unit for unit in self.workqueue if unit.startswith(WAITING) == waits)
+            from_last = self.numnodes - 1 - int(node.gateway.id.removeprefix("gw"))
+            kind = WAITING[from_last] if from_last < self.numnodes - FEW else None
+            fits = (unit for unit in self.workqueue if _kind(unit) == kind)
             self.workqueue.move_to_end(next(fits, next(iter(self.workqueue))), last=False)
         super()._assign_work_unit(node)
+
+
+def _kind(unit: str) -> tuple[str, ...] | None:
+    return next((kind for kind in WAITING if unit.startswith(kind)), None)
+
+
+@cache
+def _has_module_fixture(file: str) -> bool:
+    path = ROOT / file
+    return path.is_file() and re.search(r'scope="(module|package)"', path.read_text(encoding="utf-8")) is not None
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,15 +1,23 @@
 """Tests of the distribution: ROS 1 files stay whole, slow tests first, waiting ones beside computing ones."""
 
 from itertools import chain
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from tests.support.schedule import FIRST, SHARING, TOGETHER, WHOLE, WORKSPACE, Scheduling, pytest_collection_modifyitems
+from tests.support.schedule import (
+    FIRST,
+    ROOT,
+    SLOW,
+    TOGETHER,
+    WAITING,
+    WHOLE,
+    WORKSPACE,
+    Scheduling,
+    pytest_collection_modifyitems,
+)
 
-ROOT = Path(__file__).parents[2]
 LESSON, CATKIN, LATER = (
     "tests/docs/test_lesson.py",
     "tests/ros1/test_catkin.py",
@@ -72,8 +80,9 @@ def test_page_tests_run_after_lessons() -> None:
 
 def test_files_with_shared_fixtures_stay_whole() -> None:
     scheduling = Scheduling.__new__(Scheduling)
-    assert scheduling._split_scope(f"{SHARING[0]}::y") == SHARING[0]
-    assert [scheduling._split_scope(f"{name}::y") for name in WHOLE] == [*WHOLE]
+    assert scheduling._split_scope(f"{SLOW[0]}::y") == SLOW[0]
+    files = [f"{name}test_b.py" if name.endswith("/") else name for name in WHOLE]
+    assert [scheduling._split_scope(f"{name}::y") for name in files] == files
     assert scheduling._split_scope("tests/ros1/test_b.py::y[a::b]") == "tests/ros1/test_b.py"
     assert scheduling._split_scope("tests/kitting/test_b.py::y") == "tests/kitting/test_b.py::y"
 
@@ -93,7 +102,7 @@ def test_workspace_tests_go_to_one_worker() -> None:
     assert f"def {name}" in (ROOT / folder).read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", FIRST)
+@pytest.mark.parametrize("name", [*FIRST, *WHOLE, *chain(*WAITING)])
 def test_named_files_exist(name: str) -> None:
     assert (ROOT / name).exists()
 
@@ -112,6 +121,17 @@ def test_last_of_three_workers_takes_waiting_tests() -> None:
     assert last[: len(waiting)] == waiting
     assert len(last) > len(waiting)  # then it helps
     assert sorted(chain(*others, last)) == sorted(names)
+
+
+def test_two_of_four_workers_take_waiting_tests_of_a_kind_each() -> None:
+    ros2 = [f"tests/ros2/test_a.py::{number}" for number in range(9)]
+    names = in_order([*NAMES, *ros2, *(f"tests/d.py::{number}" for number in range(80))])
+    first, second, third, last = run(names, 4)
+    assert third[0] in ros2
+    assert not {*first, *second} & {*ros2}
+    ros1 = [name for name in names if name.startswith((LESSON, CATKIN, LATER))]
+    assert last[: len(ros1)] == ros1
+    assert sorted([*first, *second, *third, *last]) == sorted(names)
 
 
 def test_worker_without_computing_tests_takes_waiting_tests() -> None:
