@@ -19,7 +19,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import usable_processors
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.results.result import ResultsFile
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
 
 FINALS = [f"final{number:02d}" for number in range(1, 16)]

@@ -23,7 +23,7 @@ from benchmarks.evaluation import FINALS, MIN_GAIN, REPEATS, Mover
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.execution.process import usable_processors
 from cellwright.running.evaluation.plan.job import Job
-from cellwright.running.evaluation.results.result import ResultsFile
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
 
 WORK = 240.0

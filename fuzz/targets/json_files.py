@@ -10,10 +10,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cellwright.robot.checks.reference import read_reference
+from cellwright.running.evaluation.outputs.junit import junit
 from cellwright.running.evaluation.outputs.report import report
-from cellwright.running.evaluation.results.result import RESULTS_NAME, Result, ResultsFile
+from cellwright.running.evaluation.results.folder import RESULTS_NAME
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.seal import sealed
-from cellwright.running.evaluation.results.summary import junit, summary_document
+from cellwright.running.evaluation.results.summary import summary_document
 from cellwright.util.errors import UsageError
 from cellwright.util.files import read_json_lines
 from fuzz import seeds as bundled

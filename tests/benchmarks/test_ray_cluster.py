@@ -10,7 +10,7 @@ from benchmarks import evaluation, ray_cluster
 from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.plan.job import Job
-from cellwright.running.evaluation.results.result import ResultsFile
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
 from tests.support.quick_children import QUICK_WORKERS
 

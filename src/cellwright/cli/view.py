@@ -19,8 +19,7 @@ from cellwright.cli.options import refuse
 from cellwright.cli.signals import keep_until_signal
 from cellwright.config.robot.robots import load_robot
 from cellwright.engine.rate_control import RateControl
-from cellwright.running.evaluation.results.merge import PLAN_NAME
-from cellwright.running.evaluation.results.result import RESULTS_NAME
+from cellwright.running.evaluation.results.folder import PLAN_NAME, RESULTS_NAME
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
 from cellwright.util.errors import CellwrightError

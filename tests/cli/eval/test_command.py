@@ -22,7 +22,7 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.runner import Running
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.results.merge import other_agents
+from cellwright.running.evaluation.results.folder import other_agents
 from cellwright.running.evaluation.results.summary import Threshold
 from tests.cli.conftest import CommandLine
 from tests.running.evaluation.made_results import CRASHED, LOST, result

@@ -17,7 +17,8 @@ import pytest
 from cellwright.cli.eval.command import _trials
 from cellwright.running.evaluation.plan.job import Job, RunLimits, make_jobs
 from cellwright.running.evaluation.plan.shard import Shard
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.seal import sealed
 from tests.cli.conftest import CommandLine, Ran
 from tests.running.evaluation.made_results import SCORE, TIMELINE

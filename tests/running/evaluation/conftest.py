@@ -9,7 +9,8 @@ import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, make_jobs
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 
 Judge = Callable[..., list[Result]]

@@ -19,12 +19,13 @@ from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import usable_processors
-from cellwright.running.evaluation.outputs import gradebook, gradebook_page
+from cellwright.running.evaluation.outputs import gradebook
 from cellwright.running.evaluation.outputs.report import report
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, agent_digest, make_jobs
 from cellwright.running.evaluation.plan.roster import Student, find_students
-from cellwright.running.evaluation.results.merge import PLAN_NAME
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.folder import PLAN_NAME
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.summary import Threshold
 
 SHEET = "class.csv"
@@ -178,7 +179,7 @@ def _write(found: Sequence[gradebook.Row], results: Mapping[str, Sequence[Result
     except OSError as error:
         return [f"{folder}: cannot be written: {error.strerror}"]
     failures = write_beside(given.out / SHEET, gradebook.csv_sheet(found))
-    failures += write_beside(given.out / PAGE, gradebook_page.page(found, given.threshold))
+    failures += write_beside(given.out / PAGE, gradebook.page(found, given.threshold))
     for row in found:
         failures += write_beside(given.out / row.feedback, report(results[row.student.agent], given.threshold))
     return failures

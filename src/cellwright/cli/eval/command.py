@@ -62,8 +62,9 @@ from cellwright.running.evaluation.plan.job import (
 )
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.plan.sweep import Sweep, check_effect, variant_name, variants
-from cellwright.running.evaluation.results.merge import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.folder import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.summary import Threshold, shortcoming
 
 _MAX_SEEDS, _MAX_JOBS = 100_000, 1024

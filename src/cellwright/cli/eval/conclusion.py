@@ -17,13 +17,15 @@ from cellwright.cli.output import echo, print_entry, print_line, write_result
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation.execution.process import DISK_FULL
+from cellwright.running.evaluation.outputs.junit import junit
 from cellwright.running.evaluation.outputs.parquet import TABLE_NAME, parquet_table
 from cellwright.running.evaluation.outputs.report import report
 from cellwright.running.evaluation.outputs.state_pictures import draw_worst
 from cellwright.running.evaluation.outputs.trackers import Status
 from cellwright.running.evaluation.outputs.tracking import Tracking, final_metrics
 from cellwright.running.evaluation.results import summary
-from cellwright.running.evaluation.results.result import RESULTS_NAME, Result
+from cellwright.running.evaluation.results.folder import RESULTS_NAME
+from cellwright.running.evaluation.results.result import Result
 from cellwright.util.plugins import is_installed
 
 AsTable = Annotated[bool, flag("--parquet", "Write FOLDER/results.parquet too: a table of the runs.", OUTPUT)]
@@ -87,7 +89,7 @@ def conclude(
     number of runs that were interrupted. A failure of `tracking` does not change the exit status.
     """
     results, repeats = summary.with_repeats(ended)
-    failures += write_beside(out / "junit.xml", summary.junit(results, threshold, repeats))
+    failures += write_beside(out / "junit.xml", junit(results, threshold, repeats))
     pictures = {} if left else draw_worst(out, results, partial(print_line, console))
     failures += write_beside(out / "report.html", report(results, threshold, repeats, pictures))
     if as_table:

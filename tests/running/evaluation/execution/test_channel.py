@@ -17,7 +17,8 @@ from cellwright.running.evaluation.execution import channel, process
 from cellwright.running.evaluation.execution.channel import ChannelError, SignedChannel, read_messages
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.outputs.report import report
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from tests.running.evaluation.conftest import Judge, tiny_jobs
 from tests.running.evaluation.made_results import KIT, NEVER, PART, TIMELINE
 

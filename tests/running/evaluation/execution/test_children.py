@@ -10,7 +10,8 @@ import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, RunLimits, make_jobs
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from tests.support.processes import is_running
 from tests.support.waiting import wait_until
 

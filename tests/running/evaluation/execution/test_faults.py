@@ -16,7 +16,8 @@ import pytest
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import WorkerProcess
 from cellwright.running.evaluation.execution.runner import Running
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from tests.running.evaluation.conftest import tiny_jobs
 from tests.support.quick_children import QUICK_WORKERS
 

@@ -14,7 +14,8 @@ from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED
 from cellwright.running.evaluation.execution.runner import Running
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, RunLimits, make_jobs
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
 from cellwright.util.files import read_json_lines
 from tests.running.evaluation.conftest import Judge, tiny_jobs
@@ -308,7 +309,7 @@ def test_full_disk_ends_evaluation_and_keeps_results(folder: Path, monkeypatch: 
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with ResultsFile(folder / "out") as store:
-        monkeypatch.setattr("cellwright.running.evaluation.results.result.os.fsync", full)
+        monkeypatch.setattr("cellwright.running.evaluation.results.results_file.os.fsync", full)
         evaluation = LocalRunner(store, on_result=results.append)
         assert not evaluation.run(tiny_jobs(folder, "Deliver", 3))
         assert evaluation.failure == f"{store.path}: No space left on device"

@@ -10,7 +10,8 @@ import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.results.result import Result, ResultsFile, read_results
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile, read_results
 from tests.running.evaluation.cheats import CHEATS, SPOILED
 from tests.support.quick_children import QUICK_WORKERS
 

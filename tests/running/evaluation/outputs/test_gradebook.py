@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.evaluation.outputs.gradebook import csv_sheet, equal_runs, rows
-from cellwright.running.evaluation.outputs.gradebook_page import page
+from cellwright.running.evaluation.outputs.gradebook import csv_sheet, equal_runs, page, rows
 from cellwright.running.evaluation.plan.roster import Student, find_students
 from cellwright.util.errors import UsageError
 from tests.running.evaluation.made_results import result

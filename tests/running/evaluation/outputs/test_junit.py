@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from cellwright.running.evaluation.results.summary import Threshold, junit
+from cellwright.running.evaluation.outputs.junit import junit
+from cellwright.running.evaluation.results.summary import Threshold
 from tests.running.evaluation.made_results import CRASHED, LOST, result, worked
 
 

@@ -12,8 +12,8 @@ import pytest
 
 from cellwright.running.evaluation.plan.job import log_name, repeated_key
 from cellwright.running.evaluation.results import follow
+from cellwright.running.evaluation.results.folder import plan_text
 from cellwright.running.evaluation.results.follow import FollowedEvaluation, event_lines, log_of, whole_result
-from cellwright.running.evaluation.results.merge import plan_text
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.summary import share_interval
 from cellwright.running.run import versions

@@ -15,7 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.results.result import RESULTS_NAME, Result, ResultError, ResultsFile, read_results
+from cellwright.running.evaluation.results.folder import RESULTS_NAME
+from cellwright.running.evaluation.results.result import Result, ResultError
+from cellwright.running.evaluation.results.results_file import ResultsFile, read_results
 from cellwright.running.evaluation.results.seal import KEY_VARIABLE
 from cellwright.util.errors import UsageError
 from tests.running.evaluation.made_results import CRASHED, LOST, result, worked

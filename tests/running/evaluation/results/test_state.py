@@ -11,8 +11,10 @@ from cellwright.cell.cell import Cell
 from cellwright.rendering.scene.scene import decode_frame, encode_scene
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.plan.job import RunLimits, log_name
-from cellwright.running.evaluation.results.merge import merge, plan_of, plan_text
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.folder import plan_of, plan_text
+from cellwright.running.evaluation.results.merge import merge
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.state import (
     LIVE_NAME,
     StateError,

@@ -19,8 +19,9 @@ from cellwright.running.evaluation.execution.process import NO_MEMORY, JobOrder,
 from cellwright.running.evaluation.execution.replayed import first_difference
 from cellwright.running.evaluation.execution.runner import STARTS, Runner, Running
 from cellwright.running.evaluation.plan.job import MEBIBYTE, Job, RunLimits
-from cellwright.running.evaluation.results.merge import LOGS, RECORDINGS
-from cellwright.running.evaluation.results.result import POINT_TOLERANCE, Lost, Result, ResultError, ResultsFile
+from cellwright.running.evaluation.results.folder import LOGS, RECORDINGS
+from cellwright.running.evaluation.results.result import POINT_TOLERANCE, Lost, Result, ResultError
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.state import LIVE_NAME, STATES, loses_points, state_file, write_state
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, printable

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 
 from cellwright.running.evaluation.plan.job import Job, RunLimits
-from cellwright.running.evaluation.results.result import Result, ResultsFile
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 
 STARTS = 3
 """Starts of a run that the machine ends."""

@@ -1,4 +1,4 @@
-"""Gradebook of a class: a row for each program, with its points, how its runs ended, and hints of copies."""
+"""Gradebook of a class, as CSV and as a page: for each program its points, how runs ended, and hints of copies."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
+from cellwright.running.evaluation.outputs.html import document, escape, table
 from cellwright.running.evaluation.plan.roster import Student
 from cellwright.running.evaluation.results import summary
 from cellwright.running.evaluation.results.result import Lost, Result
@@ -153,7 +154,35 @@ def csv_sheet(found: Sequence[Row]) -> str:
     return text.getvalue()
 
 
+def page(found: Sequence[Row], threshold: summary.Threshold | None) -> str:
+    """Return the sheet as an HTML file, with a link to the feedback of each program; rows as of the roster."""
+    trials = list(dict.fromkeys(trial for row in found for trial in row.points))
+    heads = [("name", ""), ("share", "n"), ("passed", "n"), *((trial, "n") for trial in trials), ("runs", "")]
+    heads += [("worst run", ""), ("same end states as", ""), ("wall, s", "n")]
+    required = "" if threshold is None else f"; required of every run: {threshold}"
+    refused = sum(row.is_refused for row in found)
+    tail = f"; {refused} cannot be run" if refused else ""
+    words = f"Mean points by trial{required}{tail}"
+    body = [
+        f'<h1>{len(found)} programs</h1><p class="soft">{escape(words)}</p>',
+        f'<div class="card scroll">{table(heads, (_table_row(row, trials) for row in found))}</div>',
+        '<p class="soft">Equal end states of several runs are a hint of a copy, and no proof.</p>',
+    ]
+    return document(f"Class: {len(found)} programs", "\n".join(body))
+
+
 def _cell(text: str) -> str:
     """Return a text that no spreadsheet takes for a formula: names and reasons come from the programs."""
     shown = printable(text, len(text))
     return f"'{shown}" if shown.startswith(_FORMULA) else shown
+
+
+def _table_row(row: Row, trials: Sequence[str]) -> str:
+    share = "-" if row.share is None else f"{row.share:.0%}"
+    kind = "bad" if row.passed < row.judged else "good" if row.judged else ""
+    figures = [share, f"{row.passed} of {row.judged}"]
+    figures += [f"{row.points[trial]:.4g}" if trial in row.points else "-" for trial in trials]
+    cells = "".join(f'<td class="n">{escape(text)}</td>' for text in figures)
+    name = f'<a href="{escape(row.feedback)}" title="{escape(row.student.agent)}">{escape(row.student.name)}</a>'
+    words = "".join(f'<td class="tight">{escape(text)}</td>' for text in (row.endings, row.reason, row.hint))
+    return f'<tr><td class="{kind}"><b>{name}</b></td>{cells}{words}<td class="n">{row.wall:.0f}</td></tr>\n'

@@ -21,9 +21,10 @@ from typing import IO, Any, Self
 from cellwright.running.evaluation.outputs.trackers import TRACKERS, RunOrder, Status
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.results import summary
+from cellwright.running.evaluation.results.folder import LOGS
+from cellwright.running.evaluation.results.form import Each, find_misfit
 from cellwright.running.evaluation.results.intervals import Interval
-from cellwright.running.evaluation.results.merge import LOGS
-from cellwright.running.evaluation.results.result import Each, Result, find_misfit
+from cellwright.running.evaluation.results.result import Result
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.files import open_below, write_atomic
 from cellwright.util.plugins import is_installed

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from cellwright.running.evaluation.plan.job import log_name, repeated_key
+from cellwright.running.evaluation.results.folder import LOGS, PLAN_NAME, RESULTS_NAME, read_plan
 from cellwright.running.evaluation.results.measures import parts
-from cellwright.running.evaluation.results.merge import LOGS, PLAN_NAME, read_plan
-from cellwright.running.evaluation.results.result import RESULTS_NAME, Result, ResultError
+from cellwright.running.evaluation.results.result import Result, ResultError
 from cellwright.util.errors import UsageError
 from cellwright.util.files import open_below
 

@@ -1,96 +1,32 @@
-"""Plan of an evaluation, and the merge of the results that several machines have for one plan."""
+"""Merge of the results that several machines have for one plan."""
 
 import errno
-import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cellwright.running.evaluation.plan.job import Job, RunLimits, log_name
-from cellwright.running.evaluation.results.result import (
+from cellwright.running.evaluation.plan.job import log_name
+from cellwright.running.evaluation.results.folder import (
+    LOGS,
+    PLAN_FORM,
+    PLAN_NAME,
+    RECORDINGS,
     RESULTS_NAME,
-    Each,
-    Result,
-    ResultsFile,
-    find_misfit,
-    read_regular,
-    read_results,
+    plan_text,
+    read_plan,
 )
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile, read_results
 from cellwright.running.evaluation.results.state import scene_file_of, state_file
 from cellwright.running.run import versions
 from cellwright.util.errors import UsageError
 from cellwright.util.files import atomic_file, open_below, write_atomic
 
-PLAN_NAME = "plan.json"
-LOGS, RECORDINGS = "logs", "recordings"
-"""Folders beside the results."""
 _SUFFIXES = ((LOGS, ".log"), (LOGS, ".jsonl"), (RECORDINGS, ".mcap"))
-
-_FORM: Mapping[str, Any] = {
-    "agent": str,
-    "vary": bool,
-    "limits": Each(float),
-    "versions": Each(str),
-    "runs": [{"key": str, "trial": str, "seed": int}],
-}
-
-
-def plan_of(jobs: Sequence[Job], limits: RunLimits) -> dict[str, Any]:
-    """Return the plan of an evaluation as JSON values: all its runs, in order. Each shard has the whole plan."""
-    return {
-        "agent": jobs[0].agent,
-        "vary": jobs[0].vary,
-        "limits": asdict(limits),
-        "versions": versions(),
-        "runs": [{"key": job.key, "trial": job.trial.name, "seed": job.seed} for job in jobs],
-    }
-
-
-def plan_text(plan: Mapping[str, Any]) -> str:
-    """Return the text of a plan's file."""
-    return json.dumps(plan, separators=(",", ":")) + "\n"
-
-
-def read_plan(folder: Path) -> dict[str, Any]:
-    """Read the plan in the folder of the results.
-
-    Raises:
-        UsageError: there is none.
-        OSError: it cannot be read.
-    """
-    file = folder / PLAN_NAME
-    try:
-        plan = json.loads(read_regular(file))
-    except FileNotFoundError:
-        raise UsageError(f"{folder}: it has no {PLAN_NAME}; give the --out of `cellwright eval`") from None
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{file}: not a plan ({error}); repeat that shard") from error
-    if misfit := find_misfit(plan, _FORM):
-        raise UsageError(f"{file}: not a plan ({misfit}); repeat that shard")
-    return {name: plan[name] for name in _FORM}
-
-
-def other_agents(folder: Path, results: Iterable[Result], agent: str) -> list[str]:
-    """Return the programs other than `agent` that the evaluation in a folder is of, sorted.
-
-    It is of the program of the folder's plan, or of all that have results if that one has none: a plan is written
-    before its program is checked.
-    """
-    known = {result.agent for result in results}
-    with suppress(UsageError, OSError):  # a class has no plan, and a damaged one is written again
-        planned = str(read_plan(folder)["agent"])
-        known = {planned} if planned in known else known
-    return sorted(each for each in known if _program_of(each) != _program_of(agent))
-
-
-def _program_of(agent: str) -> str:
-    """Return an agent's name, with one path for a file that may be given by several."""
-    file, colon, name = agent.rpartition(":")
-    return f"{os.path.abspath(file)}:{name}" if colon and file.endswith(".py") else agent
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +59,7 @@ def merge(folders: Sequence[Path], out: Path) -> Merged:
     _refuse_other(folders[0], plan["versions"], versions(), "this installation")
     for folder in [*folders[1:], *([out] if (out / PLAN_NAME).exists() else [])]:
         other = read_plan(folder)
-        for name in _FORM:
+        for name in PLAN_FORM:
             _refuse_other(folder, other[name], plan[name], str(folders[0]), name)
     found: dict[str, list[tuple[Path, Result]]] = {}
     notices: list[str] = []

@@ -19,7 +19,8 @@ from cellwright.cell.cell import Cell
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import decode_frame, decode_scene, encode_scene
-from cellwright.running.evaluation.results.result import Result, read_regular
+from cellwright.running.evaluation.results.folder import read_regular
+from cellwright.running.evaluation.results.result import Result
 from cellwright.util.errors import CellwrightError, printable
 from cellwright.util.files import write_atomic
 

@@ -17,7 +17,8 @@ import pytest
 
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.results.result import Result, ResultsFile, read_results
+from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile, read_results
 from tests.running.evaluation.execution.on_ray.conftest import Cluster
 from tests.support.processes import Process, is_running, kill
 from tests.support.waiting import wait_until

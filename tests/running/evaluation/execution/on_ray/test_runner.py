@@ -12,7 +12,7 @@ import pytest
 from cellwright.running.evaluation.execution.on_ray import runner as module
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.results.result import ResultsFile
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
 from tests.support.ports import free_port
 

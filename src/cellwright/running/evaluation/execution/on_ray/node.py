@@ -26,7 +26,8 @@ from cellwright.running.evaluation.plan.job import (
     repeated,
 )
 from cellwright.running.evaluation.results.merge import run_files
-from cellwright.running.evaluation.results.result import Lost, ResultsFile
+from cellwright.running.evaluation.results.result import Lost
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import CellwrightError, one_line
 from cellwright.util.files import open_below
 

@@ -19,8 +19,9 @@ from typing import IO, Any
 
 from cellwright.running.evaluation.execution.runner import STARTS, Runner, Running
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, agent_digest, key_facts
-from cellwright.running.evaluation.results.merge import LOGS
-from cellwright.running.evaluation.results.result import Result, ResultError, ResultsFile
+from cellwright.running.evaluation.results.folder import LOGS
+from cellwright.running.evaluation.results.result import Result, ResultError
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.seal import KEY_VARIABLE
 from cellwright.util.errors import UsageError
 from cellwright.util.process import ChildProcess, own_program

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.outputs.report import histogram, timeline_picture
+from cellwright.running.evaluation.outputs.drawings import histogram, timeline_picture
 from tests.running.evaluation.made_results import TIMELINE
 
 
