@@ -8,7 +8,8 @@ Up to five pairs have too few combinations for any proof (2 to the power of 5 is
 are also dealt to the two programs in every way. That is exact if the runs of equal programs with one seed are
 independent, and cautious if they are alike, as runs with one seed mostly are.
 
-Both tests are monotone: a further loss never makes the chance larger.
+Both tests are monotone: a larger loss of a pair never makes the chance larger. A further losing pair makes that of the
+signs smaller. Only from four pairs to five, where runs are dealt, may a small loss make it larger.
 """
 
 from __future__ import annotations
