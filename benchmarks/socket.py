@@ -22,11 +22,11 @@ from cellwright.clients.client import ARM_JOINTS
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.control_msgs import FollowJointTrajectoryActionGoal, FollowJointTrajectoryGoal
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import GetMaterialLocationsRequest
 from cellwright.middleware.messages.standard import JointState
-from cellwright.middleware.messages.types import message_type
 from cellwright.middleware.server import Server
 from cellwright.util.errors import RunEndedError
 
@@ -85,10 +85,10 @@ def times(label: str, rounds: int, action: Callable[[int], None]) -> Figure:
 
 def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
     """Return a goal of the arm's action."""
-    moment = message_type("builtin_interfaces/Time")(sec=0, nanosec=0)  # type: ignore[call-arg]
-    header = message_type("std_msgs/Header")(stamp=moment, frame_id="")  # type: ignore[call-arg]
-    goal_id = message_type("actionlib_msgs/GoalID")(stamp=moment, id=name)  # type: ignore[call-arg]
-    span = message_type("builtin_interfaces/Duration")(sec=0, nanosec=0)  # type: ignore[call-arg]
+    moment = TYPES.message("builtin_interfaces/Time")(sec=0, nanosec=0)  # type: ignore[call-arg]
+    header = TYPES.message("std_msgs/Header")(stamp=moment, frame_id="")  # type: ignore[call-arg]
+    goal_id = TYPES.message("actionlib_msgs/GoalID")(stamp=moment, id=name)  # type: ignore[call-arg]
+    span = TYPES.message("builtin_interfaces/Duration")(sec=0, nanosec=0)  # type: ignore[call-arg]
     goal = FollowJointTrajectoryGoal(way, [], [], span)  # type: ignore[arg-type]
     return FollowJointTrajectoryActionGoal(header, goal_id, goal)  # type: ignore[arg-type]
 

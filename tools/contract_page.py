@@ -8,8 +8,7 @@ from collections.abc import Iterable, Sequence
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import CompetitionMode, Endpoint, EndpointKind
-from cellwright.middleware.messages import md5
-from cellwright.middleware.messages.types import short_name, sources
+from cellwright.middleware.messages import TYPES, short_name
 
 INTRODUCTION = """\
 # The contract of the kit-building cell
@@ -62,9 +61,9 @@ def markdown(rows: Iterable[Endpoint]) -> str:
 def types_table() -> str:
     """Return the types that the project defines itself, with their ROS 1 checksums."""
     lines = ["| type | meaning | MD5 |", "|---|---|---|"]
-    for name, text in sources().items():
+    for name, text in TYPES.sources.items():
         about = text.splitlines()[0].removeprefix("# ")
-        lines.append(f"| `{short_name(name)}` | {about} | `{md5(name)}` |")
+        lines.append(f"| `{short_name(name)}` | {about} | `{TYPES.md5(name)}` |")
     return "\n".join(lines) + "\n"
 
 

@@ -13,7 +13,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc
 from rosbags.typesys.base import normalize_fieldname
 
-from cellwright.middleware.messages.types import parsed_definitions, short_name, sources
+from cellwright.middleware.messages import TYPES, short_name
 
 FOLDER = Path(__file__).parents[1] / "src" / "cellwright" / "middleware" / "messages"
 
@@ -41,7 +41,7 @@ _LINE = re.compile(r"\S+\s+(?P<name>\w+)\s*(=\s*[^#]*)?(#\s*(?P<comment>.*))?")
 
 def modules() -> dict[str, str]:
     """Return the source of each module, by package."""
-    packages = sorted({name.partition("/")[0] for name, _ in parsed_definitions()})
+    packages = sorted({name.partition("/")[0] for name, _ in TYPES.parsed()})
     return {package: _Module(package).source() for package in packages}
 
 
@@ -56,7 +56,7 @@ class _Module:
 
     def __init__(self, package: str) -> None:
         self._package = package
-        self._definitions = {name: item for name, item in parsed_definitions() if name.startswith(f"{package}/")}
+        self._definitions = {name: item for name, item in TYPES.parsed() if name.startswith(f"{package}/")}
         self._imports: set[str] = set()
         self._has_factories = self._has_constants = False
         self._classes: dict[str, list[str]] = {}
@@ -144,7 +144,7 @@ def _commented(line: str, comment: str) -> list[str]:
 def _comments(name: str) -> tuple[str, dict[str, str]]:
     """Return the comments of a definition: of the type as a whole, and of each field."""
     stem = re.sub("_(Request|Response)$", "", name)
-    halves = sources()[stem].split("---\n")
+    halves = TYPES.sources[stem].split("---\n")
     about, waiting, comments = f"Response of {short_name(stem)}.", "", {}
     for line in halves[name.endswith("_Response")].splitlines():
         if line.startswith("#"):

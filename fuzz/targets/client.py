@@ -9,7 +9,7 @@ from functools import cache
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -37,9 +37,12 @@ def seeds() -> Iterator[bytes]:
         [greeting],
         [greeting, Frame(FrameKind.SUBSCRIBE, 1, "/clock"), Frame(FrameKind.UNSUBSCRIBE, 1)],
         [greeting, Frame(FrameKind.SUBSCRIBE, 1, "/ariac/orders", QUIET, "/gazebo"), advance(2, 10**9, each_tick=True)],
-        [greeting, Frame(FrameKind.PUBLISH, 3, "/ariac/arm/command", payload=to_cdr(way))],
-        [greeting, Frame(FrameKind.CALL, 4, "/ariac/start_competition", payload=to_cdr(TriggerRequest()))],
-        [greeting, Frame(FrameKind.CALL, 4, "/ariac/agv1", node="/you", payload=to_cdr(AGVControlRequest("kit")))],
+        [greeting, Frame(FrameKind.PUBLISH, 3, "/ariac/arm/command", payload=TYPES.to_cdr(way))],
+        [greeting, Frame(FrameKind.CALL, 4, "/ariac/start_competition", payload=TYPES.to_cdr(TriggerRequest()))],
+        [
+            greeting,
+            Frame(FrameKind.CALL, 4, "/ariac/agv1", node="/you", payload=TYPES.to_cdr(AGVControlRequest("kit"))),
+        ],
     ):
         yield b"".join(frame.encode() for frame in frames)
 

@@ -7,16 +7,7 @@ from collections.abc import Iterator
 from cellwright.cell.interface.rows import GEAR
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import EndpointKind
-from cellwright.middleware.messages import (
-    Message,
-    checked,
-    from_cdr,
-    from_ros1,
-    message_type,
-    service_type,
-    to_cdr,
-    to_ros1,
-)
+from cellwright.middleware.messages import TYPES, Message
 from cellwright.middleware.messages.conversions import joint_state, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import GoalID, Time
@@ -35,8 +26,11 @@ WORDS = (
 )
 
 _HEARD = [row for row in (*GEAR, *IO_TELEOP) if row.direction is Direction.IN and row.kind is not EndpointKind.ACTION]
-TYPES: list[type[Message]] = sorted(
-    {service_type(row.type).request if row.kind is EndpointKind.SERVICE else message_type(row.type) for row in _HEARD},
+CLASSES: list[type[Message]] = sorted(
+    {
+        TYPES.service(row.type).request if row.kind is EndpointKind.SERVICE else TYPES.message(row.type)
+        for row in _HEARD
+    },
     key=lambda each: each.__msgtype__,
 )
 """Types of all messages that either interface receives."""
@@ -51,24 +45,24 @@ def seeds() -> Iterator[bytes]:
         AGVControlRequest("order_0_kit_0"),
         GoalID(Time(1, 2), "goal"),
     ):
-        number = TYPES.index(type(message))
-        yield bytes([number, 0]) + to_cdr(message)
-        yield bytes([number, 1]) + to_ros1(message)
+        number = CLASSES.index(type(message))
+        yield bytes([number, 0]) + TYPES.to_cdr(message)
+        yield bytes([number, 1]) + TYPES.to_ros1(message)
 
 
 def attempt(data: bytes) -> None:
     """Read the bytes as a message, and encode the result."""
     if len(data) < 2:
         return
-    message_class = TYPES[data[0] % len(TYPES)]
-    read, write = (from_ros1, to_ros1) if data[1] % 2 else (from_cdr, to_cdr)
+    message_class = CLASSES[data[0] % len(CLASSES)]
+    read, write = (TYPES.from_ros1, TYPES.to_ros1) if data[1] % 2 else (TYPES.from_cdr, TYPES.to_cdr)
     try:
-        message = checked(read(data[2:], message_class))
+        message = TYPES.checked(read(data[2:], message_class))
     except MessageError as error:
         if not str(error) or len(str(error)) > 500 or not str(error).isprintable():
             raise FindingError(f"a refusal that cannot be read: {str(error)!r:.300}") from None
         return
     if type(message) is not message_class:
         raise FindingError(f"{message_class.__msgtype__} has become {type(message)}")
-    if write(checked(read(write(message), message_class))) != write(message):
+    if write(TYPES.checked(read(write(message), message_class))) != write(message):
         raise FindingError("it does not survive being written and read")

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from cellwright.cli.replay import actions
 from cellwright.middleware.bus import InputKind
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
@@ -43,7 +43,9 @@ _SCENE = Scene("small", ("world", "vacuum_gripper_link"), (), ())
 _POSES = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (2, 1))
 _FRAME = np.frombuffer(SceneFrame(0, _POSES, np.ones(2, bool)).encode(), np.uint8)
 _TEXTS = {
-    names.COMMAND: Command(3, InputKind.PUBLISH, "/talk", "std_msgs/String", "/me", to_cdr(String("go"))).encode(),
+    names.COMMAND: Command(
+        3, InputKind.PUBLISH, "/talk", "std_msgs/String", "/me", TYPES.to_cdr(String("go"))
+    ).encode(),
     names.PANEL: '{"clock": {"time": 1.0}, "score": {"total": 1.0}, "trays": [{"number": 1, "parts": [{"name": "a", '
     '"type": "gear_part", "faulty": false}]}], "intention": {"text": "on its way", "node": "/me", "time": 0.1}, '
     '"joints": [{"name": "a", "position": 0.1}], "arms": [{"name": "left", "tip": "vacuum_gripper_link"}]}',
@@ -61,9 +63,12 @@ def seeds() -> Iterator[bytes]:
             file.describe(names.METADATA, RecordingHeader(kind, "small", {"seed": 7, "files": ["t.yaml"]}).metadata())
             file.attach(names.SCENE, "application/octet-stream", encode_scene(_SCENE))
             file.attach(f"{names.SOURCES}t.yaml", "text/yaml", b"orders: {}\n")
-            talk = RecordedTopic("/talk", "std_msgs/String", latch=True, rate="10"), to_cdr(String("a word"))
-            own = [(RecordedTopic(name, names.TEXT), to_cdr(String(text))) for name, text in _TEXTS.items()]
-            frame = RecordedTopic(names.FRAME, names.BYTES), to_cdr(UInt8MultiArray(MultiArrayLayout([], 0), _FRAME))
+            talk = RecordedTopic("/talk", "std_msgs/String", latch=True, rate="10"), TYPES.to_cdr(String("a word"))
+            own = [(RecordedTopic(name, names.TEXT), TYPES.to_cdr(String(text))) for name, text in _TEXTS.items()]
+            frame = (
+                RecordedTopic(names.FRAME, names.BYTES),
+                TYPES.to_cdr(UInt8MultiArray(MultiArrayLayout([], 0), _FRAME)),
+            )
             channels = [(file.channel(topic), data) for topic, data in (talk, *own, frame)]
             for time in range(12):
                 for channel, data in channels:

@@ -9,7 +9,7 @@ from math import isfinite
 from cellwright.cell.devices.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
 from cellwright.cell.interface.commands import trajectory_of
 from cellwright.config.layout import ARM_JOINTS
-from cellwright.middleware.messages import checked, from_ros1, to_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory
 from cellwright.util.errors import MessageError
@@ -31,7 +31,7 @@ def seeds() -> Iterator[bytes]:
     straight = [trajectory_point([0.1 * n] * 7, time_from_start=n * _SECOND) for n in (1, 2, 3)]
     smooth = [trajectory_point([0.2] * 7, [0.1] * 7, [0.0] * 7, time_from_start=_SECOND)]
     found = [
-        to_ros1(joint_trajectory(ARM_JOINTS, points, time=time))
+        TYPES.to_ros1(joint_trajectory(ARM_JOINTS, points, time=time))
         for points, time in ((straight, 0), (smooth, 0), (straight, 2 * _SECOND), ([], 0))
     ]
     yield from (_with_length(each) for each in found)
@@ -48,7 +48,7 @@ def attempt(data: bytes) -> None:
         now += _SECOND // 2
         before = json.dumps(controller.get_state())
         try:
-            controller.command(trajectory_of(checked(from_ros1(piece, JointTrajectory))), now)
+            controller.command(trajectory_of(TYPES.checked(TYPES.from_ros1(piece, JointTrajectory))), now)
         except (MessageError, RejectedTrajectoryError) as error:
             if json.dumps(controller.get_state()) != before:
                 raise FindingError(f"refused, and not whole: {error!r:.200}") from None

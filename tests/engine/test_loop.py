@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cellwright.engine import loop as loops
 from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl, RealTimePacer
-from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.middleware.wire.frames import Frame, FrameKind, advance, read_time
@@ -21,7 +21,7 @@ from tests.robot.talk import RESET, Talk
 from tests.support.waiting import wait_until
 
 SECOND = 1_000_000_000
-CALL = Frame(FrameKind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
+CALL = Frame(FrameKind.CALL, 7, RESET, payload=TYPES.to_cdr(TriggerRequest()))
 
 
 def run_until(loop: SimulationLoop, deadline: int) -> None:
@@ -123,11 +123,11 @@ def test_pending_response_delays_no_other_client() -> None:
         started = talk.node.simulation.now
         run_until(loop, started + SECOND // 10)
         assert answer(waiting, 7) is None
-        message = to_cdr(joint_state(["waist"], [0.5], time=0))
+        message = TYPES.to_cdr(joint_state(["waist"], [0.5], time=0))
         assert other.ask(Frame(FrameKind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is FrameKind.DONE
         run_until(loop, started + 2 * SECOND)
         found = wait_for_answer(waiting, 7)
-        assert from_cdr(found.payload, TriggerResponse).success
+        assert TYPES.from_cdr(found.payload, TriggerResponse).success
     assert talk.node.commander.ignored == 1
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
 
@@ -144,7 +144,7 @@ def test_client_that_leaves_before_response_does_not_stop_loop() -> None:
         call_home(talk, other)
         run_until(loop, started + 2 * SECOND)
         found = wait_for_answer(other, 7)
-        assert from_cdr(found.payload, TriggerResponse).success
+        assert TYPES.from_cdr(found.payload, TriggerResponse).success
     assert talk.node.simulation.now >= started + 2 * SECOND
 
 
@@ -165,7 +165,7 @@ def test_lockstep_advances_on_request_and_answers() -> None:
         client.say(advance(9, started + 3 * SECOND, each_tick=False))
         run_until(loop, started + 2 * SECOND)
         found = wait_for_answer(client, 7)
-        assert from_cdr(found.payload, TriggerResponse).success
+        assert TYPES.from_cdr(found.payload, TriggerResponse).success
 
 
 def test_lockstep_stops_in_tick_of_message_to_client() -> None:
@@ -197,7 +197,7 @@ def test_closing_node_answers_waiting_clients() -> None:
         hall.server.close("the node has stopped")
         wait_until(lambda: client.is_over, "end of the connection", seen=lambda: client.heard, between=client.listen)
         found, ended = client.heard
-        assert from_cdr(found.payload, TriggerResponse).message == "the node has stopped"
+        assert TYPES.from_cdr(found.payload, TriggerResponse).message == "the node has stopped"
         assert ended.kind is FrameKind.ENDED
 
 

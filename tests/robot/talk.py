@@ -7,7 +7,7 @@ from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import PendingResponse
-from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import floats, header, joint_state
 from cellwright.middleware.messages.standard import Bool
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
@@ -44,7 +44,7 @@ class Talk:
 
     def base(self, *numbers: float) -> None:
         """Send a command of the base."""
-        array, layout = message_type("std_msgs/Float64MultiArray"), message_type("std_msgs/MultiArrayLayout")
+        array, layout = TYPES.message("std_msgs/Float64MultiArray"), TYPES.message("std_msgs/MultiArrayLayout")
         self.node.bus.publish(PREFIX + "target_base_move", array(layout([], 0), floats(numbers)), node="/op")  # type: ignore[call-arg]
 
     def stop(self, pressed: bool = True) -> None:

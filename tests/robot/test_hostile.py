@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import floats
 from cellwright.middleware.messages.standard import Bool, Header, JointState, Point, Pose, PoseArray, Quaternion, Time
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
@@ -37,8 +37,8 @@ POSES = st.builds(
         max_size=3,
     ),
 )
-LAYOUT = message_type("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
-MOVES = ARRAYS.map(lambda data: message_type("std_msgs/Float64MultiArray")(LAYOUT, data))  # type: ignore[call-arg]
+LAYOUT = TYPES.message("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
+MOVES = ARRAYS.map(lambda data: TYPES.message("std_msgs/Float64MultiArray")(LAYOUT, data))  # type: ignore[call-arg]
 TOPICS = {
     **dict.fromkeys(("joint_cmd", "target_joint_from_vr", "target_finger_joints"), JOINTS),
     **dict.fromkeys(("joint_cmd_finger_left", "joint_cmd_finger_right", "target_gripper_status"), JOINTS),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from contextlib import closing
 
-from cellwright.middleware.messages import from_ros1
-from cellwright.middleware.messages.serialization import M
+from cellwright.middleware.messages import TYPES
+from cellwright.middleware.messages.types import M
 from tests.middleware.ros1.bridge.wire import Calls, subscribe
 from tests.ros1.ground import Ground
 
@@ -21,7 +21,7 @@ def glance(ground: Ground, topic: str, kind: type[M], count: int = 1, *, node: s
         node: the publisher.
     """
     with closing(subscribe(ground, topic, node=node)) as connection:
-        return [from_ros1(connection.piece(), kind) for _ in range(count)]
+        return [TYPES.from_ros1(connection.piece(), kind) for _ in range(count)]
 
 
 def answer(ground: Ground, service: str, request: bytes) -> bytes:

@@ -15,7 +15,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import EndpointKind
-from cellwright.middleware.messages import md5
+from cellwright.middleware.messages import TYPES
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header
@@ -76,7 +76,7 @@ def graph(cell: Ground) -> tuple[dict[str, list[str]], dict[str, list[str]], dic
 def test_rows_of_table_match_contract() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     found = {
-        (row.name, "service" if row.kind is EndpointKind.SERVICE else "topic", row.type, md5(row.type))
+        (row.name, "service" if row.kind is EndpointKind.SERVICE else "topic", row.type, TYPES.md5(row.type))
         for row in rows(trial, competition=False)
         if row.kind is not EndpointKind.ACTION and not row.name.startswith(OURS)
     }

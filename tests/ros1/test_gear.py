@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.messages import md5
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP
 from cellwright.middleware.ros1.packages.tree import ensure_tree, variables
@@ -135,17 +135,17 @@ def shell(full_master: Ground, paths: dict[str, str]) -> Shell:
 
 
 def test_ros_tools_show_message_types(alone: Shell) -> None:
-    assert alone.tool("rosmsg", "md5", "osrf_gear/Order").strip() == md5("osrf_gear/Order")
+    assert alone.tool("rosmsg", "md5", "osrf_gear/Order").strip() == TYPES.md5("osrf_gear/Order")
     shown = alone.tool("rosmsg", "show", "osrf_gear/Order").splitlines()
     assert shown[:3] == ["string order_id", "osrf_gear/Kit[] kits", "  string kit_type"]
     assert "  geometry_msgs/Pose pose" in alone.tool("rosmsg", "show", "osrf_gear/LogicalCameraImage")
     assert alone.tool("rosmsg", "show", "std_msgs/String").strip() == "string data"
-    assert alone.tool("rossrv", "md5", "osrf_gear/AGVControl").strip() == md5("osrf_gear/AGVControl")
+    assert alone.tool("rossrv", "md5", "osrf_gear/AGVControl").strip() == TYPES.md5("osrf_gear/AGVControl")
     assert alone.tool("rossrv", "show", "std_srvs/Trigger").split() == [
         *("---", "bool", "success", "string", "message")
     ]
     action = alone.tool("rosmsg", "md5", "control_msgs/FollowJointTrajectoryAction").strip()
-    assert action == md5("control_msgs/FollowJointTrajectoryAction")
+    assert action == TYPES.md5("control_msgs/FollowJointTrajectoryAction")
     assert set(alone.tool("rosmsg", "package", "osrf_gear").split()) >= {"osrf_gear/Kit", "osrf_gear/Order"}
 
 
@@ -212,7 +212,9 @@ def test_python_example_node_moves_arm_to_zero(shell: Shell, tmp_path: Path) -> 
 
 def test_launch_file_starts_robot_node(alone: Shell, tmp_path: Path) -> None:
     """The vendor's script and options, under the launch file's name."""
-    assert alone.tool("rosmsg", "md5", "cellwright_msgs/TeleopStatus").strip() == md5("cellwright_msgs/TeleopStatus")
+    assert alone.tool("rosmsg", "md5", "cellwright_msgs/TeleopStatus").strip() == TYPES.md5(
+        "cellwright_msgs/TeleopStatus"
+    )
     file = tmp_path / "robot.launch"
     file.write_text(ROBOT_LAUNCH)
     launch = alone.start("roslaunch", str(file))

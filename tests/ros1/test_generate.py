@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.messages import md5
-from cellwright.middleware.messages.types import short_name, sources
+from cellwright.middleware.messages import TYPES, short_name
 from cellwright.middleware.ros1.host.installation import RosSystem, find_system, tool_environment
 from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, write_package
 from cellwright.middleware.ros1.packages.tree import generate_modules
@@ -39,7 +38,7 @@ def test_generated_types_have_checksums_of_original(tmp_path: Path) -> None:
     for package in MESSAGE_PACKAGES:
         write_package(package, tmp_path / package, tmp_path)
     generate_modules(ros, tmp_path, MESSAGE_PACKAGES, tmp_path / "python")
-    names = [name for name in sources() if name.split("/")[0] in MESSAGE_PACKAGES]
+    names = [name for name in TYPES.sources if name.split("/")[0] in MESSAGE_PACKAGES]
     program = (
         "import importlib, sys\n"
         "sys.path.insert(0, sys.argv[1])\n"
@@ -51,4 +50,4 @@ def test_generated_types_have_checksums_of_original(tmp_path: Path) -> None:
     ran = subprocess.run(
         command, env=tool_environment(ros), capture_output=True, text=True, timeout=TIMEOUT, check=True
     )
-    assert ran.stdout.split() == [md5(short_name(name)) for name in names]
+    assert ran.stdout.split() == [TYPES.md5(short_name(name)) for name in names]

@@ -11,7 +11,7 @@ import pytest
 import cellwright
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.messages.types import sources
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP, MESSAGE_PACKAGES, PACKAGES, package_files
 from cellwright.util.errors import UnknownNameError
 
@@ -50,7 +50,7 @@ def test_package_definitions_match_message_sources(package: str) -> None:
     for path in definitions:
         namespace, name = Path(path).parts
         full = f"{package}/{namespace}/{Path(name).stem}"
-        assert files[path].decode() == sources()[full]
+        assert files[path].decode() == TYPES.sources[full]
 
 
 def test_action_has_seven_messages() -> None:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from cellwright.middleware.messages import md5
+from cellwright.middleware.messages import TYPES
 from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header
 from tests.support.waiting import TIMEOUT, wait_until
@@ -52,9 +52,9 @@ def test_robot_topics_have_types_and_checksums_of_ros(robot: Ground) -> None:
     types = dict(robot.ask("getTopicTypes"))
     joints = ["/io_teleop/joint_states", "/io_teleop/joint_cmd", "/io_teleop/target_joint_from_vr"]
     assert {types[name] for name in [*joints, "/io_teleop/target_gripper_status"]} == {"sensor_msgs/JointState"}
-    assert publisher_header(robot, "/io_teleop/joint_states", NODE)["md5sum"] == md5("sensor_msgs/JointState")
+    assert publisher_header(robot, "/io_teleop/joint_states", NODE)["md5sum"] == TYPES.md5("sensor_msgs/JointState")
     found = service_header(robot, HOME)
-    assert (found["type"], found["md5sum"]) == ("std_srvs/Trigger", md5("std_srvs/Trigger"))
+    assert (found["type"], found["md5sum"]) == ("std_srvs/Trigger", TYPES.md5("std_srvs/Trigger"))
 
 
 def test_robot_description_is_global_and_own_parameter(robot: Ground) -> None:

@@ -15,7 +15,7 @@ from cellwright.cell.interface.rows import rows
 from cellwright.clients.client.in_process import Transport
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import EndpointKind
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.osrf_gear import VacuumGripperControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.recording.format.format import RecordingHeader
@@ -67,7 +67,7 @@ def work(transport: Transport, actions: list[Action]) -> list[tuple[int, str, by
     leave: list[Callable[[], None]] = []
 
     def listen(topic: str) -> Callable[[], None]:
-        return transport.subscribe(topic, lambda message: heard.append((transport.now(), topic, to_cdr(message))))
+        return transport.subscribe(topic, lambda message: heard.append((transport.now(), topic, TYPES.to_cdr(message))))
 
     transport.call("/ariac/start_competition", TriggerRequest())
     for kind, value in actions:

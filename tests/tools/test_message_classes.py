@@ -1,6 +1,6 @@
 import pytest
 
-from cellwright.middleware.messages.types import parsed_definitions
+from cellwright.middleware.messages import TYPES
 from tools.message_classes import FOLDER, modules
 
 SOURCES = modules()
@@ -13,7 +13,7 @@ def test_message_modules_are_up_to_date(package: str) -> None:
 
 
 def test_message_type_has_one_class() -> None:
-    for name, _ in parsed_definitions():
+    for name, _ in TYPES.parsed():
         package = name.partition("/")[0]
         assert SOURCES[package].count(f'@message_class("{name}")') == 1
 

@@ -17,19 +17,9 @@ from enum import Enum, StrEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
-from cellwright.middleware.messages import (
-    Message,
-    ServiceType,
-    checked,
-    from_cdr,
-    message_type,
-    service_type,
-    short_name,
-    to_cdr,
-    type_of,
-)
+from cellwright.middleware.messages import TYPES, Message, ServiceType, TypeSet, type_of
 from cellwright.middleware.messages.conversions import shifted
-from cellwright.middleware.messages.validation import describe_value, has_bounds
+from cellwright.middleware.messages.validation import describe_value
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -343,15 +333,15 @@ class Topic:
         self.handling_node = ""
         self.subscriptions: list[Subscription] = []
 
-    def declare(self, type_name: str, direction: Direction, rate: str, qos: Qos) -> None:
+    def declare(self, message_class: type[Message], direction: Direction, rate: str, qos: Qos) -> None:
         """Set type, direction and quality of service; a UsageError if they were set to something else before."""
-        message_class = message_type(type_name)
+        type_name = type_of(message_class)
         if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
             raise UsageError(
                 f"{self.name} is declared as {self.direction.value}put of {self.type}, "
                 f"not as {direction.value}put of {type_name}"
             )
-        self.type = short_name(message_class.__msgtype__)
+        self.type = type_name
         self.message_class = message_class
         self.direction = direction
         self.rate, self.qos = self.rate or rate, qos
@@ -409,9 +399,13 @@ class Bus:
     Args:
         now: returns simulation time [ns].
         report: takes a line about refused input, see `Refusals`.
+        types: set of types of all topics and services.
     """
 
-    def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
+    def __init__(
+        self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None, types: TypeSet = TYPES
+    ) -> None:
+        self.types = types
         self._topics: dict[str, Topic] = {}
         self._services: dict[str, Service] = {}
         self.actions: dict[str, str] = {}
@@ -444,7 +438,7 @@ class Bus:
                 on_listeners are both given.
         """
         entry = self._topic(topic)
-        entry.declare(type_name, Direction.OUT, rate, qos or (LATCHED if latch else RELIABLE))
+        entry.declare(self.types.message(type_name), Direction.OUT, rate, qos or (LATCHED if latch else RELIABLE))
         publisher = Publisher(entry, node, on_listeners, latch=latch)
         entry.publishers.append(publisher)
         publisher.update_listeners()  # a subscription may exist already
@@ -462,7 +456,7 @@ class Bus:
         entry = self._topic(topic)
         if entry.direction is not None:
             raise UsageError(f"{topic} is already declared as {entry.direction.value}put of {entry.type}")
-        entry.declare(type_name, Direction.IN, "", qos or RELIABLE)
+        entry.declare(self.types.message(type_name), Direction.IN, "", qos or RELIABLE)
         entry.handler, entry.handling_node = handler, node
 
     def serve(self, service: str, type_name: str, handler: Handler, *, node: str = "") -> None:
@@ -477,7 +471,7 @@ class Bus:
         """
         if absolute(service) in self._services:
             raise UsageError(f"service {service} already exists")
-        self._services[service] = Service(service, service_type(type_name), handler, node)
+        self._services[service] = Service(service, self.types.service(type_name), handler, node)
 
     def forget_latched(self) -> None:
         """Forget all latched messages, as when a run restarts; subscriptions stay, as if they had always existed."""
@@ -497,7 +491,7 @@ class Bus:
         for name, topic in sorted(self._topics.items()):
             newest = [publisher.newest for publisher in topic.publishers if publisher.latch]
             if any(message is not None for message in newest):
-                found[name] = [None if each is None else _latched_text(each, -clock_offset) for each in newest]
+                found[name] = [None if each is None else self._latched_text(each, -clock_offset) for each in newest]
         return found
 
     def set_latched(self, state: Mapping[str, Sequence[str | None]], clock_offset: int = 0) -> None:
@@ -506,7 +500,7 @@ class Bus:
             publishers = [publisher for publisher in topic.publishers if publisher.latch]
             for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
                 known = topic.message_class
-                message = None if text is None or known is None else from_cdr(b64decode(text), known)
+                message = None if text is None or known is None else self.types.from_cdr(b64decode(text), known)
                 publisher.newest = message and shifted(message, clock_offset)
 
     def deliver_latched(self) -> None:
@@ -557,7 +551,7 @@ class Bus:
             listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
             raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
         try:
-            valid = _validated(message, entry.message_class, topic, is_decoded)
+            valid = self._validated(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
         if self.on_input:
@@ -585,7 +579,7 @@ class Bus:
         except UnknownNameError as error:
             raise self._refused(service, node, error) from None
         try:
-            valid = _validated(request, entry.type.request, service, is_decoded)
+            valid = self._validated(request, entry.type.request, service, is_decoded)
             if self.on_input:
                 self.note(ExternalInput(InputKind.CALL, service, valid, node))
             response = entry.handler(valid, node)
@@ -646,6 +640,18 @@ class Bus:
             entry = self._topics[absolute(name)] = Topic(name)
         return entry
 
+    def _latched_text(self, message: Message, shift: int) -> str:
+        """Return a message as CDR in base64, its stamps shifted [ns]."""
+        return b64encode(self.types.to_cdr(shifted(message, shift) if shift else message)).decode()
+
+    def _validated(self, message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
+        """Return a valid message; a MessageError if it is of another class, or a field does not fit."""
+        if type(message) is not message_class:
+            raise MessageError(f"{name} takes {type_of(message_class)}, not {describe_value(message)}")
+        if is_decoded and not self.types.has_bounds(message_class.__msgtype__):
+            return message
+        return self.types.checked(message)
+
     def _refused(self, name: str, node: str, error: E) -> E:
         """Count and report a refusal; return the error, for the caller to raise."""
         self.refusals.refuse(f"{name} from {node}" if node else name, str(error))
@@ -677,18 +683,6 @@ class Node(Protocol):
 
     def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
         """Return name, engine's body and visibility of each part of a cell; see `SceneCapture`."""
-
-
-def _latched_text(message: Message, shift: int) -> str:
-    """Return a message as CDR in base64, its stamps shifted [ns]."""
-    return b64encode(to_cdr(shifted(message, shift) if shift else message)).decode()
-
-
-def _validated(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
-    """Return a valid message; a MessageError if it is of another class, or a field does not fit."""
-    if type(message) is not message_class:
-        raise MessageError(f"{name} takes {type_of(message_class)}, not {describe_value(message)}")
-    return message if is_decoded and not has_bounds(message_class.__msgtype__) else checked(message)
 
 
 def absolute(name: str) -> str:

@@ -9,7 +9,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows as gear_rows
 from cellwright.middleware.bus import Bus, Direction, Node
 from cellwright.middleware.interface.table import Endpoint, EndpointKind
-from cellwright.middleware.messages import message_type, service_type
+from cellwright.middleware.messages import TYPES
 from cellwright.robot.interface import rows as teleop_rows
 from cellwright.robot.node import RobotNode
 from tests.robot.robots import two_arms
@@ -39,7 +39,7 @@ def inputs(rows: tuple[Endpoint, ...]) -> list[Input]:
 
 def _input(row: Endpoint) -> Input:
     is_service = row.kind is EndpointKind.SERVICE
-    message = service_type(row.type).request if is_service else message_type(row.type)
+    message = TYPES.service(row.type).request if is_service else TYPES.message(row.type)
     return Input(row.name, message.__msgtype__, is_service)
 
 

@@ -15,7 +15,7 @@ from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
 from cellwright.middleware.bus import MAX_KINDS, Node
-from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest, VacuumGripperControlRequest
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
@@ -166,7 +166,7 @@ class LifeOfARobot(Life):
     sensible: ClassVar[list[tuple[str, Any]]] = [
         ("/io_teleop/joint_cmd", joint_state([name for name, _ in ENDS], [100.0] * len(ENDS), time=0)),
         ("/io_teleop/joint_cmd", joint_state([name for name, _ in ENDS], [-100.0] * len(ENDS), time=0)),
-        ("/io_teleop/emergency_stop", message_type("std_msgs/Bool")(True)),  # type: ignore[call-arg]
+        ("/io_teleop/emergency_stop", TYPES.message("std_msgs/Bool")(True)),  # type: ignore[call-arg]
         ("/io_teleop/clear_emergency_stop", TriggerRequest()),
         ("/io_teleop/set_enabled", SetBoolRequest(data=True)),
         ("/io_teleop/set_enabled", SetBoolRequest(data=False)),

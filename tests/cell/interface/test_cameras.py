@@ -15,7 +15,7 @@ from cellwright.cell.interface.rows import camera_rows, rows
 from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import PictureCameraConfig
-from cellwright.middleware.messages import from_cdr, from_ros1, to_cdr, to_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.middleware.messages.standard import CameraInfo, Image, PointCloud, PointCloud2
 from cellwright.rendering.cameras.picture_camera import PictureCamera
@@ -194,8 +194,8 @@ def test_camera_messages_survive_cdr_and_ros1_round_trip(shown: tuple[Cell, dict
         ("/ariac/slanted", PointCloud),
     ):
         message = messages[topic][0]
-        assert to_cdr(from_cdr(to_cdr(message), kind)) == to_cdr(message)
-        assert to_ros1(from_ros1(to_ros1(message), kind)) == to_ros1(message)
+        assert TYPES.to_cdr(TYPES.from_cdr(TYPES.to_cdr(message), kind)) == TYPES.to_cdr(message)
+        assert TYPES.to_ros1(TYPES.from_ros1(TYPES.to_ros1(message), kind)) == TYPES.to_ros1(message)
 
 
 @pytest.mark.slow
@@ -223,7 +223,7 @@ def test_late_subscriber_gets_same_pictures_as_others(topic: str) -> None:
         cell.simulation.step_until(70_000_000)
         late = Ear(cell, topic)
         cell.simulation.step_until(210_000_000)
-        found.append((late.times, [to_cdr(message) for message in late.messages]))
+        found.append((late.times, [TYPES.to_cdr(message) for message in late.messages]))
         cell.simulation.close()
     assert found[0][0] == [0.15, 0.2]
     assert found[0] == found[1]

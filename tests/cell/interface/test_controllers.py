@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import parameters
-from cellwright.middleware.messages import md5
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.controller_manager_msgs import (
     ListControllersRequest,
     ListControllerTypesRequest,
@@ -91,4 +91,4 @@ def test_services_have_checksums_of_ros_control() -> None:
         "UnloadController": "647e5c54b8d6468952d8d31f1efe96c0",
         "SwitchController": "5e857dedf71d6f337975e15a1e7cfdd8",
     }
-    assert {name: md5(f"controller_manager_msgs/{name}") for name in checksums} == checksums
+    assert {name: TYPES.md5(f"controller_manager_msgs/{name}") for name in checksums} == checksums

@@ -15,7 +15,7 @@ from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.middleware.bus import MAX_LINES
-from cellwright.middleware.messages import Message, to_cdr
+from cellwright.middleware.messages import TYPES, Message
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
 from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
@@ -179,7 +179,7 @@ def test_goal_whose_stamp_exceeds_seconds_of_32_bits_is_answered(sec: int, offse
     assert [each.status.goal_id.id for each in results.messages] == ["late"]
     assert statuses.messages
     for message in (*statuses.messages, *results.messages):
-        to_cdr(message)
+        TYPES.to_cdr(message)
 
 
 def test_cancel_without_goals_changes_only_what_action_remembers() -> None:

@@ -10,7 +10,7 @@ from cellwright.cell.interface.rows import GEAR, rows
 from cellwright.config.trial.trial import BeltPart, Options, SensorConfig, SensorType, Trial
 from cellwright.middleware.bus import Bus, Direction
 from cellwright.middleware.interface.table import CompetitionMode, Endpoint, EndpointKind, Timing
-from cellwright.middleware.messages import message_type, service_type
+from cellwright.middleware.messages import TYPES
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -199,11 +199,11 @@ def test_rows_have_subject_and_rate() -> None:
 def test_row_has_type_about_source_and_rate(row: Endpoint) -> None:
     match row.kind:
         case EndpointKind.TOPIC:
-            message_type(row.type)
+            TYPES.message(row.type)
         case EndpointKind.SERVICE:
-            service_type(row.type)
+            TYPES.service(row.type)
         case EndpointKind.ACTION:
-            message_type(f"{row.type}Action")
+            TYPES.message(f"{row.type}Action")
     assert row.about.endswith(".")
     assert row.source or not row.name.startswith("/ariac/"), (
         "give the original's plugin as source; names of additions begin with /cellwright/"

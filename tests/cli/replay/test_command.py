@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from rosbags.rosbag1 import Reader
 
 import cellwright as package
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
@@ -134,7 +134,7 @@ def test_client_on_socket_receives_recorded_messages(path: Path) -> None:
     assert orders == ["order_0"]
     with RecordingFile(path) as recording:
         recorded = [recording.decode(each) for each in recording.messages(["/ariac/joint_states"])]
-    assert to_cdr(newest) in [to_cdr(each) for each in recorded]
+    assert TYPES.to_cdr(newest) in [TYPES.to_cdr(each) for each in recorded]
 
 
 @pytest.mark.slow
@@ -182,8 +182,8 @@ def test_control_characters_of_hostile_recording_are_escaped(cellwright: Command
         file.describe(names.METADATA, RecordingHeader("cell", bad, facts).metadata())
         talk = file.channel(RecordedTopic(f"/{bad}", "std_msgs/String", node=bad))
         end = file.channel(RecordedTopic(names.END, names.TEXT))
-        file.add(talk, 0, to_cdr(String(bad)))
-        file.add(end, 10**9, to_cdr(String(json.dumps({"outcome": bad}))))
+        file.add(talk, 0, TYPES.to_cdr(String(bad)))
+        file.add(end, 10**9, TYPES.to_cdr(String(json.dumps({"outcome": bad}))))
 
     ran = cellwright("replay", "a.mcap")
 

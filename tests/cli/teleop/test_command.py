@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello, read_time
 from tests.cli.conftest import CommandLine
@@ -99,7 +99,7 @@ def running(*arguments: str) -> Iterator[tuple[WarmProcess, socket.socket, Decod
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 def test_ctrl_c_during_motion_ends_node_with_summary() -> None:
     with running() as (process, connection, decoder):
-        message = to_cdr(joint_state(["no joint"], [1.0], time=0))
+        message = TYPES.to_cdr(joint_state(["no joint"], [1.0], time=0))
         connection.sendall(Frame(FrameKind.PUBLISH, 1, "/io_teleop/joint_cmd", payload=message).encode())
         assert [frame.kind for frame in hear(connection, decoder)] == [FrameKind.DONE]
         connection.sendall(Frame(FrameKind.PUBLISH, 2, "/io_teleop/joint_cmd", payload=b"rubbish").encode())

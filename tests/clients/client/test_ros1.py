@@ -20,7 +20,7 @@ from cellwright.clients.client.in_process import InProcess, Transport
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.messages import from_ros1, to_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.middleware.wire.frames import Frame, FrameKind
@@ -131,7 +131,7 @@ def test_live_client_receives_messages_and_time_passes(live: tuple[FakeCell, Ros
     leave = transport.subscribe("/words", lambda message: heard_words.append(message.data))
     wait_until(lambda: cell.listeners("/words") == 1, "subscription")  # it may arrive after `subscribe` returns
     for word in ("one", "two"):
-        cell.say("/words", to_ros1(String(word)))
+        cell.say("/words", TYPES.to_ros1(String(word)))
     transport.advance(None, lambda: len(heard_words) == 2)
     assert heard_words == ["one", "two"]
     assert transport.now() > begin
@@ -142,7 +142,7 @@ def test_live_client_receives_messages_and_time_passes(live: tuple[FakeCell, Ros
 
 def test_latched_message_reaches_every_callback(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
-    cell.say("/once", to_ros1(String("order")))
+    cell.say("/once", TYPES.to_ros1(String("order")))
     got: list[tuple[int, str]] = []
     for number in range(2):
         transport.subscribe("/once", lambda message, number=number: got.append((number, message.data)))  # type: ignore[misc]
@@ -156,14 +156,14 @@ def test_published_messages_have_node_name_and_type(live: tuple[FakeCell, Ros1Tr
         transport.publish("/commands", String(str(number)))
     wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == 20, "messages")
     frames = cell.of(FrameKind.PUBLISH)
-    assert [from_ros1(frame.payload, String).data for frame in frames] == [str(number) for number in range(20)]
+    assert [TYPES.from_ros1(frame.payload, String).data for frame in frames] == [str(number) for number in range(20)]
     assert {(frame.node, frame.type) for frame in frames} == {("/team", "std_msgs/String")}
 
 
 def test_service_calls_return_response_or_error(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
     answer: list[tuple[FrameKind, str, bytes]] = [
-        (FrameKind.ANSWER, "", to_ros1(TriggerResponse(success=True, message="go")))
+        (FrameKind.ANSWER, "", TYPES.to_ros1(TriggerResponse(success=True, message="go")))
     ]
 
     def answered(frame: Frame) -> Frame | None:
@@ -203,7 +203,7 @@ def test_lockstep_messages_arrive_in_publishing_order(locked: tuple[FakeCell, Ro
             cell.now += TICK
             number = cell.now // TICK
             for topic in ("/words", "/more")[:: 1 if number % 2 else -1]:
-                cell.say(topic, to_ros1(String(f"{topic} {number}")))
+                cell.say(topic, TYPES.to_ros1(String(f"{topic} {number}")))
         return Frame(FrameKind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
 
     cell.answer = answered
@@ -221,7 +221,7 @@ def test_lockstep_messages_arrive_in_publishing_order(locked: tuple[FakeCell, Ro
 
 def test_lockstep_call_or_advance_does_not_overtake_command(locked: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = locked
-    empty = to_ros1(TriggerResponse())
+    empty = TYPES.to_ros1(TriggerResponse())
     cell.answer = lambda frame: (
         Frame(FrameKind.ANSWER, frame.number, payload=empty) if frame.kind is FrameKind.CALL else cell.usual(frame)
     )
@@ -291,7 +291,7 @@ def test_other_sign_topic_replaces_clock(master: Ground, make_cell: MakeCell) ->
         heard_words: list[str] = []
         transport.subscribe("/io_teleop/joint_states", lambda message: heard_words.append(message.data))
         before = transport.now()
-        cell.say_heard("/io_teleop/joint_states", to_ros1(String("here")))
+        cell.say_heard("/io_teleop/joint_states", TYPES.to_ros1(String("here")))
         transport.advance(before + 5_000_000_000, lambda: bool(heard_words))
         assert heard_words == ["here"]
         assert transport.now() > before

@@ -7,7 +7,7 @@ import pytest
 import cellwright
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.ros2_transport import Ros2Transport
-from cellwright.middleware.messages import message_type, service_type
+from cellwright.middleware.messages import TYPES
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
@@ -51,11 +51,11 @@ def test_state_of_arm_and_awaited_topic_pass_in_real_time(domain: Ground) -> Non
         over.subscribe("/ariac/arm/state", states.append)
         over.subscribe("/nothing/yet", states.append)
         over.advance(over.now() + 10**9)
-        types = over.call("/cellwright/part_types", service_type("std_srvs/Trigger").request())
+        types = over.call("/cellwright/part_types", TYPES.service("std_srvs/Trigger").request())
         with pytest.raises(UnknownNameError, match="/nothing"):
-            over.call("/nothing", service_type("std_srvs/Trigger").request())
+            over.call("/nothing", TYPES.service("std_srvs/Trigger").request())
     assert states
-    assert all(isinstance(each, message_type("control_msgs/JointTrajectoryControllerState")) for each in states)
+    assert all(isinstance(each, TYPES.message("control_msgs/JointTrajectoryControllerState")) for each in states)
     assert types.success
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cellwright.middleware.bus import Bus
-from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import duration, header
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
@@ -85,8 +85,8 @@ def test_decoded_message_is_not_validated_again(cell: Cell) -> None:
 
 def test_decoded_message_with_bounds_is_validated(cell: Cell) -> None:
     cell.bus.listen("/shape", "shape_msgs/SolidPrimitive", cell.command)
-    shape: Any = message_type("shape_msgs/SolidPrimitive")
-    box = shape(1, np.zeros(4), message_type("geometry_msgs/Polygon")([]))  # type: ignore[call-arg]
+    shape: Any = TYPES.message("shape_msgs/SolidPrimitive")
+    box = shape(1, np.zeros(4), TYPES.message("geometry_msgs/Polygon")([]))  # type: ignore[call-arg]
     with pytest.raises(MessageError, match="may have at most 3 entries, not 4"):
         cell.bus.publish("/shape", box, is_decoded=True)
 

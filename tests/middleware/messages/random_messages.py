@@ -10,14 +10,14 @@ from hypothesis.extra import numpy as st_numpy
 from hypothesis.strategies import SearchStrategy
 from rosbags.interfaces import Nodetype
 
-from cellwright.middleware.messages.types import ros2_store
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.validation import INTEGERS
 
 
 @cache
 def messages(name: str) -> SearchStrategy[Any]:
     """Generate messages of one type, by full name."""
-    store = ros2_store()
+    store = TYPES.ros2
     fields = [_values(desc) for field, desc in store.fielddefs[name][1] if not field.startswith("structure_needs")]
     return st.builds(store.types[name], *fields)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import (
     duration,
     floats,
@@ -43,7 +43,7 @@ def test_duration_round_trip_keeps_nanoseconds(time: int) -> None:
     message = duration(time)
     assert nanoseconds(message) == time
     assert 0 <= message.nanosec < 10**9
-    assert to_cdr(message)
+    assert TYPES.to_cdr(message)
 
 
 def test_time_and_duration_split_into_seconds_and_nanoseconds() -> None:
@@ -107,7 +107,7 @@ def test_single_of_float32_value_is_unchanged(value: float) -> None:
 
 
 def test_single_equals_decoded_float32() -> None:
-    assert from_cdr(to_cdr(Float32(0.1)), Float32).data == single(0.1) != 0.1
+    assert TYPES.from_cdr(TYPES.to_cdr(Float32(0.1)), Float32).data == single(0.1) != 0.1
     with pytest.raises(MessageError, match="beyond single precision"):
         single(1e39)
 

@@ -9,27 +9,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import floats, header, joint_state
 from cellwright.middleware.messages.osrf_gear import DetectedObject, TrayContents
-from cellwright.middleware.messages.serialization import cdr_writer
 from cellwright.middleware.messages.standard import CameraInfo, JointState, RegionOfInterest, String
-from cellwright.middleware.messages.types import ros2_store
 from cellwright.util.errors import MessageError
 from tests.middleware.messages.random_messages import messages, same
 
-NAMES = sorted(ros2_store().fielddefs)
+NAMES = sorted(TYPES.ros2.fielddefs)
 
 
 def by_the_library(message: Any) -> bytes:
-    return bytes(ros2_store().serialize_cdr(message, message.__msgtype__, little_endian=True))
+    return bytes(TYPES.ros2.serialize_cdr(message, message.__msgtype__, little_endian=True))
 
 
 @pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(NAMES).flatmap(messages))
 def test_cdr_writer_of_random_message_matches_library(message: Any) -> None:
-    assert cdr_writer(message.__msgtype__)(message) == by_the_library(message)
+    assert TYPES.cdr_writer(message.__msgtype__)(message) == by_the_library(message)
 
 
 @pytest.mark.slow
@@ -48,23 +46,23 @@ def test_cdr_writer_of_each_layout_matches_library(name: str) -> None:
     @settings(max_examples=60, deadline=None)
     @given(messages(name))
     def check(message: Any) -> None:
-        assert cdr_writer(name)(message) == by_the_library(message)
-        assert same(from_cdr(cdr_writer(name)(message), type(message)), message)
+        assert TYPES.cdr_writer(name)(message) == by_the_library(message)
+        assert same(TYPES.from_cdr(TYPES.cdr_writer(name)(message), type(message)), message)
 
     check()
 
 
 def test_cdr_writer_exists_for_every_type() -> None:
     assert len(NAMES) > 200
-    assert all(callable(cdr_writer(name)) for name in NAMES)
+    assert all(callable(TYPES.cdr_writer(name)) for name in NAMES)
 
 
 @pytest.mark.parametrize("length", range(9))
 def test_cdr_writer_aligns_fields_after_strings(length: int) -> None:
     tray = TrayContents("t" * length, [DetectedObject("d" * n, True) for n in range(length)])
-    assert to_cdr(tray) == by_the_library(tray)
+    assert TYPES.to_cdr(tray) == by_the_library(tray)
     joints = joint_state(["j" * n for n in range(length)], range(length), (), [1.0], frame="f" * length, time=5)
-    assert to_cdr(joints) == by_the_library(joints)
+    assert TYPES.to_cdr(joints) == by_the_library(joints)
 
 
 @pytest.mark.parametrize(
@@ -72,28 +70,28 @@ def test_cdr_writer_aligns_fields_after_strings(length: int) -> None:
 )
 def test_cdr_array_of_other_type_or_shape_is_refused(values: Any) -> None:
     with pytest.raises(MessageError):
-        to_cdr(JointState(header(), [], values, floats(), floats()))
+        TYPES.to_cdr(JointState(header(), [], values, floats(), floats()))
 
 
 def test_cdr_array_with_strides_or_big_endian_is_converted() -> None:
     numbers = np.arange(6.0)
     for values in (numbers[::2], numbers[::2].astype(">f8")):
-        written = to_cdr(JointState(header(), [], values, floats(), floats()))
-        assert same(from_cdr(written, JointState).position, np.array([0.0, 2.0, 4.0]))
+        written = TYPES.to_cdr(JointState(header(), [], values, floats(), floats()))
+        assert same(TYPES.from_cdr(written, JointState).position, np.array([0.0, 2.0, 4.0]))
 
 
 def test_cdr_array_of_wrong_fixed_length_is_refused() -> None:
     region = RegionOfInterest(0, 0, 0, 0, False)
     three, nine, twelve = (np.zeros(count) for count in (3, 9, 12))
     whole = CameraInfo(header(), 1, 1, "", floats(), nine, nine, twelve, 0, 0, region)
-    assert to_cdr(whole) == by_the_library(whole)
+    assert TYPES.to_cdr(whole) == by_the_library(whole)
     with pytest.raises(MessageError, match=r"CameraInfo\.k must have 9 entries, not 3"):
-        to_cdr(CameraInfo(header(), 1, 1, "", floats(), three, nine, twelve, 0, 0, region))
+        TYPES.to_cdr(CameraInfo(header(), 1, 1, "", floats(), three, nine, twelve, 0, 0, region))
 
 
 @pytest.mark.parametrize("value", [None, 5, b"text", ["text"], "\ud800"])
 def test_cdr_string_of_other_type_is_refused(value: Any) -> None:
     with pytest.raises(MessageError, match=r"std_msgs/String\.data"):
-        to_cdr(String(value))
+        TYPES.to_cdr(String(value))
     with pytest.raises(MessageError, match=r"sensor_msgs/JointState\.name"):
-        to_cdr(JointState(header(), [value], floats(), floats(), floats()))
+        TYPES.to_cdr(JointState(header(), [value], floats(), floats(), floats()))

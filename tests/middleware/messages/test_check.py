@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.messages import checked, message_type, osrf_gear
+from cellwright.middleware.messages import TYPES, osrf_gear
 from cellwright.middleware.messages.conversions import header, joint_trajectory, pose_message, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     ConveyorBeltState,
@@ -33,13 +33,13 @@ def point(positions: Any) -> JointTrajectoryPoint:
 
 def test_valid_message_is_returned_itself() -> None:
     order = Order("order_0", [Kit("order_0_kit_0", [KitObject("gear_part", pose_message(Pose()))])])
-    assert checked(order) is order
+    assert TYPES.checked(order) is order
 
 
 @pytest.mark.parametrize("positions", [[0.0, 1.0], (0, 1), np.array([0.0, 1.0], dtype=np.float32), [np.float64(0), 1]])
 def test_sequence_of_numbers_becomes_read_only_array(positions: Any) -> None:
     given_message = JointTrajectory(header(), ["a", "b"], [point(positions)])
-    taken = checked(given_message)
+    taken = TYPES.checked(given_message)
     assert taken is not given_message
     assert same(taken, joint_trajectory(["a", "b"], [trajectory_point([0, 1], time_from_start=10**9)]))
     assert given_message.points[0].positions is positions
@@ -47,19 +47,19 @@ def test_sequence_of_numbers_becomes_read_only_array(positions: Any) -> None:
 
 
 def test_tuples_become_lists_and_numpy_scalars_plain_numbers() -> None:
-    taken = checked(JointTrajectory(header(), ("a",), ()))  # type: ignore[arg-type]
+    taken = TYPES.checked(JointTrajectory(header(), ("a",), ()))  # type: ignore[arg-type]
     assert (taken.joint_names, taken.points) == (["a"], [])
-    time: Any = checked(Time(np.int64(3), np.uint8(4)))  # type: ignore[arg-type]
+    time: Any = TYPES.checked(Time(np.int64(3), np.uint8(4)))  # type: ignore[arg-type]
     assert (type(time.sec), type(time.nanosec)) == (int, int)
-    request = checked(VacuumGripperControlRequest(np.bool_(True)))  # type: ignore[arg-type]
+    request = TYPES.checked(VacuumGripperControlRequest(np.bool_(True)))  # type: ignore[arg-type]
     assert request.enable is True
-    assert type(checked(ConveyorBeltState(100)).power) is float
+    assert type(TYPES.checked(ConveyorBeltState(100)).power) is float
 
 
 def test_float32_field_is_rounded_to_single_precision() -> None:
-    taken = checked(Proximity(header(), False, 0.025, float("inf")))
+    taken = TYPES.checked(Proximity(header(), False, 0.025, float("inf")))
     assert (taken.min_range, taken.max_range) == (float(np.float32(0.025)), float("inf"))
-    assert checked(taken) is taken
+    assert TYPES.checked(taken) is taken
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_float32_field_is_rounded_to_single_precision() -> None:
 )
 def test_invalid_field_is_named_in_error(message: Any, said: str) -> None:
     with pytest.raises(MessageError, match=re.escape(said)):
-        checked(message)
+        TYPES.checked(message)
 
 
 def test_message_error_is_rejected_command_error() -> None:
@@ -103,29 +103,29 @@ def test_message_error_is_rejected_command_error() -> None:
 
 
 def test_fixed_length_byte_array_is_validated() -> None:
-    uuid: Any = message_type("unique_identifier_msgs/UUID")
-    taken = checked(uuid(bytes(range(16))))
+    uuid: Any = TYPES.message("unique_identifier_msgs/UUID")
+    taken = TYPES.checked(uuid(bytes(range(16))))
     assert taken.uuid.dtype == np.uint8
     assert taken.uuid.tolist() == list(range(16))
-    assert checked(taken) is taken
+    assert TYPES.checked(taken) is taken
     with pytest.raises(MessageError, match="must have 16 entries, not 3"):
-        checked(uuid([1, 2, 3]))
+        TYPES.checked(uuid([1, 2, 3]))
     with pytest.raises(MessageError, match=r"uuid\[0\] must be from 0 to 255, not 256"):
-        checked(uuid([256] + [0] * 15))
+        TYPES.checked(uuid([256] + [0] * 15))
 
 
 def test_bounded_sequence_beyond_limit_is_refused() -> None:
     # the only bounded types of the standard: a shape's dimensions and its polygon
-    primitive: Any = message_type("shape_msgs/SolidPrimitive")
-    polygon: Any = message_type("geometry_msgs/Polygon")
-    checked(primitive(1, [1.0, 2.0, 3.0], polygon([])))
+    primitive: Any = TYPES.message("shape_msgs/SolidPrimitive")
+    polygon: Any = TYPES.message("geometry_msgs/Polygon")
+    TYPES.checked(primitive(1, [1.0, 2.0, 3.0], polygon([])))
     with pytest.raises(MessageError, match="dimensions may have at most 3 entries, not 4"):
-        checked(primitive(1, [1.0, 2.0, 3.0, 4.0], polygon([])))
+        TYPES.checked(primitive(1, [1.0, 2.0, 3.0, 4.0], polygon([])))
 
 
 @given(st.lists(st.floats(allow_nan=False)))
 def test_finite_numbers_survive_validation(values: list[float]) -> None:
-    assert checked(point(values)).positions.tolist() == values
+    assert TYPES.checked(point(values)).positions.tolist() == values
 
 
 @given(
@@ -140,24 +140,24 @@ def test_first_invalid_entry_of_list_is_named_in_error(names: list[Any]) -> None
     ]
     if wrong_ones:
         with pytest.raises(MessageError, match=rf"joint_names\[{wrong_ones[0]}\]"):
-            checked(message)
+            TYPES.checked(message)
     else:
-        assert checked(message) is message
+        assert TYPES.checked(message) is message
 
 
 @pytest.mark.parametrize("thing", [None, 5, "order", Pose()])
 def test_value_that_is_no_message_is_refused(thing: Any) -> None:
     with pytest.raises(MessageError, match="is not a message"):
-        checked(thing)
+        TYPES.checked(thing)
     stranger: Any = type("Stranger", (), {"__msgtype__": "my_msgs/msg/Mine"})()
     with pytest.raises(UnknownNameError, match="my_msgs"):
-        checked(stranger)
+        TYPES.checked(stranger)
 
 
 @pytest.mark.parametrize("named", [None, 3, "std_msgs/msg/String", "", np.array(["a"]), ["x"]])
 def test_message_with_other_msgtype_is_refused(named: Any) -> None:
     wrong_type = {"__msgtype__": named}
     with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, but its __msgtype__ is"):
-        checked(replace(header("base", 3), **wrong_type))
+        TYPES.checked(replace(header("base", 3), **wrong_type))
     with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, but its"):
-        checked(replace(header("base", 3), stamp=replace(Time(1, 2), **wrong_type)))
+        TYPES.checked(replace(header("base", 3), stamp=replace(Time(1, 2), **wrong_type)))

@@ -6,34 +6,32 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.middleware.messages import checked, from_cdr, from_ros1, message_type, to_ros1
-from cellwright.middleware.messages.types import own_types, ros2_store
-from cellwright.middleware.messages.validation import has_bounds
+from cellwright.middleware.messages import TYPES
 from cellwright.util.errors import MessageError, UsageError
 from tests.middleware.messages.random_messages import messages
 
-NAMES = sorted(name for name in ros2_store().fielddefs if not has_bounds(name))
+NAMES = sorted(name for name in TYPES.ros2.fielddefs if not TYPES.has_bounds(name))
 FORMS = ["cdr", "big-endian cdr", "ros1"]
 
 
 def encoded(message: Any, form: str) -> bytes:
     if form == "ros1":
         try:
-            return to_ros1(message)
+            return TYPES.to_ros1(message)
         except UsageError:  # it has no such encoding
             return b""
-    return bytes(ros2_store().serialize_cdr(message, message.__msgtype__, little_endian=form == "cdr"))
+    return bytes(TYPES.ros2.serialize_cdr(message, message.__msgtype__, little_endian=form == "cdr"))
 
 
 def decoded(name: str, data: bytes, form: str) -> Any:
     try:
-        return (from_ros1 if form == "ros1" else from_cdr)(data, message_type(name))
+        return (TYPES.from_ros1 if form == "ros1" else TYPES.from_cdr)(data, TYPES.message(name))
     except (MessageError, UsageError):
         return None
 
 
 def is_as_its_type_says(message: Any) -> bool:
-    return message is None or checked(message) is message
+    return message is None or TYPES.checked(message) is message
 
 
 @pytest.mark.slow
@@ -60,7 +58,7 @@ def test_random_bytes_decode_to_valid_messages_or_are_refused(form: str, data: b
 
 
 def test_has_bounds_finds_bounded_types() -> None:
-    assert has_bounds("shape_msgs/msg/SolidPrimitive")  # float64[<=3]
-    assert has_bounds("type_description_interfaces/msg/TypeDescription")  # string<=255 in a message in a message
-    assert not any(map(has_bounds, own_types()))
+    assert TYPES.has_bounds("shape_msgs/msg/SolidPrimitive")  # float64[<=3]
+    assert TYPES.has_bounds("type_description_interfaces/msg/TypeDescription")  # string<=255 in a message in a message
+    assert not any(map(TYPES.has_bounds, TYPES.own))
     assert len(NAMES) > 190

@@ -6,16 +6,14 @@ import pytest
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.base import normalize_fieldname
 
-from cellwright.middleware.messages import checked, control_msgs, osrf_gear, standard, std_srvs
-from cellwright.middleware.messages.types import (
+from cellwright.middleware.messages import (
+    TYPES,
+    control_msgs,
     full_name,
-    message_type,
-    own_types,
-    parsed_definitions,
-    ros2_store,
-    service_type,
+    osrf_gear,
     short_name,
-    sources,
+    standard,
+    std_srvs,
     type_of,
 )
 from cellwright.util.errors import UnknownNameError, UsageError
@@ -29,7 +27,7 @@ def annotation_of(desc: typing.Any) -> object:
     if kind == Nodetype.BASE:
         return BASES[content[0]]
     if kind == Nodetype.NAME:
-        return ros2_store().types[content]
+        return TYPES.ros2.types[content]
     member = content[0]
     for name in ("float64", "uint64"):
         if member == (Nodetype.BASE, (name, 0)):
@@ -38,14 +36,14 @@ def annotation_of(desc: typing.Any) -> object:
 
 
 def test_definitions_and_own_classes_match() -> None:
-    assert {name for name, _ in parsed_definitions()} == own_types().keys()
+    assert {name for name, _ in TYPES.parsed()} == TYPES.own.keys()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(own_types()))
+@pytest.mark.parametrize("name", sorted(TYPES.own))
 def test_class_fields_match_definition(name: str) -> None:
-    message_class: typing.Any = own_types()[name]
-    constants, fields = dict(parsed_definitions())[name]
+    message_class: typing.Any = TYPES.own[name]
+    constants, fields = dict(TYPES.parsed())[name]
     hints = typing.get_type_hints(message_class)
     assert [field.name for field in dataclasses.fields(message_class)] == [normalize_fieldname(f) for f, _ in fields]
     for field, desc in fields:
@@ -53,11 +51,11 @@ def test_class_fields_match_definition(name: str) -> None:
     for constant, _, value in constants:
         assert getattr(message_class, constant) == value
     empty = message_class()
-    assert checked(empty) is empty
+    assert TYPES.checked(empty) is empty
 
 
 def test_class_name_matches_type_name() -> None:
-    for name, message_class in own_types().items():
+    for name, message_class in TYPES.own.items():
         assert message_class.__name__ == name.rpartition("/")[2].replace("_", "")
 
 
@@ -70,50 +68,50 @@ def test_default_fields_are_not_shared() -> None:
 
 @pytest.mark.parametrize("name", ["osrf_gear/Order", "osrf_gear/msg/Order"])
 def test_message_type_accepts_short_and_full_name(name: str) -> None:
-    assert message_type(name) is osrf_gear.Order
+    assert TYPES.message(name) is osrf_gear.Order
 
 
 def test_message_type_returns_standard_class() -> None:
-    assert message_type("std_msgs/Float32") is standard.Float32
-    assert message_type("sensor_msgs/msg/JointState") is standard.JointState
-    assert message_type("std_srvs/srv/Trigger_Request") is std_srvs.TriggerRequest
+    assert TYPES.message("std_msgs/Float32") is standard.Float32
+    assert TYPES.message("sensor_msgs/msg/JointState") is standard.JointState
+    assert TYPES.message("std_srvs/srv/Trigger_Request") is std_srvs.TriggerRequest
 
 
 @pytest.mark.parametrize("name", ["osrf_gear/AGVControl", "osrf_gear/srv/AGVControl"])
 def test_service_type_accepts_short_and_full_name(name: str) -> None:
-    service = service_type(name)
+    service = TYPES.service(name)
     assert service.name == "osrf_gear/AGVControl"
     assert service.request is osrf_gear.AGVControlRequest
     assert service.response is osrf_gear.AGVControlResponse
 
 
 def test_service_type_exists_for_every_service_file() -> None:
-    services = [name for name in sources() if "/srv/" in name]
+    services = [name for name in TYPES.sources if "/srv/" in name]
     assert len(services) == 17
     for name in services:
-        assert service_type(name).name == short_name(name)
+        assert TYPES.service(name).name == short_name(name)
 
 
 def test_unknown_type_lists_types_of_package() -> None:
     with pytest.raises(UnknownNameError, match="unknown message 'osrf_gear/Shipment'") as error:
-        message_type("osrf_gear/Shipment")
+        TYPES.message("osrf_gear/Shipment")
     assert "osrf_gear/Order" in error.value.valid
     assert not any("AGVControl" in name or "std_msgs" in name for name in error.value.valid)
     with pytest.raises(UnknownNameError, match="unknown message package 'osrf_gaer'; did you mean osrf_gear"):
-        message_type("osrf_gaer/Order")
+        TYPES.message("osrf_gaer/Order")
     with pytest.raises(UnknownNameError, match="unknown service type 'osrf_gear/DroneControl'") as error:
-        service_type("osrf_gear/DroneControl")
+        TYPES.service("osrf_gear/DroneControl")
     assert "osrf_gear/AGVControl" in error.value.valid
     with pytest.raises(UnknownNameError):
-        service_type("osrf_gear/Order")
+        TYPES.service("osrf_gear/Order")
     with pytest.raises(UnknownNameError):
-        message_type("osrf_gear/AGVControl")
+        TYPES.message("osrf_gear/AGVControl")
 
 
 @pytest.mark.parametrize("name", ["Order", "", "/", "a//b", "a/b/c", "a/b/c/d", "osrf_gear/", "/Order"])
 def test_malformed_type_name_is_refused(name: str) -> None:
     with pytest.raises(UsageError, match="not a type name"):
-        message_type(name)
+        TYPES.message(name)
 
 
 def test_full_and_short_names_of_types() -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cellwright.middleware.bus import Node
-from cellwright.middleware.messages import Message, to_cdr, to_ros1, type_of
+from cellwright.middleware.messages import TYPES, Message, type_of
 from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, hello
 from tests.support.waiting import wait_until
@@ -84,7 +84,7 @@ class Talker:
 
     def bytes_of(self, message: Message) -> bytes:
         """Return a message in this client's encoding."""
-        return to_ros1(message) if self.encoding == "ros1" else to_cdr(message)
+        return TYPES.to_ros1(message) if self.encoding == "ros1" else TYPES.to_cdr(message)
 
     def publish(self, topic: str, message: Message, *, number: int = 1, node: str = "") -> Frame:
         """Publish, and wait for the answer."""

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.loop import SimulationLoop
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -136,7 +136,7 @@ pieces = st.one_of(
         st.sampled_from(FrameKind),
         st.integers(0, 2**32 - 1),
         st.sampled_from(["", "/clock", "/ariac/agv1", "/ariac/orders", "\0", "/ariac/end_competition"]),
-        st.one_of(st.binary(max_size=40), st.just(to_cdr(TriggerRequest()))),
+        st.one_of(st.binary(max_size=40), st.just(TYPES.to_cdr(TriggerRequest()))),
     ),
 )
 
@@ -165,7 +165,7 @@ def test_flood_of_commands_uses_idle_time_only() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         client, count, burst = hall.connect(), 2_000, 20
-        data = to_cdr(way(INITIAL))
+        data = TYPES.to_cdr(way(INITIAL))
         frames = [
             Frame(FrameKind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)
         ]
@@ -185,7 +185,7 @@ def test_server_checks_time_between_frames(monkeypatch: pytest.MonkeyPatch) -> N
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         client, other = hall.connect(), hall.connect("/other")
-        data = Frame(FrameKind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
+        data = Frame(FrameKind.PUBLISH, 0, "/ariac/arm/command", payload=TYPES.to_cdr(way(*[INITIAL] * 100))).encode()
         client.connection.setblocking(False)
         try:
             while True:
@@ -296,7 +296,7 @@ def test_call_of_client_that_dies_takes_effect() -> None:
     with served(cell) as hall:
         client, other = hall.connect(), hall.connect("/other")
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
-        call = Frame(FrameKind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
+        call = Frame(FrameKind.CALL, 1, "/ariac/agv1", payload=TYPES.to_cdr(AGVControlRequest("")))
         client.say(call)
         client.connection.sendall(call.encode()[:-3])  # and half of another one
         client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
@@ -451,7 +451,7 @@ def test_heavy_requests_leave_time_for_other_clients(monkeypatch: pytest.MonkeyP
         hall.server._rests_until = 0.0
         for client in hall.server._clients:
             client.is_heavy = False
-        data = to_cdr(way(INITIAL))
+        data = TYPES.to_cdr(way(INITIAL))
         greedy.say(*[Frame(FrameKind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, 50)])
         greedy.wait_until(lambda: len(greedy.heard) == 1)
         monkeypatch.setattr(server_module, "_HEAVY_TIME", 1e9)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import Image, PointCloud2, Time
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.cell.devices.workers import FakeWorker
@@ -31,11 +31,11 @@ def test_large_messages_of_one_tick_all_arrive() -> None:
             client.ask(Frame(FrameKind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
         cell.simulation.step_until(101_000_000)
         client.wait_until(lambda: all(len(client.messages(n)) == 1 for n in (10, 11, 12, 20, 21, 22)))
-        points = from_cdr(client.messages(12)[0], PointCloud2)
+        points = TYPES.from_cdr(client.messages(12)[0], PointCloud2)
         assert (points.width, points.height, points.point_step) == (640, 480, 16)
         depths = points.data.view(np.float32).reshape(480, 640, 4)[..., 2]
         assert (depths == 2.0).all()
-        image = from_cdr(client.messages(20)[0], Image)
+        image = TYPES.from_cdr(client.messages(20)[0], Image)
         assert len(image.data) == 640 * 480 * 3
         assert not hall.lines
 
@@ -54,4 +54,6 @@ def test_slow_client_loses_pictures_and_memory_is_bounded() -> None:
         client.wait_until(lambda: len(client.messages(10)) >= 1 and not host.has_waiting)
         cell.simulation.step_until(1_250_000_000)
         # once it reads, it gets the next picture
-        client.wait_until(lambda: from_cdr(client.messages(10)[-1], PointCloud2).header.stamp == Time(1, 200_000_000))
+        client.wait_until(
+            lambda: TYPES.from_cdr(client.messages(10)[-1], PointCloud2).header.stamp == Time(1, 200_000_000)
+        )

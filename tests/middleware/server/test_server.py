@@ -7,7 +7,7 @@ import socket
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.middleware.messages import definition, from_cdr, from_ros1, md5
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, AGVControlResponse, Order, SubmitTrayRequest
 from cellwright.middleware.messages.standard import JointState
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -27,8 +27,8 @@ def test_welcome_lists_all_topics_and_services_with_types() -> None:
         topics = {each["name"]: each for each in welcome["topics"]}
         assert list(topics) == [info.name for info in cell.bus.topics()]
         orders = topics["/ariac/orders"]
-        assert orders["md5"] == md5("osrf_gear/Order")
-        assert orders["definition"] == definition("osrf_gear/Order")
+        assert orders["md5"] == TYPES.md5("osrf_gear/Order")
+        assert orders["definition"] == TYPES.definition("osrf_gear/Order")
         assert (orders["direction"], orders["latch"], orders["on_event"]) == ("out", True, True)
         assert topics["/ariac/joint_states"]["rate"] == "50 Hz"
         assert topics["/ariac/joint_states"]["on_event"] is False
@@ -36,13 +36,13 @@ def test_welcome_lists_all_topics_and_services_with_types() -> None:
         assert topics["/ariac/arm/command"]["direction"] == "in"
         services = {each["name"]: each for each in welcome["services"]}
         assert services["/ariac/agv1"]["type"] == "osrf_gear/AGVControl"
-        assert services["/ariac/agv1"]["md5"] == md5("osrf_gear/AGVControl")
+        assert services["/ariac/agv1"]["md5"] == TYPES.md5("osrf_gear/AGVControl")
 
 
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
 def test_messages_have_requested_encoding(encoding: str) -> None:
     cell = Cell(ARM_ONLY)
-    read = from_ros1 if encoding == "ros1" else from_cdr
+    read = TYPES.from_ros1 if encoding == "ros1" else TYPES.from_cdr
     with served(cell) as hall:
         client = hall.connect(encoding=encoding)
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is FrameKind.DONE
@@ -65,7 +65,7 @@ def test_subscription_to_latched_topic_gets_newest_message_once() -> None:
         client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/orders"))
         (data,) = client.messages(5)
-        assert from_cdr(data, Order).order_id == "order_0"
+        assert TYPES.from_cdr(data, Order).order_id == "order_0"
 
 
 def test_subscription_to_one_publisher_gets_its_messages_only() -> None:
@@ -84,7 +84,7 @@ def test_call_is_carried_out_while_time_stands() -> None:
     with served(cell) as hall:
         client = hall.connect()
         answer = client.call("/ariac/agv1", AGVControlRequest(""), "osrf_gear/AGVControl")
-        assert from_cdr(answer.payload, AGVControlResponse).success
+        assert TYPES.from_cdr(answer.payload, AGVControlResponse).success
         assert cell.agvs[1].state == "preparing_to_deliver"
         assert cell.simulation.now == 0
 

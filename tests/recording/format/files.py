@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
@@ -16,7 +16,7 @@ SHOUT = RecordedTopic("/shout", "std_msgs/String", "in", "", node="/cell")
 
 def text(word: str) -> bytes:
     """Encode a text as in a recording."""
-    return to_cdr(String(word))
+    return TYPES.to_cdr(String(word))
 
 
 def write(path: Path, words: int, *, pieces: int = 3, kind: str = "cell") -> None:

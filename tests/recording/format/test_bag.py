@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from rosbags.rosbag1 import Reader
 
-from cellwright.middleware.messages import from_ros1, md5
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages.tree import ensure_tree, variables
@@ -32,10 +32,10 @@ def test_bag_has_all_messages_of_recording(tmp_path: Path) -> None:
     with Reader(tmp_path / "a.bag") as bag:
         topics = {each.topic: each for each in bag.connections}
         assert {name: (each.digest, each.ext.latching) for name, each in topics.items()} == {  # type: ignore[union-attr]
-            "/talk": (md5("std_msgs/String"), 1),
-            "/shout": (md5("std_msgs/String"), 0),
+            "/talk": (TYPES.md5("std_msgs/String"), 1),
+            "/shout": (TYPES.md5("std_msgs/String"), 0),
         }
-        found = [(each.topic, time, from_ros1(data, String).data) for each, time, data in bag.messages()]
+        found = [(each.topic, time, TYPES.from_ros1(data, String).data) for each, time, data in bag.messages()]
     with RecordingFile(tmp_path / "a.mcap") as recording:
         expected = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
     assert found == expected
@@ -93,7 +93,7 @@ def test_rosbag_reads_bag(tmp_path: Path) -> None:
     command = [rosbag, "info", "--yaml", str(tmp_path / "a.bag")]
     printed = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
     assert "messages: 40\n" in printed
-    assert f"md5: {md5('std_msgs/String')}" in printed
+    assert f"md5: {TYPES.md5('std_msgs/String')}" in printed
     assert "topic: /shout" in printed
 
 

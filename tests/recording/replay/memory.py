@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cellwright.middleware.messages import message_type, to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import Clock, String, Time
 from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage, RecordingFile
@@ -41,7 +41,7 @@ class Memory(RecordingFile):
         self.path = Path("memory")
         self.list = messages
         self.topics = dict(topics)
-        self.header = header
+        self.header, self.types = header, TYPES
         self.encoded_scene: bytes | None = None
 
     @property
@@ -74,14 +74,14 @@ class Memory(RecordingFile):
 
 def text_message(time: int, topic: str, text: str) -> RecordedMessage:
     """Return a text on a topic at a time [ns]."""
-    return RecordedMessage(topic, time, to_cdr(String(data=text)))
+    return RecordedMessage(topic, time, TYPES.to_cdr(String(data=text)))
 
 
 def frame_message(time: int, data: bytes) -> RecordedMessage:
     """Return a frame's bytes at a time [ns]."""
-    layout = message_type("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
-    carrier = message_type("std_msgs/UInt8MultiArray")
-    return RecordedMessage(FRAME, time, to_cdr(carrier(layout, np.frombuffer(data, np.uint8))))  # type: ignore[call-arg]
+    layout = TYPES.message("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
+    carrier = TYPES.message("std_msgs/UInt8MultiArray")
+    return RecordedMessage(FRAME, time, TYPES.to_cdr(carrier(layout, np.frombuffer(data, np.uint8))))  # type: ignore[call-arg]
 
 
 def frame_at(time: int) -> SceneFrame:
@@ -110,7 +110,7 @@ def panels(until: int) -> list[RecordedMessage]:
 def recording(seconds: int, *more: RecordedMessage) -> Memory:
     """Return a recording with clock, frames, panels and further messages."""
     ticks = [
-        RecordedMessage("/clock", t, to_cdr(Clock(clock=Time(sec=t // SECOND, nanosec=t % SECOND))))
+        RecordedMessage("/clock", t, TYPES.to_cdr(Clock(clock=Time(sec=t // SECOND, nanosec=t % SECOND))))
         for t in range(0, seconds * SECOND + 1, SECOND // 50)
     ]
     entries = [*ticks, *frames(seconds * SECOND), *panels(seconds * SECOND), *more]

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage
@@ -18,7 +18,7 @@ WALL = 1_700_000_000 * SECOND  # [ns]
 def of_robot(ahead: int) -> Memory:
     """Return a second of a robot with message stamps of another clock."""
     states = [
-        RecordedMessage(STATES, time, to_cdr(joint_state(["a"], [0.0], time=time + ahead)))
+        RecordedMessage(STATES, time, TYPES.to_cdr(joint_state(["a"], [0.0], time=time + ahead)))
         for time in range(0, SECOND + 1, SECOND // 100)
     ]
     topics = {STATES: RecordedTopic(STATES, "sensor_msgs/JointState")}

@@ -12,7 +12,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import BeltPart
-from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import PANEL
 from cellwright.recording.format.reader import RecordingFile
@@ -64,7 +64,7 @@ def test_recorded_panel_has_collisions_and_outcome(tmp_path: Path) -> None:
         Cell(ARM_ONLY), IntoThePost(), RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False)
     )
     with RecordingFile(tmp_path / "run.mcap") as recording:
-        panels = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
+        panels = [json.loads(TYPES.from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
     counts = [panel["collisions"]["count"] for panel in panels[1:]]  # the first one is from before the run
     assert counts[0] == 0
     assert counts[-1] == len(result.collisions) > 0

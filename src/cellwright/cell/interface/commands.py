@@ -17,7 +17,7 @@ from cellwright.cell.model.solids import solids
 from cellwright.engine.clock import NANOSECONDS, seconds
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
-from cellwright.middleware.messages import Message, osrf_gear, service_type
+from cellwright.middleware.messages import Message, osrf_gear
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
 from cellwright.middleware.messages.conversions import floats, nanoseconds
 from cellwright.middleware.messages.standard import JointTrajectory as JointTrajectoryMessage
@@ -118,7 +118,7 @@ class CellCommands:
         """Refuse a service that counts as cheating in a competition, and report the refusal."""
         source = f"{row.name} from {node}" if node else row.name
         self._cell.bus.refusals.refuse(source, f"{NOT_ALLOWED}; development mode (-d) allows it")
-        response = service_type(row.type).response()  # for all these services: without success
+        response = self._cell.bus.types.service(row.type).response()  # for all these services: without success
         if isinstance(response, TriggerResponse):
             response.message = NOT_ALLOWED
         return response

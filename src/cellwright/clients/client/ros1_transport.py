@@ -13,7 +13,7 @@ from typing import Any
 
 from cellwright._package import FOLDER
 from cellwright.clients.client.socket_transport import SocketTransport
-from cellwright.middleware.messages import definition, md5, type_of
+from cellwright.middleware.messages import type_of
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.util.errors import UsageError
 from cellwright.util.process import ChildProcess
@@ -102,7 +102,7 @@ class Ros1Transport(RelayTransport):
         """Send a message; a refusal by the cell is not reported."""
         name = type_of(message) if hasattr(message, "__msgtype__") else ""
         if name and name not in self._declared:
-            description = {"type": name, "md5": md5(name), "definition": definition(name)}
+            description = {"type": name, "md5": self.types.md5(name), "definition": self.types.definition(name)}
             self._connection.ask(
                 Frame(FrameKind.CALL, self._connection.number(), DECLARE, payload=json.dumps(description).encode())
             )

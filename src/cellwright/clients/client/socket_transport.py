@@ -17,7 +17,7 @@ from typing import Any
 
 from cellwright.clients.client.in_process import Callback, deliver_all
 from cellwright.engine.simulation import Follower
-from cellwright.middleware import messages
+from cellwright.middleware.messages import TYPES, Message, TypeSet, type_of
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (
     MAX_CLIENT_FRAME_BYTES,
@@ -44,7 +44,7 @@ _POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock tic
 class SocketConnection:
     """Connection to a server as the node `node`: sends requests, and hands every other frame to `on_frame`.
 
-    Messages have the encoding `encoding`, one of `messages.ENCODINGS`. The server has `timeout` [s] to accept the
+    Messages have the encoding `encoding`, one of `TypeSet.encodings`. The server has `timeout` [s] to accept the
     connection and to greet; `key` is the server's key for its own page.
 
     Raises:
@@ -233,15 +233,18 @@ def check_answer(answer: Frame) -> Frame:
 class SocketTransport:
     """Transport to a cell served at an address (host and port), which sees it as the node `node`.
 
-    Messages have the encoding that `encoding` names, one of `messages.ENCODINGS`.
+    Messages have the encoding that `encoding` names, one of those of `types`.
 
     Raises:
         UsageError: no server answers there.
     """
 
-    def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
+    def __init__(
+        self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr", types: TypeSet = TYPES
+    ) -> None:
         self.node = node
-        self._write, self._read = messages.ENCODINGS[encoding]
+        self.types = types
+        self._write, self._read = types.encodings[encoding]
         self._deliveries: dict[int, Callback] = {}
         self._mail: deque[tuple[Callback, bytes]] = deque()
         self._news = 0  # messages since the newest clock
@@ -288,13 +291,13 @@ class SocketTransport:
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Deliver a topic's messages while time passes; the returned function ends that."""
         number = self._connection.number()
-        message_class: type[messages.Message] | None = None
+        message_class: type[Message] | None = None
         is_active = True
 
         def deliver(data: bytes) -> None:
             nonlocal message_class
             if is_active:
-                message_class = message_class or messages.message_type(self._types[topic])
+                message_class = message_class or self.types.message(self._types[topic])
                 callback(self._read(data, message_class))
 
         def leave() -> None:
@@ -314,25 +317,21 @@ class SocketTransport:
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; the cell acts on it between two steps."""
-        message = messages.checked(message)
+        message = self.types.checked(message)
         frame = Frame(
-            FrameKind.PUBLISH,
-            self._connection.number(),
-            topic,
-            messages.type_of(type(message)),
-            payload=self._write(message),
+            FrameKind.PUBLISH, self._connection.number(), topic, type_of(type(message)), payload=self._write(message)
         )
         self._connection.ask(frame)
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service; the cell handles it between two steps. Time passes if its answer takes some."""
-        request = messages.checked(request)
-        name = messages.type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
+        request = self.types.checked(request)
+        name = type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
         frame = Frame(FrameKind.CALL, self._connection.number(), service, name, payload=self._write(request))
         answer = self._connection.ask(frame)
         if answer.kind is FrameKind.DONE:
             answer = self._wait_for(frame.number)
-        return self._read(answer.payload, messages.service_type(self._services[service]).response)
+        return self._read(answer.payload, self.types.service(self._services[service]).response)
 
     def ask_server(self, service: str, request: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Call a service of the server itself, such as "simulation/GetEntities", with a JSON object; return another."""
@@ -393,5 +392,5 @@ class SocketTransport:
             self._mail.append((deliver, frame.payload))
             self._news += 1
         elif frame.number == self._clock:
-            stamp = self._read(frame.payload, messages.message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
+            stamp = self._read(frame.payload, self.types.message("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
             self._set_time(nanoseconds(stamp))

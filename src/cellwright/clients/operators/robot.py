@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.model import Limits, RobotModel
-from cellwright.middleware.messages import conversions, message_type
+from cellwright.middleware.messages import TYPES, conversions
 from cellwright.middleware.messages.standard import Bool, PoseArray
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
@@ -144,7 +144,7 @@ def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now
             names = [f"gripper_{number}" for number in range(len(order.closed))]
             return GRIPPER_COMMAND, conversions.joint_state(names, list(order.closed), time=time)
         case MoveBase():
-            array, layout = (message_type(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
+            array, layout = (TYPES.message(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
             return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=conversions.floats(order.numbers))  # type: ignore[call-arg]
         case Now():
             return EMERGENCY_STOP, Bool(True)

@@ -5,35 +5,16 @@ Standard ROS types come from the library (`standard`). Types that it lacks are d
 message is a dataclass in its ROS 2 form, and must not change once it is published. The ROS 1 form exists as bytes only.
 """
 
-from cellwright.middleware.messages.serialization import ENCODINGS, from_cdr, from_ros1, to_cdr, to_ros1
-from cellwright.middleware.messages.types import (
-    Message,
-    ServiceType,
-    definition,
-    full_name,
-    md5,
-    message_type,
-    service_type,
-    short_name,
-    type_of,
-)
-from cellwright.middleware.messages.validation import checked, describe_value
+from importlib.resources import files
 
-__all__ = [
-    "ENCODINGS",
-    "Message",
-    "ServiceType",
-    "checked",
-    "definition",
-    "describe_value",
-    "from_cdr",
-    "from_ros1",
-    "full_name",
-    "md5",
-    "message_type",
-    "service_type",
-    "short_name",
-    "to_cdr",
-    "to_ros1",
-    "type_of",
-]
+from cellwright.middleware.messages import cellwright_msgs, control_msgs, controller_manager_msgs, osrf_gear, std_srvs
+from cellwright.middleware.messages.message_class import Message, full_name, short_name, type_of
+from cellwright.middleware.messages.types import ServiceType, TypeSet
+from cellwright.middleware.messages.validation import describe_value
+
+TYPES = TypeSet(
+    files(__name__) / "definitions", (cellwright_msgs, control_msgs, controller_manager_msgs, osrf_gear, std_srvs)
+)
+"""Cellwright's own set: the standard types, those of 2017, and what Cellwright adds."""
+
+__all__ = ["TYPES", "Message", "ServiceType", "TypeSet", "describe_value", "full_name", "short_name", "type_of"]

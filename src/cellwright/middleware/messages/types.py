@@ -1,121 +1,51 @@
-"""Message and service types: names, definition files, classes, ROS 1 and ROS 2 stores, checksums.
+"""Sets of message and service types: classes and definitions by name, encodings and ROS 1 checksums.
 
-All functions accept short names ("osrf_gear/Order") and full ones ("osrf_gear/msg/Order"), and return short ones. The
-two halves of a service are separate types, "osrf_gear/srv/AGVControl_Request" and "…_Response".
-
-The folder `definitions` contains definitions that ROS 1 and ROS 2 both accept, except for `time` and `duration`.
-
-The ROS 1 checksum of a message is the MD5 of its bare text: constants first, then fields, without comments, and with
-each message type replaced by its checksum. The checksum of a service is the MD5 of its two bare texts, joined without
-a separator.
+A folder of definitions contains text that ROS 1 and ROS 2 both accept, except for `time` and `duration`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cache, partial
-from hashlib import md5 as hash_md5
-from importlib.resources import files
-from typing import TYPE_CHECKING, ClassVar, Protocol, cast
+import struct
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib.resources.abc import Traversable
+from typing import Any, NamedTuple, TypeVar
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Constdefs, Fielddefs
-from rosbags.typesys import TypesysError, get_types_from_msg
+from rosbags.serde import SerdeError
+from rosbags.typesys import get_types_from_msg
 from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores import ros2_kilted
 
-from cellwright.middleware.messages import cellwright_msgs, control_msgs, controller_manager_msgs, osrf_gear, std_srvs
-from cellwright.middleware.messages.message_class import MessageClass
-from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.middleware.messages.cdr import Writer, cdr_writer
+from cellwright.middleware.messages.message_class import (
+    MESSAGE,
+    SERVICE,
+    Message,
+    MessageClass,
+    full_name,
+    short_name,
+    type_of,
+)
+from cellwright.middleware.messages.ros1_form import Ros1Form
+from cellwright.middleware.messages.validation import Checks
+from cellwright.middleware.messages.values import ValueForm
+from cellwright.middleware.wire.frames import VALUE_PACKAGES
+from cellwright.util.errors import MessageError, UnknownNameError, UsageError
 
-if TYPE_CHECKING:
-    from rosbags.typesys.store import MsgType
-
-MESSAGE = "msg"
-SERVICE = "srv"
 EMPTY_FIELDS: Fielddefs = [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
 """Fields of an empty message in ROS 2; ROS 1 sends nothing."""
 MAX_SEQUENCE = 1 << 24
 """Most entries of a field that are decoded: no cell sends more, and the limit bounds memory if a length is wrong."""
-HEADER = "std_msgs/msg/Header"
-RANGE = "sensor_msgs/msg/Range"
-CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
-OTHERWISE_IN_ROS1 = {
-    "sensor_msgs/msg/BatteryState",
-    "sensor_msgs/msg/NavSatStatus",
-    "shape_msgs/msg/SolidPrimitive",
-    "stereo_msgs/msg/DisparityImage",
-    "visualization_msgs/msg/ImageMarker",
-    "visualization_msgs/msg/Marker",
-}
-"""Types whose fields, constants or names changed from ROS 1 to ROS 2, and which no interface here needs in ROS 1."""
-SEPARATOR = "=" * 80
-_PRIMITIVE = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
-"""Messages of ROS 2 that are built into ROS 1."""
+MAX_TRAILING = 8
+"""Bytes behind a message in which rclpy pads it (measured in Jazzy); the library tolerates three on its own."""
+FAULTS = (SerdeError, struct.error, ValueError, TypeError, AttributeError, IndexError, AssertionError, OverflowError)
+"""Errors of the library for values that do not fit their fields."""
 
-
-class Message(Protocol):
-    """Protocol of message classes: they have a full name."""
-
-    __msgtype__: ClassVar[str]
-
-
-def full_name(name: str, namespace: str = MESSAGE) -> str:
-    """Return the full name of a type.
-
-    Raises:
-        UsageError: the name is neither "package/Name" nor "package/msg/Name" (or srv, as `namespace` says).
-    """
-    match name.split("/"):
-        case [package, last] if package and last:
-            return f"{package}/{namespace}/{last}"
-        case [package, middle, last] if package and last and middle in (namespace, SERVICE):
-            return name
-        case _:
-            raise UsageError(f"{name!r} is not a type name; write it like 'osrf_gear/Order'")
-
-
-def short_name(name: str) -> str:
-    """Return the short name of a type: "osrf_gear/Order"."""
-    package, _, rest = name.partition("/")
-    return f"{package}/{rest.rpartition('/')[2]}" if rest else package
-
-
-def type_of(message: Message | type[Message]) -> str:
-    """Return the short name of a message's type."""
-    return short_name(message.__msgtype__)
-
-
-@cache
-def sources() -> dict[str, str]:
-    """Return the text of every definition file by full name ("osrf_gear/msg/Order", "std_srvs/srv/Trigger"), sorted."""
-    found = {}
-    for package in (files("cellwright.middleware.messages") / "definitions").iterdir():
-        for namespace in package.iterdir():
-            for file in namespace.iterdir():
-                stem, _, ending = file.name.rpartition(".")
-                if ending == namespace.name:
-                    found[f"{package.name}/{namespace.name}/{stem}"] = file.read_text(encoding="utf-8")
-    return dict(sorted(found.items()))
-
-
-def parsed_definitions() -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
-    """Yield every type of the definition files, with its constants and fields; a service has two types."""
-    for name, text in sources().items():
-        package, namespace, last = name.split("/")
-        if namespace == MESSAGE:
-            yield name, _parse_definition(text, package, last)
-        else:
-            request, _, response = text.partition("---\n")
-            yield f"{name}_Request", _parse_definition(request, package, last)
-            yield f"{name}_Response", _parse_definition(response, package, last)
-
-
-def _parse_definition(text: str, package: str, last: str) -> tuple[Constdefs, Fielddefs]:
-    name = f"{package}/msg/{last}"  # looks bare type names up in its own package
-    constants, fields = get_types_from_msg(text, name)[name]
-    return constants, fields or EMPTY_FIELDS
+M = TypeVar("M", bound=Message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,91 +57,265 @@ class ServiceType:
     response: type[Message]
 
 
-@cache
-def own_types() -> dict[str, type[Message]]:
-    """Return the classes that Cellwright defines, by full name."""
-    modules = (cellwright_msgs, control_msgs, controller_manager_msgs, osrf_gear, std_srvs)
-    classes = (item for module in modules for item in vars(module).values() if isinstance(item, type))
-    return {item.__msgtype__: item for item in classes if issubclass(item, MessageClass) and item is not MessageClass}
+class Encoding(NamedTuple):
+    """Encoding of messages: functions that write and read bytes."""
+
+    write: Callable[[Message], bytes]
+    read: Callable[[bytes, type[Message]], Message]
 
 
-@cache
-def message_type(name: str) -> type[Message]:
-    """Return the class of a message, by its short or full name.
+class TypeSet:
+    """Set of types: the standard ones of ROS 2, and those of a folder of definitions.
 
-    Raises:
-        UnknownNameError: there is no such message; the error lists those of its package.
-        UsageError: the name is not of the form of a type name.
+    A bus, a client and a recording each have one: types of one name in two sets are strangers, with fields of their
+    own. Methods accept short names ("osrf_gear/Order") and full ones ("osrf_gear/msg/Order").
+
+    Args:
+        definitions: folder of `PACKAGE/msg/NAME.msg` and `PACKAGE/srv/NAME.srv`.
+        modules: modules with the message classes of these definitions.
+
+    Example:
+        >>> from cellwright.middleware.messages import TYPES
+        >>> order = TYPES.message("osrf_gear/Order")(order_id="order_0")
+        >>> TYPES.from_cdr(TYPES.to_cdr(order), type(order)) == order
+        True
     """
-    full = full_name(name)
-    found = own_types().get(full)
-    if found is None and full in ros2_kilted.FIELDDEFS:
-        found = getattr(ros2_kilted, full.replace("/", "__"))
-    if found is None:
-        raise _unknown_type("message", name, [*own_types(), *ros2_kilted.FIELDDEFS], MESSAGE)
-    return found
+
+    def __init__(self, definitions: Traversable, modules: Iterable[object]) -> None:
+        self._folder = definitions
+        items = (item for module in modules for item in vars(module).values() if isinstance(item, type))
+        classes = (item for item in items if issubclass(item, MessageClass) and item is not MessageClass)
+        self.own: Mapping[str, type[Message]] = {item.__msgtype__: item for item in classes}
+        """Classes of the definitions, by full name."""
+        self.encodings: Mapping[str, Encoding] = {
+            "cdr": Encoding(self.to_cdr, self.from_cdr),
+            "ros1": Encoding(self.to_ros1, self.from_ros1),
+            "ros2": Encoding(self.to_ros2, self.from_ros2),
+        }
+        """Wire encodings by name: CDR as in ROS 2, the form of ROS 1, and that of the bridge to ROS 2."""
+        # What a name leads to never changes in a set, and is asked for with nearly every message.
+        self._message = cache(self._find_message)
+        self._service = cache(self._find_service)
+        self._writer = cache(self._make_writer)
+        self._md5 = cache(self._find_md5)
+        self._definition = cache(self._find_definition)
+
+    @cached_property
+    def sources(self) -> Mapping[str, str]:
+        """Text of every definition file by full name ("osrf_gear/msg/Order", "std_srvs/srv/Trigger"), sorted."""
+        found = {}
+        for package in self._folder.iterdir():
+            for namespace in package.iterdir():
+                for file in namespace.iterdir():
+                    stem, _, ending = file.name.rpartition(".")
+                    if ending == namespace.name:
+                        found[f"{package.name}/{namespace.name}/{stem}"] = file.read_text(encoding="utf-8")
+        return dict(sorted(found.items()))
+
+    def parsed(self) -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
+        """Yield every type of the definition files, with its constants and fields; a service has two types."""
+        for name, text in self.sources.items():
+            package, namespace, last = name.split("/")
+            if namespace == MESSAGE:
+                yield name, _parse_definition(text, package, last)
+            else:
+                request, _, response = text.partition("---\n")
+                yield f"{name}_Request", _parse_definition(request, package, last)
+                yield f"{name}_Response", _parse_definition(response, package, last)
+
+    @cached_property
+    def ros2(self) -> Typestore:
+        """The library's store of ROS 2 types, with those of the definitions. It is built at first use (some 20 ms)."""
+        store = Typestore(ros2_kilted, max_sequence_length=MAX_SEQUENCE)
+        for name, definition in self.parsed():
+            store.fielddefs[name] = definition
+            store.types[name] = self.own[name]
+        return store
+
+    @cached_property
+    def ros1(self) -> Ros1Form:
+        """The same types in ROS 1."""
+        return Ros1Form(self.ros2, self.sources)
+
+    def message(self, name: str) -> type[Message]:
+        """Return the class of a message.
+
+        Raises:
+            UnknownNameError: there is no such message; the error lists those of its package.
+            UsageError: the name is not of the form of a type name.
+        """
+        return self._message(name)
+
+    def service(self, name: str) -> ServiceType:
+        """Return the classes of a service.
+
+        Raises:
+            UnknownNameError: there is no such service; the error lists those of its package.
+            UsageError: the name is not of the form of a type name.
+        """
+        return self._service(name)
+
+    def md5(self, name: str) -> str:
+        """Return the ROS 1 checksum of a message or service; no name stands for both.
+
+        Raises:
+            UnknownNameError: there is neither a message nor a service of this name.
+            UsageError: the type has another form in ROS 1 that is not supported.
+        """
+        return self._md5(name)
+
+    def definition(self, name: str) -> str:
+        """Return the full ROS 1 definition of a message, with the types in it, as in connection headers and bags.
+
+        It is that of ROS 1 itself, with comments: `rosbag check` compares the texts. Types that Cellwright has no text
+        of have one without comments.
+
+        Raises:
+            UnknownNameError: there is no such message.
+            UsageError: the type has another form in ROS 1 that is not supported.
+        """
+        return self._definition(name)
+
+    def checked(self, message: M) -> M:
+        """Return the message itself, if every field fits its type.
+
+        Lists and tuples of numbers become arrays, and single-precision numbers are rounded; then the result is a copy
+        with these fields replaced.
+
+        Raises:
+            MessageError: a field does not fit, with its place (`points[2].positions`); or it is no message at all.
+        """
+        return self._checks.checked(message)
+
+    def has_bounds(self, name: str) -> bool:
+        """True if the type of a full name limits strings or sequences, at any depth; decoders do not check that."""
+        return self._checks.has_bounds(name)
+
+    def to_cdr(self, message: Message) -> bytes:
+        """Return a message as little-endian CDR with its four-byte head.
+
+        Raises:
+            MessageError: a value does not fit its field.
+        """
+        try:
+            return self._writer(message.__msgtype__)(message)
+        except FAULTS as fault:
+            raise self._unwritable(message, fault) from fault
+
+    def from_cdr(self, data: bytes | memoryview, message_class: type[M]) -> M:
+        """Return the message in CDR bytes of either endianness.
+
+        Raises:
+            MessageError: the bytes are no message of this class.
+        """
+        return _decode(self.ros2.deserialize_cdr, data, message_class)
+
+    def cdr_writer(self, name: str) -> Writer:
+        """Return the writer of a full name's type: it does not validate, and raises `FAULTS` for unfit values."""
+        return self._writer(name)
+
+    def to_ros1(self, message: Message) -> bytes:
+        """Return a message as bytes of its ROS 1 form.
+
+        Raises:
+            MessageError: a value does not fit its field.
+            UsageError: the type has another form in ROS 1 that is not supported.
+        """
+        name = message.__msgtype__
+        self.ros1.require(name)
+        try:
+            return bytes(self.ros1.store.serialize_ros1(message, name))
+        except FAULTS as fault:
+            raise self._unwritable(message, fault) from fault
+
+    def from_ros1(self, data: bytes | memoryview, message_class: type[M]) -> M:
+        """Return the message in bytes of the ROS 1 form.
+
+        Raises:
+            MessageError: the bytes are no message of this class.
+            UsageError: the type has another form in ROS 1 that is not supported.
+        """
+        self.ros1.require(message_class.__msgtype__)
+        return _decode(self.ros1.store.deserialize_ros1, data, message_class)
+
+    def to_ros2(self, message: Message) -> bytes:
+        """Return a message for the bridge to ROS 2: as CDR, or as JSON values if it is of one of `VALUE_PACKAGES`.
+
+        Raises:
+            MessageError: a value does not fit its field.
+        """
+        return (self._values.write if _is_values(message) else self.to_cdr)(message)
+
+    def from_ros2(self, data: bytes | memoryview, message_class: type[M]) -> M:
+        """Return the message in bytes of the bridge to ROS 2, which may end with `MAX_TRAILING` bytes of no meaning.
+
+        Raises:
+            MessageError: the bytes are no message of this class.
+        """
+        if _is_values(message_class):
+            return self._values.read(data, message_class)
+        try:
+            return self.from_cdr(data, message_class)
+        except MessageError:
+            for extra in range(4, MAX_TRAILING + 1, 4):
+                with suppress(MessageError):
+                    return self.from_cdr(data[:-extra], message_class)
+            raise
+
+    @cached_property
+    def _checks(self) -> Checks:
+        return Checks(self.ros2, self.message)
+
+    @cached_property
+    def _values(self) -> ValueForm:
+        return ValueForm(self.ros2, self.message, self.checked)
+
+    def _make_writer(self, name: str) -> Writer:
+        return cdr_writer(name, self.ros2.fielddefs)
+
+    def _find_message(self, name: str) -> type[Message]:
+        full = full_name(name)
+        found: type[Message] | None = self.own.get(full)
+        if found is None and full in ros2_kilted.FIELDDEFS:
+            found = getattr(ros2_kilted, full.replace("/", "__"))
+        if found is None:
+            raise _unknown_type("message", name, [*self.own, *ros2_kilted.FIELDDEFS], MESSAGE)
+        return found
+
+    def _find_service(self, name: str) -> ServiceType:
+        full = full_name(name, SERVICE)
+        try:
+            return ServiceType(short_name(full), self.own[f"{full}_Request"], self.own[f"{full}_Response"])
+        except KeyError:
+            names = [key.removesuffix("_Request") for key in self.own if key.endswith("_Request")]
+            raise _unknown_type("service type", name, names, SERVICE) from None
+
+    def _find_md5(self, name: str) -> str:
+        try:
+            return self.ros1.message_md5(self.message(name).__msgtype__)
+        except UnknownNameError as no_message:
+            try:
+                service = self.service(name)
+            except (UnknownNameError, UsageError):
+                raise no_message from None
+            return self.ros1.service_md5(service.request.__msgtype__, service.response.__msgtype__)
+
+    def _find_definition(self, name: str) -> str:
+        return self.ros1.definition(self.message(name).__msgtype__)
+
+    def _unwritable(self, message: Message, fault: Exception) -> MessageError:
+        """Return the error for a message that cannot be written; it names the field if possible."""
+        try:
+            self.checked(message)
+        except MessageError as error:
+            return error
+        return MessageError(f"cannot encode {type_of(message)}: {fault}")
 
 
-@cache
-def service_type(name: str) -> ServiceType:
-    """Return the classes of a service, by its short or full name.
-
-    Raises:
-        UnknownNameError: there is no such service; the error lists those of its package.
-        UsageError: the name is not of the form of a type name.
-    """
-    full = full_name(name, SERVICE)
-    own = own_types()
-    try:
-        return ServiceType(short_name(full), own[f"{full}_Request"], own[f"{full}_Response"])
-    except KeyError:
-        names = [key.removesuffix("_Request") for key in own if key.endswith("_Request")]
-        raise _unknown_type("service type", name, names, SERVICE) from None
-
-
-@cache
-def ros2_store() -> Typestore:
-    """Return the library's store of ROS 2 types, with Cellwright's added. It is built at first use (some 20 ms)."""
-    store = Typestore(ros2_kilted, max_sequence_length=MAX_SEQUENCE)
-    classes = own_types()
-    for name, definition in parsed_definitions():
-        store.fielddefs[name] = definition
-        store.types[name] = classes[name]
-    return store
-
-
-@cache
-def ros1_store() -> Typestore:
-    """Return a store that writes and reads the same classes in their ROS 1 form.
-
-    Three types have another form there. A header begins with a sequence number, which the classes here do not have: the
-    store writes zero, and ignores it when reading. A range has no variance: it is not written, and zero when read. The
-    matrices of a camera have names in capitals, and the same bytes.
-    """
-    ros2 = ros2_store()
-    store = Typestore(max_sequence_length=MAX_SEQUENCE)
-    store.fielddefs = {name: item for name, item in ros2.fielddefs.items() if name not in OTHERWISE_IN_ROS1}
-    store.types = {name: item for name, item in ros2.types.items() if name not in OTHERWISE_IN_ROS1}
-
-    constants, fields = ros2.fielddefs[RANGE]
-    store.fielddefs[RANGE] = (constants, [field for field in fields if field[0] != "variance"])
-    store.types[RANGE] = cast("type[MsgType]", partial(ros2.types[RANGE], variance=0.0))
-
-    plain = store.get_msgdef(HEADER)
-    store.cache[HEADER] = replace(
-        plain,
-        getsize_ros1=lambda pos, message, types: plain.getsize_ros1(pos + 4, message, types),
-        serialize_ros1=lambda raw, pos, message, types: plain.serialize_ros1(raw, pos + 4, message, types),
-        deserialize_ros1=lambda raw, pos, cls, types: plain.deserialize_ros1(raw, pos + 4, cls, types),
-    )
-    constants, fields = ros2.fielddefs[HEADER]
-    store.fielddefs[HEADER] = (constants, [("seq", (Nodetype.BASE, ("uint32", 0))), *fields])
-
-    store.cache[CAMERA_INFO] = store.get_msgdef(CAMERA_INFO)  # by the class's names, for reading and writing
-    constants, fields = ros2.fielddefs[CAMERA_INFO]
-    capitals = [(name.upper() if len(name) == 1 else name, kind) for name, kind in fields]
-    store.fielddefs[CAMERA_INFO] = (constants, capitals)
-    return store
+def _parse_definition(text: str, package: str, last: str) -> tuple[Constdefs, Fielddefs]:
+    name = f"{package}/msg/{last}"  # looks bare type names up in its own package
+    constants, fields = get_types_from_msg(text, name)[name]
+    return constants, fields or EMPTY_FIELDS
 
 
 def _unknown_type(kind: str, name: str, known: list[str], namespace: str) -> UnknownNameError:
@@ -223,86 +327,17 @@ def _unknown_type(kind: str, name: str, known: list[str], namespace: str) -> Unk
     return UnknownNameError(f"{kind} package", package, sorted({key.partition("/")[0] for key in known}))
 
 
-@cache
-def md5(name: str) -> str:
-    """Return the ROS 1 checksum of a message or service, by its short or full name; no name stands for both.
+def _is_values(message: Message | type[Message]) -> bool:
+    return message.__msgtype__.partition("/")[0] in VALUE_PACKAGES
 
-    Raises:
-        UnknownNameError: there is neither a message nor a service of this name.
-        UsageError: the type has another form in ROS 1 that is not supported.
-    """
+
+def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, message_class: type[M]) -> M:
+    """Return the message that the library reads in bytes."""
+    name = message_class.__msgtype__
     try:
-        return _generated(message_type(name).__msgtype__)[1]
-    except UnknownNameError as no_message:
-        try:
-            service = service_type(name)
-        except (UnknownNameError, UsageError):
-            raise no_message from None
-        text = _bare_text(service.request.__msgtype__) + _bare_text(service.response.__msgtype__)
-        return hash_md5(text.encode(), usedforsecurity=False).hexdigest()
-
-
-@cache
-def definition(name: str) -> str:
-    """Return the full ROS 1 definition of a message, with the types in it, as in connection headers and bags.
-
-    It is that of ROS 1 itself, with comments: `rosbag check` compares the texts. Types that Cellwright has no text of
-    have one without comments.
-
-    Raises:
-        UnknownNameError: there is no such message.
-        UsageError: the type has another form in ROS 1 that is not supported.
-    """
-    full = message_type(name).__msgtype__
-    bare, texts = _generated(full)[0], ros1_texts()
-    _, *others = bare.split(f"{SEPARATOR}\n")
-    embedded = [full_name(each.partition("\n")[0].removeprefix("MSG: ")) for each in others]
-    if not all(each in texts for each in (full, *embedded)):
-        return bare
-    parts = [f"MSG: {short_name(each)}\n{texts[each]}\n" for each in _embedded_types(full)]
-    return f"{SEPARATOR}\n".join([f"{texts[full]}\n", *parts])[:-1]
-
-
-@cache
-def ros1_texts() -> dict[str, str]:
-    """Return the ROS 1 text of each message, by full name: of ROS's own, and of Cellwright's definition files."""
-    root = files("cellwright.middleware.messages") / "ros1_texts"
-    found = {
-        f"{package.name}/{MESSAGE}/{file.name.removesuffix('.msg')}": file.read_bytes().decode()
-        for package in root.iterdir()
-        if package.is_dir()
-        for file in package.iterdir()
-    }
-    return found | {name: text for name, text in sources().items() if name.split("/")[1] == MESSAGE}
-
-
-def _embedded_types(full: str) -> list[str]:
-    """Return the types within a message, each once, in the order of ROS 1: depth first."""
-    found: dict[str, None] = {}
-    for _, (kind, content) in ros1_store().fielddefs[full][1]:
-        # an array has the description of its members, and its length
-        member = cast(
-            "tuple[Nodetype, object]", content[0] if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else (kind, content)
-        )
-        if member[0] == Nodetype.NAME and member[1] not in _PRIMITIVE:
-            found |= dict.fromkeys([str(member[1]), *_embedded_types(str(member[1]))])
-    return list(found)
-
-
-@cache
-def _generated(full: str) -> tuple[str, str]:
-    """Return the full definition of a message, and its checksum."""
-    try:
-        return ros1_store().generate_msgdef(full, ros_version=1)
-    except TypesysError:
-        raise UsageError(f"{short_name(full)} has different fields in ROS 1 and is not supported there") from None
-
-
-def _bare_text(full: str) -> str:
-    """Return the text for the checksum of one half of a service, which the library does not know."""
-    lines = []
-    for line in _generated(full)[0].split(SEPARATOR)[0].splitlines():
-        kind, _, rest = line.partition(" ")
-        package_type = kind.partition("[")[0]
-        lines.append(f"{_generated(full_name(package_type))[1]} {rest}" if "/" in package_type else line)
-    return "\n".join(lines)
+        message = read(data, name)
+    except (*FAULTS, MemoryError) as fault:
+        raise MessageError(f"invalid {short_name(name)} in {len(data)} bytes: {fault}") from fault
+    if not isinstance(message, message_class):
+        raise UsageError(f"{message_class!r} is not the class of {name}")
+    return message

@@ -9,9 +9,10 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc
 from rosbags.typesys.base import normalize_fieldname
+from rosbags.typesys.store import Typestore
 
 from cellwright.middleware.messages.conversions import single
-from cellwright.middleware.messages.types import Message, message_type, ros2_store, short_name
+from cellwright.middleware.messages.message_class import Message, short_name
 from cellwright.util.errors import MessageError
 
 M = TypeVar("M", bound=Message)
@@ -32,75 +33,75 @@ INTEGERS = {
 }
 
 
-def checked(message: M) -> M:
-    """Return the message itself, if every field fits its type.
+class Checks:
+    """Checks of all messages of a set of types.
 
-    Lists and tuples of numbers become arrays, and single-precision numbers are rounded; then the result is a copy with
-    these fields replaced.
-
-    Raises:
-        MessageError: a field does not fit, with its place (`points[2].positions`); or it is no message at all.
+    Args:
+        store: types in their ROS 2 form.
+        find: returns the class of a message, by full name.
     """
-    name = getattr(type(message), "__msgtype__", None)  # of the class: an instance's attributes are its fields
-    if not isinstance(name, str):
-        raise MessageError(f"{describe_value(message)} is not a message")
-    return type_check(name)(message, "")  # type: ignore[return-value]
 
+    def __init__(self, store: Typestore, find: Callable[[str], type[Message]]) -> None:
+        self._store = store
+        self._find = find
+        self._check = cache(self._make_check)
+        self.has_bounds = cache(self._has_bounds)
+        """True if the type of a full name limits strings or sequences, at any depth; decoders do not check that."""
 
-@cache
-def type_check(name: str) -> Check:
-    """Return the check for a message type, by full name."""
-    message_class = message_type(name)
-    fields = ros2_store().fielddefs[name][1]
-    members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]
-    short = short_name(name)
+    def checked(self, message: M) -> M:
+        """Return the message, or a copy of it with the right forms of its fields; see `TypeSet.checked`."""
+        name = getattr(type(message), "__msgtype__", None)  # of the class: an instance's attributes are its fields
+        if not isinstance(name, str):
+            raise MessageError(f"{describe_value(message)} is not a message")
+        return self._check(name)(message, "")  # type: ignore[return-value]
 
-    def check(value: object, where: str) -> object:
-        where = where or short
-        if not isinstance(value, message_class):
-            raise MessageError(f"{where} must be of type {short}, not {describe_value(value)}")
-        named = value.__msgtype__
-        if named is not name and not (isinstance(named, str) and named == name):
-            raise MessageError(f"{where} is of type {short}, but its __msgtype__ is {describe_value(named)}")
-        changes = {}
-        for member, check_member in members:
-            given = getattr(value, member)
-            taken = check_member(given, f"{where}.{member}")
-            if taken is not given:
-                changes[member] = taken
-        return dataclasses.replace(value, **changes) if changes else value  # type: ignore[type-var]
+    def _make_check(self, name: str) -> Check:
+        message_class = self._find(name)
+        fields = self._store.fielddefs[name][1]
+        members = [(normalize_fieldname(field), self._field_check(desc)) for field, desc in fields]
+        short = short_name(name)
 
-    return check
+        def check(value: object, where: str) -> object:
+            where = where or short
+            if not isinstance(value, message_class):
+                raise MessageError(f"{where} must be of type {short}, not {describe_value(value)}")
+            named = value.__msgtype__
+            if named is not name and not (isinstance(named, str) and named == name):
+                raise MessageError(f"{where} is of type {short}, but its __msgtype__ is {describe_value(named)}")
+            changes = {}
+            for member, check_member in members:
+                given = getattr(value, member)
+                taken = check_member(given, f"{where}.{member}")
+                if taken is not given:
+                    changes[member] = taken
+            return dataclasses.replace(value, **changes) if changes else value  # type: ignore[type-var]
 
+        return check
 
-@cache
-def has_bounds(name: str) -> bool:
-    """True if a type limits the length of strings or sequences, at any depth; decoders do not check that."""
-    return any(_is_bounded(desc) for _, desc in ros2_store().fielddefs[name][1])
+    def _field_check(self, desc: FieldDesc) -> Check:
+        """Return the check for one field."""
+        match desc:
+            case (Nodetype.BASE, (name, limit)):
+                return _base_check(str(name), int(limit))
+            case (Nodetype.NAME, name):
+                return lambda value, where: self._check(str(name))(value, where)  # built at first use
+            case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
+                return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
+            case (kind, (member, length)):
+                check = _list_check(self._field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
+                return _unless_plain(check) if member == _ANY_STRING and not length else check
 
+    def _has_bounds(self, name: str) -> bool:
+        return any(self._is_bounded(desc) for _, desc in self._store.fielddefs[name][1])
 
-def _is_bounded(desc: FieldDesc) -> bool:
-    match desc:
-        case (Nodetype.BASE, (_, limit)):
-            return bool(limit)
-        case (Nodetype.NAME, name):
-            return has_bounds(str(name))
-        case (kind, (member, length)):
-            return (kind == Nodetype.SEQUENCE and bool(length)) or _is_bounded(member)
-
-
-def _field_check(desc: FieldDesc) -> Check:
-    """Return the check for one field."""
-    match desc:
-        case (Nodetype.BASE, (name, limit)):
-            return _base_check(str(name), int(limit))
-        case (Nodetype.NAME, name):
-            return lambda value, where: type_check(str(name))(value, where)  # built at first use
-        case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
-            return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
-        case (kind, (member, length)):
-            check = _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
-            return _unless_plain(check) if member == _ANY_STRING and not length else check
+    def _is_bounded(self, desc: FieldDesc) -> bool:
+        match desc:
+            case (Nodetype.BASE, (_, limit)):
+                return bool(limit)
+            case (Nodetype.NAME, name):
+                return self.has_bounds(str(name))
+            case (kind, (member, length)):
+                return (kind == Nodetype.SEQUENCE and bool(length)) or self._is_bounded(member)
 
 
 def _base_check(name: str, limit: int) -> Check:

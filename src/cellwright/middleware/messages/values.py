@@ -14,9 +14,9 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc
 from rosbags.typesys.base import normalize_fieldname
+from rosbags.typesys.store import Typestore
 
-from cellwright.middleware.messages.types import Message, message_type, ros2_store, short_name
-from cellwright.middleware.messages.validation import checked
+from cellwright.middleware.messages.message_class import Message, short_name
 from cellwright.util.errors import MessageError
 
 M = TypeVar("M", bound=Message)
@@ -34,94 +34,98 @@ _ADDED: Mapping[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
 """Fields that ROS 2 adds, made of the others, by type."""
 
 
-def values_of(message: Message) -> dict[str, Any]:
-    """Return the fields of a message as JSON values."""
-    name = message.__msgtype__
-    renamed = _RENAMED.get(name, {})
-    found: dict[str, Any] = {}
-    for field, _ in ros2_store().fielddefs[name][1]:
-        found[renamed.get(field, field)] = _value(getattr(message, normalize_fieldname(field)))
-    return {**found, **_ADDED[name](found)} if name in _ADDED else found
+class ValueForm:
+    """JSON form of a set of types.
 
-
-def _value(value: Any) -> Any:
-    if hasattr(value, "__msgtype__"):
-        return values_of(value)
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_value(each) for each in value]
-    return value
-
-
-def to_values(message: Message) -> bytes:
-    """Return a message as a JSON object in bytes.
-
-    Raises:
-        MessageError: a value does not fit its field.
+    Args:
+        store: types in their ROS 2 form.
+        find: returns the class of a message, by full name.
+        check: validates a message, see `TypeSet.checked`.
     """
-    return json.dumps(values_of(checked(message))).encode()
 
+    def __init__(self, store: Typestore, find: Callable[[str], type[Message]], check: Callable[[Any], Any]) -> None:
+        self._definitions = store.fielddefs
+        self._find, self._check = find, check
 
-def from_values(data: bytes | memoryview, message_class: type[M]) -> M:
-    """Return the message in a JSON object; fields that it lacks have their defaults.
+    def write(self, message: Message) -> bytes:
+        """Return a message as a JSON object in bytes.
 
-    Raises:
-        MessageError: the bytes are no JSON object, a field does not fit, or of a goal one is not empty that the type
-            lacks.
-    """
-    name = message_class.__msgtype__
-    try:
-        values = json.loads(bytes(data))
-    except (ValueError, RecursionError) as error:
-        raise MessageError(f"invalid {short_name(name)} in {len(data)} bytes: {error}") from None
-    message: Any = _built(values, name, "", is_whole=name.endswith("Goal"))
-    return checked(message)  # type: ignore[no-any-return]
+        Raises:
+            MessageError: a value does not fit its field.
+        """
+        return json.dumps(self._value(self._check(message))).encode()
 
+    def read(self, data: bytes | memoryview, message_class: type[M]) -> M:
+        """Return the message in a JSON object; fields that it lacks have their defaults.
 
-def _built(values: Any, name: str, where: str, *, is_whole: bool) -> Any:
-    if not isinstance(values, dict):
-        raise MessageError(f"{where or short_name(name)} must be an object (got {values!r:.40})")
-    renamed = _RENAMED.get(name, {})
-    fields = {renamed.get(key, key): (key, desc) for key, desc in ros2_store().fielddefs[name][1]}
-    place = f"{where}." if where else ""
-    for key, value in values.items():
-        if key not in fields and is_whole and not _is_empty(value):
-            raise MessageError(f"{place}{key} is not supported here; leave it empty")
-    given = {
-        normalize_fieldname(own): _member(values[key], desc, f"{place}{key}", is_whole=is_whole)
-        if key in values
-        else _default(desc)
-        for key, (own, desc) in fields.items()
-    }
-    return message_type(name)(**given)
+        Raises:
+            MessageError: the bytes are no JSON object, a field does not fit, or of a goal one is not empty that the
+                type lacks.
+        """
+        name = message_class.__msgtype__
+        try:
+            values = json.loads(bytes(data))
+        except (ValueError, RecursionError) as error:
+            raise MessageError(f"invalid {short_name(name)} in {len(data)} bytes: {error}") from None
+        message: M = self._check(self._built(values, name, "", is_whole=name.endswith("Goal")))
+        return message
 
+    def _value(self, value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        if isinstance(value, list | tuple):
+            return [self._value(each) for each in value]
+        name = getattr(value, "__msgtype__", None)
+        if name is None:
+            return value
+        renamed = _RENAMED.get(name, {})
+        found: dict[str, Any] = {}
+        for field, _ in self._definitions[name][1]:
+            found[renamed.get(field, field)] = self._value(getattr(value, normalize_fieldname(field)))
+        return {**found, **_ADDED[name](found)} if name in _ADDED else found
 
-def _member(value: Any, desc: FieldDesc, where: str, *, is_whole: bool) -> Any:
-    match desc:
-        case (Nodetype.NAME, name):
-            return _built(value, str(name), where, is_whole=is_whole)
-        case (Nodetype.SEQUENCE | Nodetype.ARRAY, ((Nodetype.NAME, name), _)) if isinstance(value, list):
-            return [_built(each, str(name), f"{where}[{index}]", is_whole=is_whole) for index, each in enumerate(value)]
-    return value
+    def _built(self, values: Any, name: str, where: str, *, is_whole: bool) -> Any:
+        if not isinstance(values, dict):
+            raise MessageError(f"{where or short_name(name)} must be an object (got {values!r:.40})")
+        renamed = _RENAMED.get(name, {})
+        fields = {renamed.get(key, key): (key, desc) for key, desc in self._definitions[name][1]}
+        place = f"{where}." if where else ""
+        for key, value in values.items():
+            if key not in fields and is_whole and not _is_empty(value):
+                raise MessageError(f"{place}{key} is not supported here; leave it empty")
+        given = {
+            normalize_fieldname(own): self._member(values[key], desc, f"{place}{key}", is_whole=is_whole)
+            if key in values
+            else self._default(desc)
+            for key, (own, desc) in fields.items()
+        }
+        return self._find(name)(**given)
 
+    def _member(self, value: Any, desc: FieldDesc, where: str, *, is_whole: bool) -> Any:
+        match desc:
+            case (Nodetype.NAME, name):
+                return self._built(value, str(name), where, is_whole=is_whole)
+            case (Nodetype.SEQUENCE | Nodetype.ARRAY, ((Nodetype.NAME, name), _)) if isinstance(value, list):
+                places = ((each, f"{where}[{index}]") for index, each in enumerate(value))
+                return [self._built(each, str(name), place, is_whole=is_whole) for each, place in places]
+        return value
 
-def _default(desc: FieldDesc) -> Any:
-    """Return the value of a field that was not given; `checked` gives it its form."""
-    match desc:
-        case (Nodetype.NAME, name):
-            return _built({}, str(name), "", is_whole=False)
-        case (Nodetype.SEQUENCE, _):
-            return []
-        case (Nodetype.ARRAY, (member, length)):
-            return [_default(member)] * int(length)
-        case (_, ("string", _)):
-            return ""
-        case (_, ("bool", _)):
-            return False
-        case (_, (str(name), _)) if name.startswith("float"):
-            return 0.0
-    return 0
+    def _default(self, desc: FieldDesc) -> Any:
+        """Return the value of a field that was not given; the check gives it its form."""
+        match desc:
+            case (Nodetype.NAME, name):
+                return self._built({}, str(name), "", is_whole=False)
+            case (Nodetype.SEQUENCE, _):
+                return []
+            case (Nodetype.ARRAY, (member, length)):
+                return [self._default(member)] * int(length)
+            case (_, ("string", _)):
+                return ""
+            case (_, ("bool", _)):
+                return False
+            case (_, (str(name), _)) if name.startswith("float"):
+                return 0.0
+        return 0
 
 
 def _is_empty(value: Any) -> bool:

@@ -7,7 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright._package import VERSION
@@ -22,7 +22,7 @@ from cellwright.middleware.bus import (
     absolute,
 )
 from cellwright.middleware.interface.table import Timing
-from cellwright.middleware.messages import ENCODINGS, Message, ServiceType, definition, md5, message_type, type_of
+from cellwright.middleware.messages import Message, ServiceType, TypeSet, type_of
 from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
 from cellwright.middleware.wire.frames import (
     PROTOCOL,
@@ -53,7 +53,8 @@ _MAX_NODE_LENGTH = 255
 class MessageEncoder:
     """Encoder that writes each message once in each encoding, for any number of clients."""
 
-    def __init__(self) -> None:
+    def __init__(self, types: TypeSet) -> None:
+        self._encodings = types.encodings
         self._newest: Message | None = None
         self._written: dict[str, bytes] = {}
 
@@ -63,7 +64,7 @@ class MessageEncoder:
             self._newest, self._written = message, {}
         data = self._written.get(encoding)
         if data is None:
-            data = self._written[encoding] = ENCODINGS[encoding].write(message)
+            data = self._written[encoding] = self._encodings[encoding].write(message)
         return data
 
 
@@ -89,21 +90,25 @@ def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
         {
             "name": service.name,
             "type": service.type.name,
-            "md5": _ros1_form(service.type.name, md5),
+            "md5": _ros1_form(service.type.name, bus.types.md5),
             "node": service.node,
         }
         for service in bus.services()
     ]
     actions = [{"name": name, "type": type_name} for name, type_name in bus.actions.items()]
-    return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services, "actions": actions}
+    return {
+        "topics": [_describe_topic(info, bus.types) for info in bus.topics()],
+        "services": services,
+        "actions": actions,
+    }
 
 
-def _describe_topic(info: TopicInfo) -> dict[str, Any]:
+def _describe_topic(info: TopicInfo, types: TypeSet) -> dict[str, Any]:
     return {
         "name": info.name,
         "type": info.type,
-        "md5": _ros1_form(info.type, md5),
-        "definition": _ros1_form(info.type, definition),
+        "md5": _ros1_form(info.type, types.md5),
+        "definition": _ros1_form(info.type, types.definition),
         "direction": info.direction.value,
         "rate": info.rate,
         "on_event": info.rate == Timing.ON_EVENT.value,
@@ -118,7 +123,6 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
     }
 
 
-@cache
 def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
     """Return the checksum (`md5`) or `definition` of a type in ROS 1; "" for a type without a ROS 1 form."""
     try:
@@ -154,9 +158,10 @@ class Requests:
     def __init__(self, cell: Node, *, lockstep: bool) -> None:
         self._cell = cell
         self._lockstep = lockstep
-        self._translation = MessageEncoder()
+        self._types = cell.bus.types
+        self._translation = MessageEncoder(self._types)
         topics = cell.bus.topics()
-        self._inputs = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
+        self._inputs = {info.name: self._types.message(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
         self.pending: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
         clock = cell.simulation.clock
@@ -225,8 +230,8 @@ class Requests:
             raise FrameError(f"the server uses protocol {PROTOCOL}, not {protocol!r:.20}")
         if not isinstance(node, str) or not _is_name(node):
             raise FrameError(f"a node name must look like '/robot', not {node!r:.40}")
-        if not isinstance(encoding, str) or encoding not in ENCODINGS:
-            raise FrameError(f"encoding must be {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
+        if not isinstance(encoding, str) or encoding not in self._types.encodings:
+            raise FrameError(f"encoding must be {' or '.join(self._types.encodings)}, not {encoding!r:.20}")
         client.greet(node, encoding)
         client.has_key = self._is_key(greeting.get("key"))
         client.wants_notices = greeting.get("notices") is True
@@ -332,7 +337,7 @@ class Requests:
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
-            return ENCODINGS[client.encoding].read(frame.payload, message_class)
+            return self._types.encodings[client.encoding].read(frame.payload, message_class)
         except MessageError as error:
             self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or client.node}", str(error))
             raise

@@ -6,7 +6,7 @@ from pathlib import Path
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer, WriterError
 
-from cellwright.middleware.messages import definition, full_name, md5, to_ros1
+from cellwright.middleware.messages import full_name
 from cellwright.recording.format.reader import RecordingFile, TimeRange
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.files import replacement_path
@@ -60,7 +60,7 @@ def _write(
             if topic.is_own:
                 continue
             try:
-                text, checksum = definition(topic.type), md5(topic.type)
+                text, checksum = source.types.definition(topic.type), source.types.md5(topic.type)
             except CellwrightError:
                 left_out.append(name)
                 continue
@@ -76,7 +76,7 @@ def _write(
         for message in span.messages(connections, on_progress):
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:
-                data = to_ros1(source.decode(message))
+                data = source.types.to_ros1(source.decode(message))
                 before[message.topic] = message.data, data
             writer.write(connections[message.topic], max(message.time, _EARLIEST), data)
     return left_out

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from cellwright.engine.clock import Clock
 from cellwright.middleware.bus import Bus, ExternalInput, InputKind
-from cellwright.middleware.messages import from_cdr, message_type, service_type, to_cdr, type_of
+from cellwright.middleware.messages import TYPES, TypeSet, type_of
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 
 Extras: TypeAlias = Mapping[str, Callable[[dict[str, Any]], object]]
@@ -42,16 +42,18 @@ class Command:
     stamp: int | None = None
 
     @staticmethod
-    def of(given: ExternalInput, tick: int, type_name: str, stamp: int | None = None) -> Command:
+    def of(
+        given: ExternalInput, tick: int, type_name: str, stamp: int | None = None, types: TypeSet = TYPES
+    ) -> Command:
         """Make a command of an external input.
 
         Raises:
             MessageError: a value does not fit its field.
         """
-        data = json.dumps(given.message).encode() if given.kind is InputKind.EXTRA else to_cdr(given.message)
+        data = json.dumps(given.message).encode() if given.kind is InputKind.EXTRA else types.to_cdr(given.message)
         return Command(tick, given.kind, given.name, type_name, given.node, data, stamp)
 
-    def message(self) -> Any:
+    def message(self, types: TypeSet = TYPES) -> Any:
         """Decode the message or request; a dictionary of JSON values for input that bypasses the bus.
 
         Raises:
@@ -64,7 +66,7 @@ class Command:
                     raise MessageError("not a JSON object")
                 return request
             is_call = self.kind is InputKind.CALL
-            return from_cdr(self.data, service_type(self.type).request if is_call else message_type(self.type))
+            return types.from_cdr(self.data, types.service(self.type).request if is_call else types.message(self.type))
         except (CellwrightError, ValueError, RecursionError) as error:
             raise RecordingError(f"invalid command on {self.name} at tick {self.tick}: {error}") from None
 
@@ -74,7 +76,7 @@ class Command:
         Raises:
             RecordingError: it cannot be decoded, or is something that cannot be done here.
         """
-        message = self.message()
+        message = self.message(bus.types)
         if self.kind is InputKind.EXTRA:
             extra = (extras or {}).get(self.name)
             if extra is None:
@@ -135,7 +137,7 @@ def note_commands(
                 type_name = bus.service(given.name).type.name
             case InputKind.EXTRA:
                 type_name = ""
-        take(Command.of(given, clock.tick, type_name, None if stamp is None else stamp()))
+        take(Command.of(given, clock.tick, type_name, None if stamp is None else stamp(), bus.types))
 
     bus.on_input.append(note)
     return partial(bus.on_input.remove, note)

@@ -34,7 +34,7 @@ from mcap.summary import Summary
 from zstandard import ZstdCompressor
 
 from cellwright._package import VERSION
-from cellwright.middleware.messages.types import full_name, message_type, ros2_store
+from cellwright.middleware.messages import TYPES, TypeSet, full_name
 from cellwright.recording.format.chunks import (
     MESSAGE_OVERHEAD,
     Messages,
@@ -112,13 +112,17 @@ class McapFile:
     Args:
         path: the file; an existing one is overwritten.
         report: called with a line when the file can no longer be written.
+        types: set of types of its topics.
 
     Raises:
         UsageError: the file cannot be opened.
     """
 
-    def __init__(self, path: Path, *, report: Callable[[str], None] = lambda _line: None) -> None:
+    def __init__(
+        self, path: Path, *, report: Callable[[str], None] = lambda _line: None, types: TypeSet = TYPES
+    ) -> None:
         self.path = path
+        self._types = types
         self._report = report
         self._failure = ""
         self._is_deaf = False
@@ -153,8 +157,8 @@ class McapFile:
         schema = self._schemas.get(topic.type)
         if schema is None:
             schema = self._schemas[topic.type] = len(self._schemas) + 1
-            name = full_name(message_type(topic.type).__msgtype__)
-            text = ros2_store().generate_msgdef(name, ros_version=2)[0]
+            name = full_name(self._types.message(topic.type).__msgtype__)
+            text = self._types.ros2.generate_msgdef(name, ros_version=2)[0]
             self._waiting.add_record(Schema(id=schema, data=text.encode(), encoding="ros2msg", name=name))
         self._channels += 1
         self._waiting.add_record(Channel(self._channels, topic.name, "cdr", topic.metadata(), schema))

@@ -10,7 +10,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from cellwright.middleware.messages import from_cdr, message_type
+from cellwright.middleware.messages import TYPES, TypeSet
 from cellwright.middleware.messages.standard import String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
@@ -34,14 +34,15 @@ class RecordedMessage(NamedTuple):
 
 
 class RecordingFile:
-    """Recording that is open for reading.
+    """Recording that is open for reading; its messages are of the set `types`.
 
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, types: TypeSet = TYPES) -> None:
         self.path = Path(path)
+        self.types = types
         self._counted, self._records = set[int](), 0  # the chunks that were read, by offset, and their records
         self._unpacked: dict[int, bytes] = {}  # chunks by offset, the one used last at the end
         with ExitStack() as opened:
@@ -168,7 +169,7 @@ class RecordingFile:
         """
         try:
             type_name = OWN_TOPICS.get(message.topic) or self.topics[message.topic].type
-            return from_cdr(message.data, message_type(type_name))
+            return self.types.from_cdr(message.data, self.types.message(type_name))
         except CellwrightError as error:
             raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
 
@@ -327,7 +328,7 @@ def json_object(data: bytes) -> dict[str, Any]:
         MessageError: there is none.
     """
     try:
-        found = json.loads(from_cdr(data, String).data)
+        found = json.loads(TYPES.from_cdr(data, String).data)
     except (ValueError, RecursionError):
         raise MessageError("not valid JSON") from None
     if not isinstance(found, dict):
@@ -338,6 +339,6 @@ def json_object(data: bytes) -> dict[str, Any]:
 def frame_bytes(data: bytes) -> bytes:
     """Return the bytes of a frame from the message that carries it (CDR); empty if it is no such message."""
     try:
-        return from_cdr(data, UInt8MultiArray).data.tobytes()
+        return TYPES.from_cdr(data, UInt8MultiArray).data.tobytes()
     except MessageError:
         return b""

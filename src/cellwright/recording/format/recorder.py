@@ -11,9 +11,9 @@ import numpy as np
 
 from cellwright.engine.clock import PeriodicCallback
 from cellwright.middleware.bus import Node, Subscription
-from cellwright.middleware.messages import Message, message_type, to_cdr
-from cellwright.middleware.messages.serialization import FAULTS, cdr_writer
+from cellwright.middleware.messages import Message, TypeSet
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
+from cellwright.middleware.messages.types import FAULTS
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command, note_commands
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
@@ -69,7 +69,7 @@ class Recorder:
         """Called when a new file was begun after a reset, for the events that come first in it."""
         self.renew_header: Callable[[], RecordingHeader] = lambda: header
         """Returns the header of a new file: the run may start with another seed."""
-        self._served, self._simulation = served, served.simulation
+        self._served, self._simulation, self._types = served, served.simulation, served.bus.types
         self._path, self._header = path, header
         self._attachments = dict(attachments or {})
         self._panel, self._report = panel, report
@@ -112,7 +112,7 @@ class Recorder:
     def _begin(self) -> None:
         self._runs += 1
         path = self._path if self._runs == 1 else self._path.with_stem(f"{self._path.stem}_{self._runs}")
-        self._file = file = McapFile(path, report=self._report)
+        self._file = file = McapFile(path, report=self._report, types=self._types)
         self.paths.append(path)
         header = self._header.with_clock_offset(self._simulation.clock.offset)
         file.describe(names.METADATA, header.metadata())
@@ -151,7 +151,7 @@ class Recorder:
 
     def _listen(self, topic: RecordedTopic) -> Subscription:
         clock, name = self._simulation.clock, topic.name
-        write = cdr_writer(message_type(topic.type).__msgtype__)
+        write = self._types.cdr_writer(self._types.message(topic.type).__msgtype__)
         newest: Message | None = None
         data, is_reported = b"", False
 
@@ -163,7 +163,7 @@ class Recorder:
                 except FAULTS:
                     if not is_reported:
                         is_reported = True
-                        self._report(f"{self._path}: {name} is not recorded: {_fault_of(message)}")
+                        self._report(f"{self._path}: {name} is not recorded: {_fault_of(message, self._types)}")
                     return
                 newest = message
             self._file.add(self._channels[name], clock.now, data)
@@ -182,7 +182,7 @@ class Recorder:
         self._frames += 1
         data = frame.encode(None if is_whole else self._before)
         carrier = UInt8MultiArray(MultiArrayLayout([], 0), np.frombuffer(data, np.uint8))
-        self._write(names.FRAME, to_cdr(carrier))
+        self._write(names.FRAME, self._types.to_cdr(carrier))
         self._before = frame
 
     def _keep_hash(self, _index: int) -> None:
@@ -204,16 +204,16 @@ class Recorder:
         self._leave.append(watch.cancel)
 
     def _write_text(self, topic: str, text: str) -> None:
-        self._write(topic, to_cdr(String(text)))
+        self._write(topic, self._types.to_cdr(String(text)))
 
     def _write(self, topic: str, data: bytes) -> None:
         self._file.add(self._channels[topic], self._simulation.now, data)
 
 
-def _fault_of(message: Message) -> str:
+def _fault_of(message: Message, types: TypeSet) -> str:
     """Return the reason why a message cannot be encoded."""
     try:
-        to_cdr(message)
+        types.to_cdr(message)
     except CellwrightError as error:
         return str(error)
     return "it has changed meanwhile"

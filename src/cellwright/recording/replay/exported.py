@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import duration, header, pose_message, transform_stamped
 from cellwright.middleware.messages.standard import (
     ColorRGBA,
@@ -240,7 +240,7 @@ def write_mcap(
         with replacement_path(path) as unfinished:
             unfinished.touch()  # an error names the requested file, not the unfinished one
             failures: list[str] = []
-            with McapFile(unfinished, report=failures.append) as file:
+            with McapFile(unfinished, report=failures.append, types=recording.types) as file:
                 missing = _write(recording, file, span, on_progress)
             if not file.is_whole:
                 raise UsageError(f"{path}: {failures[0].removeprefix(f'{unfinished}: ')}")
@@ -272,7 +272,7 @@ def _write(
     markers = Markers(scene)
     if markers.left_out:
         missing.append(f"{markers.left_out} meshes are left out: they are too large for markers")
-    file.add(file.channel(MARKERS), span.begin, to_cdr(markers.message))
+    file.add(file.channel(MARKERS), span.begin, TYPES.to_cdr(markers.message))
     transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), FrameCursor(recording)
     cursor.seek(span.begin - 1)
     offset = recording.header.clock_offset  # transforms are stamped as the messages are
@@ -281,7 +281,7 @@ def _write(
         frame = cursor.frame()
         changed = None if frame is None else transforms.take(replace(frame, time=time + offset))
         if changed is not None:
-            file.add(channel, time, to_cdr(changed))
+            file.add(channel, time, TYPES.to_cdr(changed))
 
     write_frame(span.begin)
     for message in span.messages([*channels, FRAME], on_progress):

@@ -14,7 +14,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.middleware.bus import Bus, Publisher
-from cellwright.middleware.messages import Message, from_cdr, message_type
+from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, RecordingFile
@@ -89,7 +89,7 @@ class Recorded(Device):
         self._messages: Iterator[RecordedMessage] = iter(())
         self._next = _NOTHING
         simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
-        self.bus = ReadOnlyBus(lambda: simulation.now, report)
+        self.bus = ReadOnlyBus(lambda: simulation.now, report, source.types)
         simulation.clock.offset = source.header.clock_offset
         simulation.add(self)
         for name, topic in source.topics.items():
@@ -97,7 +97,7 @@ class Recorded(Device):
                 continue
             try:
                 publisher = self.bus.advertise(name, topic.type, latch=topic.latch, rate=topic.rate, node=topic.node)
-                self._publishers[name] = publisher, message_type(topic.type)
+                self._publishers[name] = publisher, source.types.message(topic.type)
             except CellwrightError as error:  # a type of another version, or of a package that is not installed
                 report(f"{name} cannot be played: {error}")
         if CLOCK not in source.topics:
@@ -151,7 +151,7 @@ class Recorded(Device):
 
     def _publish(self, publisher: Publisher, message_class: type[Message], message: RecordedMessage) -> None:
         try:
-            decoded = from_cdr(message.data, message_class)
+            decoded = self.bus.types.from_cdr(message.data, message_class)
         except MessageError:
             self.unreadable += 1
             return

@@ -4,7 +4,7 @@ import re
 from dataclasses import fields
 
 from cellwright.engine.clock import seconds
-from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages import TypeSet
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.plots.reading.reader import Spans
 from cellwright.recording.plots.tracks import Span
@@ -28,7 +28,9 @@ class Signals:
         self._fields = {
             name: flags
             for name, topic in source.topics.items()
-            if source.counts[name] and not topic.is_own and ((flags := _flags(topic.type)) or topic.type == _TEXT)
+            if source.counts[name]
+            and not topic.is_own
+            and ((flags := _flags(source.types, topic.type)) or topic.type == _TEXT)
         }
 
     def names(self) -> tuple[str, ...]:
@@ -82,10 +84,10 @@ class Signals:
         return {shown: tuple(Span(span.begin, span.end, shown) for span in grouped[name]) for name, shown in names}
 
 
-def _flags(type_name: str) -> tuple[str, ...]:
+def _flags(types: TypeSet, type_name: str) -> tuple[str, ...]:
     """Return the boolean fields of a message type; none for a type that is unknown here."""
     try:
-        found = fields(message_type(type_name))  # type: ignore[arg-type]  # the library's classes say nothing of it
+        found = fields(types.message(type_name))  # type: ignore[arg-type]  # the library's classes say nothing of it
     except CellwrightError:
         return ()
     return tuple(field.name for field in found if field.type in (bool, "bool"))

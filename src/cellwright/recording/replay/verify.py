@@ -11,7 +11,7 @@ import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import seconds
-from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
@@ -50,7 +50,7 @@ def recorded_steps(source: RecordingFile) -> Iterator[Step]:
                 before = decode_frame(frame_bytes(message.data), before)
                 step: Step = before
             else:
-                text = from_cdr(message.data, String).data
+                text = TYPES.from_cdr(message.data, String).data
                 step = Command.decode(text) if message.topic == COMMAND else _hash_point(text)
         except (MessageError, ValueError, TypeError, KeyError, RecursionError) as error:
             raise RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s is invalid: {error}") from None

@@ -11,7 +11,7 @@ from queue import SimpleQueue
 from typing import Any, Protocol, TypeVar
 
 from cellwright.clients.client.socket_transport import SocketConnection
-from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
+from cellwright.middleware.messages import TYPES, TypeSet, type_of
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 from cellwright.rendering.scene import SceneFrame
 from cellwright.rendering.scene.scene import decode_frame, decode_scene
@@ -76,11 +76,12 @@ class ServerConnection:
         address: host and port of the served cell or robot.
         node: its node name as a client.
         key: the server's key for its own page, which a competition gives to no other client.
+        types: set of types of its messages.
     """
 
-    def __init__(self, address: tuple[str, int], *, node: str = "", key: str = "") -> None:
+    def __init__(self, address: tuple[str, int], *, node: str = "", key: str = "", types: TypeSet = TYPES) -> None:
         self.address = address
-        self._key = key
+        self._key, self._types = key, types
         self.node = node or f"{PAGE}{os.getpid()}"
         self.welcome: dict[str, Any] = {}
         """Welcome message of the last connection: `trial`, `topics`, `services`, `lockstep` …"""
@@ -94,7 +95,7 @@ class ServerConnection:
 
     def sibling(self) -> "ServerConnection":
         """See `Connection`."""
-        return ServerConnection(self.address, node=f"{self.node}_eyes", key=self._key)
+        return ServerConnection(self.address, node=f"{self.node}_eyes", key=self._key, types=self._types)
 
     def connect(self) -> None:
         """Connect, or reconnect."""
@@ -127,7 +128,7 @@ class ServerConnection:
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message as any client does; the server refuses it, or acts on it even while time is paused."""
-        self._ask(Frame(FrameKind.PUBLISH, 0, topic, type_of(type(message)), payload=to_cdr(message)))
+        self._ask(Frame(FrameKind.PUBLISH, 0, topic, type_of(type(message)), payload=self._types.to_cdr(message)))
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service of the bus; return the response."""
@@ -137,12 +138,12 @@ class ServerConnection:
         types = {each["name"]: str(each["type"]) for each in self.welcome.get("services", ())}
         if service not in types:
             raise UnknownNameError("service", service, types)
-        answer = self._ask(Frame(FrameKind.CALL, 0, service, name, payload=to_cdr(request)))
+        answer = self._ask(Frame(FrameKind.CALL, 0, service, name, payload=self._types.to_cdr(request)))
         if answer.kind is FrameKind.DONE:
             raise CellwrightError(
                 f"{service} responds only after simulation time has passed; the page does not wait for it"
             )
-        return from_cdr(answer.payload, service_type(types[service]).response)
+        return self._types.from_cdr(answer.payload, self._types.service(types[service]).response)
 
     def close(self) -> None:
         """Close the connection."""

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.middleware.messages import definition, md5
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, time_frame
 from cellwright.middleware.wire.quiet_clock import TIME
 from tests.support.waiting import TIMEOUT
@@ -30,15 +30,15 @@ def heard(name: str, type_name: str = "std_msgs/String") -> dict[str, Any]:
 
 def service(name: str, type_name: str = "std_srvs/Trigger") -> dict[str, Any]:
     """Return a service."""
-    return {"name": name, "type": type_name, "md5": md5(type_name), "node": "/gazebo"}
+    return {"name": name, "type": type_name, "md5": TYPES.md5(type_name), "node": "/gazebo"}
 
 
 def _topic(name: str, type_name: str, direction: str) -> dict[str, Any]:
     return {
         "name": name,
         "type": type_name,
-        "md5": md5(type_name),
-        "definition": definition(type_name),
+        "md5": TYPES.md5(type_name),
+        "definition": TYPES.definition(type_name),
         "direction": direction,
         "rate": "",
         "latch": False,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.messages import to_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
@@ -213,7 +213,7 @@ def test_bridge_started_after_kill_takes_over_name(master: Ground, cell: FakeCel
     wait_until(lambda: not first.relatives(), "end of its child")
     start_bridge(master, cell)
     orders = subscribe(master, "/ariac/orders")
-    cell.say("/ariac/orders", to_ros1(String("x")))
+    cell.say("/ariac/orders", TYPES.to_ros1(String("x")))
     assert orders.piece()
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.middleware.messages import definition
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros1.bridge.message_bytes import has_header
 
 
@@ -22,7 +22,7 @@ from cellwright.middleware.ros1.bridge.message_bytes import has_header
     ],
 )
 def test_has_header_of_contract_types(name: str, expected: bool) -> None:
-    assert has_header(definition(name)) is expected
+    assert has_header(TYPES.definition(name)) is expected
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from cellwright.middleware.messages import definition, from_ros1, md5, to_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import stamp
 from cellwright.middleware.messages.standard import Header, String
 from cellwright.middleware.wire.frames import Frame, FrameKind
@@ -28,22 +28,22 @@ QUEUE = 1000
 
 
 def text(words: str) -> bytes:
-    return to_ros1(String(words))
+    return TYPES.to_ros1(String(words))
 
 
 def word(connection: Connection) -> str:
-    return from_ros1(connection.piece(), String).data
+    return TYPES.from_ros1(connection.piece(), String).data
 
 
 def test_publication_header_has_type_checksum_and_latch(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words"), out("/last", latch=True, on_event=True)])
     start_bridge(master, cell)
-    plain = subscribe(master, "/words", md5sum=md5("std_msgs/String"), type="std_msgs/String").header
+    plain = subscribe(master, "/words", md5sum=TYPES.md5("std_msgs/String"), type="std_msgs/String").header
     assert plain == {
         "topic": "/words",
         "type": "std_msgs/String",
         "md5sum": "992ce8a1687cec8c8bd883ec73ca41d1",
-        "message_definition": definition("std_msgs/String"),
+        "message_definition": TYPES.definition("std_msgs/String"),
         "latching": "0",
         "callerid": "/gazebo",
     }
@@ -52,7 +52,7 @@ def test_publication_header_has_type_checksum_and_latch(master: Ground, make_cel
 
 def test_subscriber_of_other_type_is_refused_with_reason(master: Ground, make_cell: MakeCell) -> None:
     bridge = start_bridge(master, make_cell([out("/words")]))
-    refused = subscribe(master, "/words", type="std_msgs/Float32", md5sum=md5("std_msgs/Float32"))
+    refused = subscribe(master, "/words", type="std_msgs/Float32", md5sum=TYPES.md5("std_msgs/Float32"))
     assert refused.header == {"error": "/words has type std_msgs/String, not std_msgs/Float32"}
     with pytest.raises(EOFError):
         refused.read(1)
@@ -144,7 +144,7 @@ def test_header_sequence_is_counted_by_publisher(master: Ground, make_cell: Make
     cell = make_cell([out("/heads", "std_msgs/Header"), out("/stamped", "sensor_msgs/Range")])
     start_bridge(master, cell)
     plain, stamped = subscribe(master, "/heads"), subscribe(master, "/stamped")
-    bare = to_ros1(Header(stamp(5), "there"))
+    bare = TYPES.to_ros1(Header(stamp(5), "there"))
     for _ in range(3):
         cell.say_heard("/heads", bare)
         cell.say_heard("/stamped", bare + bytes(17))

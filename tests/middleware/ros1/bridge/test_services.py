@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.messages import md5
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
@@ -70,9 +70,9 @@ def answering(cell: FakeCell, kind: FrameKind, payload: bytes, name: str = "") -
 
 def test_call_returns_answer_of_cell(served: Ground, cell: FakeCell) -> None:
     answering(cell, FrameKind.ANSWER, b"\1\2\0\0\0ok")
-    calls = Calls(served, START, caller="/team", md5sum=md5("std_srvs/Trigger"))
+    calls = Calls(served, START, caller="/team", md5sum=TYPES.md5("std_srvs/Trigger"))
     assert calls.header["type"] == "std_srvs/Trigger"
-    assert calls.header["md5sum"] == md5("std_srvs/Trigger")
+    assert calls.header["md5sum"] == TYPES.md5("std_srvs/Trigger")
     assert calls.call(b"") == (True, b"\1\2\0\0\0ok")
     with pytest.raises(EOFError):  # one call for each connection
         calls.read(1)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cellwright.middleware.messages import from_ros1, to_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.cellwright_msgs import StepRequest, StepResponse
 from cellwright.middleware.messages.conversions import duration, stamp
 from cellwright.middleware.messages.standard import String
@@ -38,13 +38,13 @@ def cell(master: Ground, make_cell: MakeCell) -> FakeCell:
 
 def request(nanoseconds: int, **published: int) -> bytes:
     topics = [f"/{name}" for name in published]
-    return to_ros1(StepRequest(duration(nanoseconds), topics, np.array(list(published.values()), np.uint64)))
+    return TYPES.to_ros1(StepRequest(duration(nanoseconds), topics, np.array(list(published.values()), np.uint64)))
 
 
 def step(master: Ground, nanoseconds: int, caller: str = "/test", **published: int) -> StepResponse:
     succeeded, data = Calls(master, STEP, caller=caller).call(request(nanoseconds, **published))
     assert succeeded
-    return from_ros1(data, StepResponse)
+    return TYPES.from_ros1(data, StepResponse)
 
 
 def tick_by_tick(cell: FakeCell) -> None:
@@ -56,7 +56,7 @@ def tick_by_tick(cell: FakeCell) -> None:
         until_ns, _ = read_advance(frame)
         if cell.now < until_ns:
             cell.now += TICK
-            cell.say("/words", to_ros1(String(str(cell.now))))
+            cell.say("/words", TYPES.to_ros1(String(str(cell.now))))
         return Frame(FrameKind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
 
     cell.answer = answer
@@ -77,7 +77,7 @@ def test_step_counts_messages_sent_since_caller_connected(master: Ground, cell: 
     answer = step(master, 7 * TICK)
     assert (answer.topics, answer.sent.tolist()) == (["/words"], [7])
     for number in range(6, 13):
-        assert from_ros1(mine.piece(), String).data == str(number * TICK)
+        assert TYPES.from_ros1(mine.piece(), String).data == str(number * TICK)
     assert step(master, TICK, caller="/somebody").topics == ["/others"]
     others.close()
 
@@ -87,8 +87,8 @@ def test_step_response_lists_topic_of_newest_message_last(master: Ground, cell: 
 
     def answer(frame: Frame) -> Frame | None:
         if frame.kind is FrameKind.ADVANCE and cell.now == 0 and read_advance(frame)[0]:
-            cell.say("/others", to_ros1(String("first")))
-            cell.say("/words", to_ros1(String("second")))
+            cell.say("/others", TYPES.to_ros1(String("first")))
+            cell.say("/words", TYPES.to_ros1(String("second")))
         return cell.usual(frame)
 
     cell.answer = answer
@@ -120,7 +120,7 @@ def test_step_waits_for_published_messages(master: Ground, cell: FakeCell) -> No
     master.ask("setParam", "/go", True)
     succeeded, data = calls.answer()
     assert succeeded
-    assert from_ros1(data, StepResponse).success
+    assert TYPES.from_ros1(data, StepResponse).success
     kinds = [frame.kind for frame in cell.frames]
     assert kinds.index(FrameKind.ADVANCE) > max(i for i, kind in enumerate(kinds) if kind is FrameKind.PUBLISH)
     assert len(cell.of(FrameKind.PUBLISH)) == 20
@@ -135,8 +135,8 @@ def test_step_with_missing_messages_fails_after_timeout(master: Ground, cell: Fa
 
 def test_step_with_invalid_request_is_refused(master: Ground, cell: FakeCell) -> None:
     assert step(master, TICK, words=1).message == "the cell does not subscribe to /words (known: /commands)"
-    back = Calls(master, STEP).call(to_ros1(StepRequest(duration(-5))))
-    assert from_ros1(back[1], StepResponse).message.startswith("duration must not be negative")
+    back = Calls(master, STEP).call(TYPES.to_ros1(StepRequest(duration(-5))))
+    assert TYPES.from_ros1(back[1], StepResponse).message.startswith("duration must not be negative")
     succeeded, reason = Calls(master, STEP).call(b"abc")
     assert not succeeded
     assert reason.startswith(b"invalid request of cellwright_msgs/Step")
@@ -147,7 +147,7 @@ def test_steps_of_two_callers_are_queued(master: Ground, cell: FakeCell) -> None
     first, second = Calls(master, STEP, caller="/a"), Calls(master, STEP, caller="/b")
     first.ask(request(SECOND))
     second.ask(request(SECOND))
-    times = [from_ros1(calls.answer()[1], StepResponse).time for calls in (first, second)]
+    times = [TYPES.from_ros1(calls.answer()[1], StepResponse).time for calls in (first, second)]
     # the order of the requests is open: they come by two connections
     assert sorted(times, key=lambda time: time.sec) == [stamp(SECOND), stamp(2 * SECOND)]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from cellwright.middleware.messages import from_ros1
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, WINDOW
 from cellwright.middleware.wire.frames import Frame, FrameKind
@@ -37,7 +37,7 @@ def say(node: str, topic: str, count: int) -> None:
 
 
 def words(cell: FakeCell) -> list[tuple[str, str]]:
-    return [(frame.node, from_ros1(frame.payload, String).data) for frame in cell.of(FrameKind.PUBLISH)]
+    return [(frame.node, TYPES.from_ros1(frame.payload, String).data) for frame in cell.of(FrameKind.PUBLISH)]
 
 
 def test_commands_reach_cell_whole_in_order_with_sender(master: Ground, make_cell: MakeCell) -> None:

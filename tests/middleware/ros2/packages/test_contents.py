@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cellwright
-from cellwright.middleware.messages.types import sources
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros2.packages.contents import (
     LAUNCH,
     definitions,
@@ -79,12 +79,14 @@ def test_step_service_has_types_of_ros2() -> None:
 
 def test_definitions_are_those_of_messages_but_for_three_types() -> None:
     texts = definitions()
-    ours = {name: text for name, text in sources().items() if name.split("/")[0] in ("osrf_gear", "cellwright_msgs")}
+    ours = {
+        name: text for name, text in TYPES.sources.items() if name.split("/")[0] in ("osrf_gear", "cellwright_msgs")
+    }
     assert len(ours) >= 21
     for name, text in ours.items():
         package, namespace, last = name.split("/")
         assert texts[package][f"{namespace}/{last}.{namespace}"] == in_ros2(text)
-    assert set(texts) == {name.split("/")[0] for name in sources()} - {"std_srvs"} | {
+    assert set(texts) == {name.split("/")[0] for name in TYPES.sources} - {"std_srvs"} | {
         *("tf2_msgs", "simulation_interfaces", "controller_manager_msgs")
     }
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from cellwright.middleware.messages import Message, to_cdr
+from cellwright.middleware.messages import TYPES, Message
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
@@ -22,7 +22,7 @@ TimedMessage = tuple[float, str, str, Message]
 
 def message(time: float, content: Message, topic: str = "/a") -> RecordedMessage:
     """Return one message as a reader gets it."""
-    return RecordedMessage(topic, round(time * SECOND), to_cdr(content))
+    return RecordedMessage(topic, round(time * SECOND), TYPES.to_cdr(content))
 
 
 def text(time: float, topic: str, value: Any) -> RecordedMessage:
@@ -67,4 +67,4 @@ def write(
         for time, topic, kind, content in sorted(messages, key=lambda each: each[0]):
             if topic not in channels:
                 channels[topic] = file.channel(RecordedTopic(topic, kind))
-            file.add(channels[topic], round(time * SECOND), to_cdr(content))
+            file.add(channels[topic], round(time * SECOND), TYPES.to_cdr(content))

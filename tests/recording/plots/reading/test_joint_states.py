@@ -74,8 +74,8 @@ def test_names_and_positions_of_other_lengths_are_refused() -> None:
 
 
 def test_big_endian_joint_states_are_refused() -> None:
-    from cellwright.middleware.messages.types import ros2_store
+    from cellwright.middleware.messages import TYPES
 
-    data = bytes(ros2_store().serialize_cdr(state(["a"], [1.0]), JointState.__msgtype__, little_endian=False))
+    data = bytes(TYPES.ros2.serialize_cdr(state(["a"], [1.0]), JointState.__msgtype__, little_endian=False))
     with pytest.raises(MessageError, match="must be little-endian"):
         JointStateReader("/joints").take(RecordedMessage("/joints", 0, data))

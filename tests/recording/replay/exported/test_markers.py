@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import Marker, MarkerArray
 from cellwright.recording.replay import exported
 from cellwright.recording.replay.exported import Markers
@@ -83,7 +83,7 @@ def test_visual_shapes_have_markers_and_collision_shapes_have_none() -> None:
     }
     assert [each.id for each in found] == list(range(len(found)))
     message = MarkerArray(found)
-    assert to_cdr(from_cdr(to_cdr(message), MarkerArray)) == to_cdr(message)
+    assert TYPES.to_cdr(TYPES.from_cdr(TYPES.to_cdr(message), MarkerArray)) == TYPES.to_cdr(message)
 
 
 def test_infinite_floor_has_finite_marker() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from cellwright._package import FOLDER
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
-from cellwright.middleware.messages.types import sources
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.files import update_file
@@ -51,7 +51,7 @@ def package_files(package: str, programs: Path) -> dict[str, bytes]:
     if package not in PACKAGES:
         raise UnknownNameError("ROS package", package, PACKAGES)
     found = _read(Path(__file__).parent / "data" / package)
-    for name, text in sources().items():
+    for name, text in TYPES.sources.items():
         owner, namespace, last = name.split("/")
         if owner == package:
             found[f"{namespace}/{last}.{namespace}"] = text.encode()

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from cellwright._package import FOLDER
-from cellwright.middleware.messages.types import sources
+from cellwright.middleware.messages import TYPES
 from cellwright.util.errors import UnknownNameError
 
 JAZZY, KILTED = "jazzy", "kilted"
@@ -95,7 +95,7 @@ def varying_packages() -> list[str]:
 @cache
 def _definitions(*, is_late: bool) -> dict[str, dict[str, str]]:
     found: dict[str, dict[str, str]] = {}
-    for name, text in sources().items():
+    for name, text in TYPES.sources.items():
         package, namespace, last = name.split("/")
         if package not in STANDARD:
             found.setdefault(package, {})[f"{namespace}/{last}.{namespace}"] = in_ros2(text)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT, FRAME, PANEL
@@ -32,7 +32,7 @@ class ArmStateReader:
 
     def take(self, message: RecordedMessage) -> None:
         """Take the next state."""
-        state = from_cdr(message.data, JointTrajectoryControllerState)
+        state = TYPES.from_cdr(message.data, JointTrajectoryControllerState)
         names = tuple(state.joint_names)
         desired, actual = (list(point.positions) for point in (state.desired, state.actual))
         self._names = self._names or names
@@ -115,9 +115,9 @@ class CompetitionReader:
         if self._before.get(message.topic) == message.data:
             return
         if message.topic == _STATE:
-            self.states.add(message.time / SECOND, from_cdr(message.data, String).data)
+            self.states.add(message.time / SECOND, TYPES.from_cdr(message.data, String).data)
         else:
-            self._samples.append((message.time / SECOND, from_cdr(message.data, Float32).data))
+            self._samples.append((message.time / SECOND, TYPES.from_cdr(message.data, Float32).data))
         self._before[message.topic] = message.data
 
     def score(self) -> ScoreTrack | None:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.osrf_gear import VacuumGripperState
 from cellwright.recording.format.format import COMMAND
 from cellwright.recording.format.reader import RecordedMessage
@@ -69,7 +69,7 @@ class GripperReader:
         """Take the next state."""
         if message.data == self._before:
             return
-        state = from_cdr(message.data, VacuumGripperState)
+        state = TYPES.from_cdr(message.data, VacuumGripperState)
         self._before = message.data
         self.on.add(message.time / SECOND, "on" if state.enabled else "")
         self.attached.add(message.time / SECOND, "attached" if state.attached else "")

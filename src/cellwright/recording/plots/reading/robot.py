@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.standard import JointState, PoseArray
 from cellwright.recording.format.format import PANEL
@@ -56,7 +56,7 @@ class JointStateReader:
 
     def _learn(self, data: bytes) -> None:
         """Locate the positions in the bytes, from a fully decoded message."""
-        message = from_cdr(data, JointState)
+        message = TYPES.from_cdr(data, JointState)
         if data[:2] != _LITTLE:
             raise MessageError("joint states must be little-endian")
         if len(message.position) != len(message.name):
@@ -65,7 +65,7 @@ class JointStateReader:
             )
         count = len(message.position)
         none = np.zeros(0)
-        place = len(to_cdr(JointState(message.header, message.name, none, none, none)))
+        place = len(TYPES.to_cdr(JointState(message.header, message.name, none, none, none)))
         place -= 8  # the counts of velocities and efforts
         place += (_HEAD - place) % 8 if count else 0  # CDR's padding before numbers of 8 bytes
         self._before, self._count = data[_HEAD + _STAMP : place], count
@@ -88,7 +88,7 @@ class Tips:
         if message.time < self._next:
             return
         self._next = message.time + _MIN_PERIOD
-        poses = from_cdr(message.data, PoseArray).poses
+        poses = TYPES.from_cdr(message.data, PoseArray).poses
         at = [(pose.position.x, pose.position.y, pose.position.z) for pose in poses]
         if not self._rows or len(at) == len(self._rows[0][1]):
             self._rows.append((message.time / SECOND, at))
@@ -118,7 +118,7 @@ class Status:
 
     def take(self, message: RecordedMessage) -> None:
         """Take the next status."""
-        status, now = from_cdr(message.data, TeleopStatus), message.time / SECOND
+        status, now = TYPES.from_cdr(message.data, TeleopStatus), message.time / SECOND
         reasons = (
             (status.emergency_stop, "emergency stop"),
             (not status.enabled, "disabled"),

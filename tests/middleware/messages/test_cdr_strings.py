@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cellwright.middleware.messages import serialization
-from cellwright.middleware.messages.serialization import StringCache, cdr_string, cdr_strings
+from cellwright.middleware.messages import cdr
+from cellwright.middleware.messages.cdr import StringCache, cdr_string, cdr_strings
 
 
 def test_cdr_strings_match_hand_written_bytes() -> None:
@@ -30,9 +30,9 @@ def test_string_cache_returns_same_bytes_again() -> None:
 
 
 def test_string_cache_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serialization, "MAX_CACHED_STRINGS", 10)
+    monkeypatch.setattr(cdr, "MAX_CACHED_STRINGS", 10)
     kept = StringCache(cdr_string, filled=False)
-    long = "x" * serialization.MAX_CACHED_BYTES
+    long = "x" * cdr.MAX_CACHED_BYTES
     assert kept[long] == cdr_string(long)
     assert not kept
     for number in range(100):
