@@ -30,7 +30,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.messages.conversions import joint_state
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.util.pose import Pose
 
 ROBOT = "qinglong"
@@ -75,7 +75,7 @@ class NodeSide:
     steps = 0
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
-        self.node = RobotNode(config, timestep=Fraction(1, rate))
+        self.node = RobotNode(config, RobotSettings(timestep=Fraction(1, rate)))
         self.sines = sines
         self.received = 0
         self.node.bus.subscribe("/io_teleop/joint_states", self._receive)

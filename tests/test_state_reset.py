@@ -26,7 +26,7 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.playback import Recorded
 from cellwright.recording.replay.rebuild import rebuild
 from cellwright.recording.replay.verify import Answer, recorded_steps, verify
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.running.run import CellTarget, ServerOptions, Session
@@ -96,7 +96,7 @@ def test_state_of_robot_evolves_as_from_the_start() -> None:
         program.advance(program.now() + NANOSECONDS // 10)
         return [*found, node.simulation.state_hash()]
 
-    node = RobotNode(robots.robot(), sim_time=True, safety=SafetySettings(max_age=0.05))
+    node = RobotNode(robots.robot(), RobotSettings(sim_time=True, safety=SafetySettings(max_age=0.05)))
     services = RobotServices(node)
     expected = work()
     assert len(set(expected)) == len(expected)
@@ -308,7 +308,7 @@ def test_served_robot_begins_again_and_its_clock_goes_on() -> None:
         client.advance(client.now() + NANOSECONDS // 2)
         return stamps, [places[before - 1], places[before], places[-1]]
 
-    node = RobotNode(robots.robot(), sim_time=True, safety=SafetySettings(max_age=0.2))
+    node = RobotNode(robots.robot(), RobotSettings(sim_time=True, safety=SafetySettings(max_age=0.2)))
     home = float(node.driver.read().positions[node.commander.numbers["right_1"]])
     (stamps, places), _ = served(RobotTarget.of(node, is_real_time=False), work, lockstep=True)
     assert stamps == sorted(stamps)
@@ -318,7 +318,7 @@ def test_served_robot_begins_again_and_its_clock_goes_on() -> None:
 
 
 def test_reset_clears_no_emergency_stop_and_moves_no_real_robot() -> None:
-    node = RobotNode(robots.robot(), sim_time=True)
+    node = RobotNode(robots.robot(), RobotSettings(sim_time=True))
     target = RobotTarget.of(node, is_real_time=False)
     with Session(target, serve=ServerOptions(port=0)) as session:
         assert target.restart_refusal() == ""
@@ -326,9 +326,9 @@ def test_reset_clears_no_emergency_stop_and_moves_no_real_robot() -> None:
         with pytest.raises(RejectedCommandError, match="clear"):
             session.reset(keeps_clock=True)
         assert node.commander.is_stopped
-        node.made_with["driver"] = True
+        node.has_driver = True
         assert "real robot" in target.restart_refusal()
-        node.made_with["driver"] = False
+        node.has_driver = False
 
 
 def test_clock_cannot_go_on_where_restart_is_run_of_its_own() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.soak.face import ROUND, MessageCounter
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.messages.conversions import joint_state
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 
 ROBOT = "qinglong"
 COMMANDS = 360
@@ -30,7 +30,7 @@ class RobotFace:
 
     def __init__(self, *, everything: bool = False) -> None:
         config = load_robot(ROBOT, lambda _line: None)
-        self.node = RobotNode(config, sim_time=True)
+        self.node = RobotNode(config, RobotSettings(sim_time=True))
         self.simulation = self.node.simulation
         self.counts: Counter[str] = Counter()
         counter = MessageCounter(self.node.bus, self.counts)

@@ -22,7 +22,7 @@ def draw(name: str, width: int, height: int, turn: float, extra: dict[str, float
         for other in config.robot.driven:
             if other.mimic is not None and other.mimic.joint == joint:
                 data.qpos[world.model.joint(other.name).qposadr[0]] = position
-    save_robot_picture(HERE / f"{name}.png", world, data, width, height, turn=math.radians(turn), samples=4)
+    save_robot_picture(HERE / f"{name}.png", world, data, (width, height), turn=math.radians(turn), samples=4)
 
 
 FIST = {f"rh_{finger}J{number}": 1.5 for finger in ("FF", "MF", "RF", "LF") for number in (1, 2, 3)}

@@ -44,8 +44,8 @@ def cellwright(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shrink the pictures of a run, and draw them here: a process for each takes a second."""
 
-    def small(model: Any, data: Any, camera: Any, *_size: int, **more: Any) -> NDArray[np.uint8]:
-        return render(model, data, camera, 64, 36, **more)
+    def small(model: Any, data: Any, camera: Any, *_size: tuple[int, int], **more: Any) -> NDArray[np.uint8]:
+        return render(model, data, camera, (64, 36), **more)
 
     monkeypatch.setattr("cellwright.robot.pictures.render", small)
     monkeypatch.setattr("cellwright.running.run.observers.render", small)

@@ -21,7 +21,7 @@ def test_banded_picture_equals_whole_picture(monkeypatch: pytest.MonkeyPatch) ->
     model, data = clutter(5)
     model.geom_rgba[::3, 3] = 0.5
     camera = Camera((4, -5, 2), (0, 0, 0))
-    whole = render(model, data, camera, 90, 60)
+    whole = render(model, data, camera, (90, 60))
     for height in (1, 7, 25):
         monkeypatch.setattr(picture, "BAND_HEIGHT", height)
-        assert np.array_equal(render(model, data, camera, 90, 60), whole)
+        assert np.array_equal(render(model, data, camera, (90, 60)), whole)

@@ -13,7 +13,7 @@ from cellwright.rendering.picture import render
 from cellwright.util.errors import UsageError
 from tests.rendering.scenes import FLOOR, clutter, project, scene
 
-WIDTH, HEIGHT = 120, 90
+SIZE = WIDTH, HEIGHT = 120, 90
 BALL = '<geom type="sphere" size=".5" pos="{}" rgba="1 0 0 1" group="1"/>'
 CAMERA = Camera((0, -4, 0), (0, 0, 0), fov=math.radians(40))
 ABOVE = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
@@ -30,14 +30,14 @@ def radius_of_ball(distance: float, height: int) -> float:
 
 
 def test_ball_covers_expected_disc() -> None:
-    picture = render(*scene(BALL.format("0 0 0")), CAMERA, WIDTH, HEIGHT, samples=1)
+    picture = render(*scene(BALL.format("0 0 0")), CAMERA, SIZE, samples=1)
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     from_middle = np.hypot(rows - HEIGHT / 2, columns - WIDTH / 2)
     assert np.array_equal(is_red(picture), from_middle < radius_of_ball(4, HEIGHT))
 
 
 def test_picture_is_not_mirrored() -> None:
-    picture = render(*scene(BALL.format(".8 0 .5")), CAMERA, WIDTH, HEIGHT, samples=1)
+    picture = render(*scene(BALL.format(".8 0 .5")), CAMERA, SIZE, samples=1)
     rows, columns = np.nonzero(is_red(picture))
     expected = project(CAMERA, np.array([[0.8, 0, 0.5]]), WIDTH, HEIGHT)[0]
     assert columns.mean() == pytest.approx(expected[0], abs=1)
@@ -48,7 +48,7 @@ def test_picture_is_not_mirrored() -> None:
 
 def test_samples_smooth_edges_only() -> None:
     model, data = scene(BALL.format("0 0 0"))
-    jagged, smooth = (render(model, data, CAMERA, WIDTH, HEIGHT, samples=n).astype(float) for n in (1, 4))
+    jagged, smooth = (render(model, data, CAMERA, SIZE, samples=n).astype(float) for n in (1, 4))
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     from_rim = np.hypot(rows - HEIGHT / 2, columns - WIDTH / 2) - radius_of_ball(4, HEIGHT)
     outside = from_rim > 2
@@ -68,7 +68,7 @@ def test_bodies_cast_shadows() -> None:
     slab = '<geom type="box" size=".3 .3 .02" pos="0 0 1" rgba="1 1 1 1" group="1"/>'
     lamp, centre = np.array([-3.2, -4.6, 7.0]), np.array([0, 0, 1.0])
     shadow = lamp + (centre - lamp) * lamp[2] / (lamp[2] - centre[2])
-    open_, shaded = (render(*scene(FLOOR + world), ABOVE, WIDTH, HEIGHT).astype(float) for world in ("", slab))
+    open_, shaded = (render(*scene(FLOOR + world), ABOVE, SIZE).astype(float) for world in ("", slab))
     column, row = (int(v) for v in project(ABOVE, shadow[None], WIDTH, HEIGHT)[0, :2])
     assert shaded[row, column].mean() < open_[row, column].mean() - 30
     column, row = (int(v) for v in project(ABOVE, shadow[None] * (-3, -3, 1), WIDTH, HEIGHT)[0, :2])
@@ -78,7 +78,7 @@ def test_bodies_cast_shadows() -> None:
 def test_translucent_body_shows_body_behind() -> None:
     pane = '<geom type="box" size="1 .01 .7" pos="0 -1 0" rgba="0 0 1 {}" group="2"/>'
     colours = {
-        opacity: render(*scene(BALL.format("0 0 0") + pane.format(opacity)), CAMERA, WIDTH, HEIGHT)[45, 60].astype(int)
+        opacity: render(*scene(BALL.format("0 0 0") + pane.format(opacity)), CAMERA, SIZE)[45, 60].astype(int)
         for opacity in (0, 0.3, 0.7, 1)
     }
     reds = [colours[o][0] for o in (0, 0.3, 0.7, 1)]
@@ -89,18 +89,18 @@ def test_translucent_body_shows_body_behind() -> None:
 
 
 def test_collision_shapes_are_not_drawn() -> None:
-    empty = render(*scene(""), CAMERA, 40, 30)
-    assert np.array_equal(render(*scene(BALL.format("0 0 0").replace('"1"', '"3"')), CAMERA, 40, 30), empty)
-    assert not np.array_equal(render(*scene(BALL.format("0 0 0")), CAMERA, 40, 30), empty)
+    empty = render(*scene(""), CAMERA, (40, 30))
+    assert np.array_equal(render(*scene(BALL.format("0 0 0").replace('"1"', '"3"')), CAMERA, (40, 30)), empty)
+    assert not np.array_equal(render(*scene(BALL.format("0 0 0")), CAMERA, (40, 30)), empty)
 
 
 def test_picture_is_identical_on_any_number_of_cores(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = clutter(3)
     camera = Camera((4, -5, 2), (0, 0, 0))
-    first = render(model, data, camera, 160, 120)
+    first = render(model, data, camera, (160, 120))
     for cores in (1, 2, 3, None):
         monkeypatch.setattr(os, "cpu_count", lambda cores=cores: cores)
-        assert np.array_equal(render(model, data, camera, 160, 120), first)
+        assert np.array_equal(render(model, data, camera, (160, 120)), first)
 
 
 FALLING = (
@@ -117,7 +117,7 @@ def state_after(steps: int, *, watched: bool) -> NDArray[np.float64]:
     for step in range(steps):
         mujoco.mj_step(model, data)
         if watched and step % 100 == 0:
-            render(model, data, ABOVE, 16, 12, samples=2)
+            render(model, data, ABOVE, (16, 12), samples=2)
         state = np.empty(mujoco.mj_stateSize(model, everything))
         mujoco.mj_getState(model, data, state, everything)
         states.append(np.concatenate([state, data.xpos.ravel(), data.tree_asleep]))
@@ -130,7 +130,7 @@ def test_render_leaves_state_unchanged() -> None:
 
 def test_progress_runs_from_zero_to_one() -> None:
     shares: list[float] = []
-    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=shares.append)
+    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), (20, 500), progress=shares.append)
     assert shares[0] == 0
     assert shares[-1] == 1
     assert shares == sorted(shares)
@@ -143,12 +143,12 @@ def test_error_while_drawing_reaches_caller() -> None:
             raise UsageError("enough")
 
     with pytest.raises(UsageError, match="enough"):
-        render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=give_up)
+        render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), (20, 500), progress=give_up)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 7), (7, 1), (3, 2)])
 def test_smallest_pictures_are_drawn(size: tuple[int, int]) -> None:
-    assert render(*scene(BALL.format("0 0 0")), CAMERA, *size).shape == (size[1], size[0], 3)
+    assert render(*scene(BALL.format("0 0 0")), CAMERA, size).shape == (size[1], size[0], 3)
 
 
 @pytest.mark.parametrize(
@@ -156,14 +156,14 @@ def test_smallest_pictures_are_drawn(size: tuple[int, int]) -> None:
 )
 def test_impossible_picture_sizes_are_refused(width: int, height: int, samples: int) -> None:
     with pytest.raises(UsageError, match="picture"):
-        render(*scene(FLOOR), CAMERA, width, height, samples=samples)
+        render(*scene(FLOOR), CAMERA, (width, height), samples=samples)
 
 
 def test_render_loads_no_graphics_library() -> None:
     script = (
         "import sys, mujoco; from cellwright.rendering import picture, camera;"
         "m = mujoco.MjModel.from_xml_string('<mujoco/>');"
-        "picture.render(m, mujoco.MjData(m), camera.Camera((1, 0, 0), (0, 0, 0)), 8, 6);"
+        "picture.render(m, mujoco.MjData(m), camera.Camera((1, 0, 0), (0, 0, 0)), (8, 6));"
         "print([n for n in sys.modules if n.split('.')[0] in ('OpenGL', 'glfw', 'PIL', 'matplotlib')"
         " or n.startswith(('mujoco.egl', 'mujoco.osmesa', 'mujoco.gl_context'))])"
     )

@@ -11,7 +11,8 @@ from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import floats, header, joint_state
 from cellwright.middleware.messages.standard import Bool
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
-from cellwright.robot.node import RobotNode
+from cellwright.robot.drivers import Driver
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from tests.robot.robots import two_arms
 
@@ -22,11 +23,18 @@ RESET = "/io_teleop_reset_robot"
 class Talk:
     """A node with simulation time on its messages, its reported lines, and commands to it."""
 
-    def __init__(self, config: RobotConfig | None = None, *, safety: SafetySettings | None = None, **more: Any) -> None:
+    def __init__(
+        self,
+        config: RobotConfig | None = None,
+        *,
+        safety: SafetySettings | None = None,
+        driver: Driver | None = None,
+        stamp: Callable[[], int] | None = None,
+        **settings: Any,
+    ) -> None:
         self.lines: list[str] = []
-        self.node = RobotNode(
-            config or two_arms(), safety=safety or SafetySettings(), sim_time=True, report=self.lines.append, **more
-        )
+        chosen = RobotSettings(safety=safety or SafetySettings(), sim_time=True, **settings)
+        self.node = RobotNode(config or two_arms(), chosen, report=self.lines.append, stamp=stamp, driver=driver)
 
     def joints(self, targets: Mapping[str, float], topic: str = "joint_cmd", *, node: str = "/op", at: int = 0) -> None:
         """Send targets by name."""

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.robot.base import MAX_DISTANCE, MAX_STEP, TIMEOUT
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
 from tests.robot.robots import fixed, two_arms
@@ -43,7 +44,7 @@ def test_base_command_turns_and_moves_along_own_y_axis() -> None:
         ((0.1, 0.1, math.nan), "must be finite"),
         ((0.0, math.nan), "must be finite"),
         ((math.inf, 0.0), "must be finite"),
-        ((0.0, 10.1), "data must be between -10 and 10"),
+        ((0.0, MAX_STEP + 0.1), "data must be between -10 and 10"),
     ],
 )
 def test_invalid_base_command_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
@@ -60,7 +61,7 @@ def test_base_pose_stays_valid_and_within_bounds(moves: list[tuple[float, float]
             SHARED.base(*move)
     pose = SHARED.node.base.pose
     assert math.hypot(*pose.quaternion) == pytest.approx(1.0)
-    assert max(map(abs, pose.position)) <= 1000.0
+    assert max(map(abs, pose.position)) <= MAX_DISTANCE
 
 
 SHARED = Talk()
@@ -98,7 +99,7 @@ def test_velocity_mode_moves_until_timeout_or_stop() -> None:
         talk.seconds(0.1)
     assert talk.node.base.pose.position[:2] == pytest.approx((0.5, -0.25), abs=0.01)
     talk.seconds(2.0)
-    assert talk.node.base.pose.position[:2] == pytest.approx((0.55, -0.275), abs=0.01)
+    assert talk.node.base.pose.position[:2] == pytest.approx((0.45 + 0.5 * TIMEOUT, -0.225 - 0.25 * TIMEOUT), abs=0.01)
     talk.base(0.0, 0.5, 0.0)
     talk.steps(2)
     talk.stop()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cellwright.config.robot.model import Joint, JointType, Limits
-from cellwright.robot.inverse_kinematics import GAIN, ArmSolver
+from cellwright.robot.inverse_kinematics import GAIN, ArmLimits, ArmSolver
 from cellwright.robot.model import build_robot
 from cellwright.robot.safety import TIP_SPEED, TIP_TURNING
 from cellwright.util.pose import Pose
@@ -33,10 +33,12 @@ def solver_of(model: mujoco.MjModel, place: int = 0, caps: tuple[float, float] =
         tip=arm.tip,
         reference="base_link",
         home=np.array(arm.home),
-        lower=np.array([each.lower for each in limits]),
-        upper=np.array([each.upper for each in limits]),
-        velocity=np.array([each.velocity for each in limits]),
-        caps=caps,
+        limits=ArmLimits(
+            lower=np.array([each.lower for each in limits]),
+            upper=np.array([each.upper for each in limits]),
+            velocity=np.array([each.velocity for each in limits]),
+            caps=caps,
+        ),
     )
 
 
@@ -118,7 +120,7 @@ def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
         refresh(model, data)
         assert (np.abs(step) <= bound + 1e-9).all()
         position = data.qpos[solver.qpos]
-        assert ((position >= solver.lower - 1e-9) & (position <= solver.upper + 1e-9)).all()
+        assert ((position >= solver.limits.lower - 1e-9) & (position <= solver.limits.upper + 1e-9)).all()
 
 
 def test_redundant_arm_moves_home_while_tip_stays(model: mujoco.MjModel) -> None:
@@ -155,7 +157,7 @@ def test_reference_link_moved_by_arm_is_followed() -> None:
     wide = np.full(3, math.inf)
     solver = ArmSolver(
         model, joints=arm.joints, tip=arm.tip, reference="torso", home=np.array(arm.home),
-        lower=-wide, upper=wide, velocity=wide, caps=USUAL,
+        limits=ArmLimits(-wide, wide, wide, USUAL),
     )  # fmt: skip
     data = at(model, config.start)
     target = at(model, config.start | {"shoulder_right": 0.6, "elbow_right": -0.9})
@@ -181,10 +183,7 @@ def test_solver_accepts_links_with_reserved_names() -> None:
         tip="hand",
         reference="world",
         home=np.zeros(2),
-        lower=-bounds,
-        upper=bounds,
-        velocity=bounds,
-        caps=USUAL,
+        limits=ArmLimits(-bounds, bounds, bounds, USUAL),
     )
     assert solver.pose(at(model, {})).position == pytest.approx((0.0, 0.0, 0.8))
     assert solver.pose(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model import build_robot, visible_corners
+from cellwright.robot.model import build_robot
 from cellwright.robot.pictures import camera_on, robot_heading, save_robot_picture
+from cellwright.robot.shapes import visible_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
@@ -62,7 +63,7 @@ def test_camera_faces_robot_at_any_heading(yaw: float) -> None:
 
 def test_robot_without_visible_shapes_gives_picture(tmp_path: Path) -> None:
     world = build_robot(one_link())
-    save_robot_picture(tmp_path / "nothing.png", world, mujoco.MjData(world.model), 20, 20)
+    save_robot_picture(tmp_path / "nothing.png", world, mujoco.MjData(world.model), (20, 20))
     assert (tmp_path / "nothing.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -70,4 +71,4 @@ def test_robot_without_visible_shapes_gives_picture(tmp_path: Path) -> None:
 def test_invalid_picture_size_is_refused(tmp_path: Path, shape: tuple[int, int]) -> None:
     world = build_robot(one_link())
     with pytest.raises(UsageError, match=r"width and height|picture"):
-        save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), *shape)
+        save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), shape)

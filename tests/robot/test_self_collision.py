@@ -7,7 +7,7 @@ from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link
 from cellwright.robot.checks.rig import Rig
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
 
@@ -30,7 +30,7 @@ def two_bars() -> RobotConfig:
 
 @pytest.mark.parametrize("self_collision", [False, True])
 def test_crossing_bars_touch_only_with_self_collision(self_collision: bool) -> None:
-    rig = Rig(RobotNode(two_bars(), self_collision=self_collision))
+    rig = Rig(RobotNode(two_bars(), RobotSettings(self_collision=self_collision)))
     rig.begin()
     rig.send({"left": 1.2, "right": -1.2})
     _, positions = rig.run(3.0)

@@ -15,9 +15,10 @@ with silent_ctrl_c():  # as the command itself does while it loads
 draw_full_size = picture.render
 
 
-def render(model: Any, data: Any, camera: Any, width: int = 1280, height: int = 720, **options: Any) -> Any:
+def render(model: Any, data: Any, camera: Any, size: tuple[int, int] = (1280, 720), **options: Any) -> Any:
     """Draw a picture as `picture.render` does, smaller and with one ray for each pixel."""
-    return draw_full_size(model, data, camera, width // 8, height // 8, **{**options, "samples": 1})
+    width, height = size
+    return draw_full_size(model, data, camera, (width // 8, height // 8), **{**options, "samples": 1})
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from cellwright.clients.assembled.process import STATE_SERVICE
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.server import Server
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.util.pose import Pose
@@ -119,7 +119,7 @@ class Unseen:
 
 
 def test_slider_with_refused_target_goes_back_and_window_stays() -> None:
-    node = RobotNode(two_arms(), sim_time=True, safety=SafetySettings(start_guard=0.2, max_age=1.0))
+    node = RobotNode(two_arms(), RobotSettings(sim_time=True, safety=SafetySettings(start_guard=0.2, max_age=1.0)))
     server = Server(node, port=0)
     RobotServices(node).offer_state(server)
     loop = SimulationLoop(node.simulation, server)

@@ -31,7 +31,7 @@ from cellwright.robot.checks.reference import MAX_RANGE_ERROR, MAX_TIME_ERROR
 from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.interface import NODE
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.ros2_control import ros2_control_xacro
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
@@ -133,7 +133,7 @@ def show_node_result(console: Console, node: RobotNode, result: SessionResult, *
     note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
-    note("ran" if node.made_with["driver"] else "simulated", f"{node.simulation.time:.1f} s in {result.wall:.1f} s")
+    note("ran" if node.has_driver else "simulated", f"{node.simulation.time:.1f} s in {result.wall:.1f} s")
     if result.pace is not None:
         note("pace", output.pace_text(result.pace))
     if verbose:
@@ -145,7 +145,7 @@ def node_document(node: RobotNode, result: SessionResult, status: int) -> dict[s
     """Return the summary as JSON values; times in s."""
     return {
         "robot": node.name,
-        "motion": node.made_with["motion"],
+        "motion": node.settings.motion.value,
         "timestep": float(node.simulation.clock.timestep),
         "outcome": result.outcome,
         "exit_status": status,
@@ -466,7 +466,7 @@ def teleop(
             }
         )
         config = load(output.warn)
-        with closing(RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)) as checked:
+        with closing(RobotNode(config, RobotSettings(motion, timestep, self_collision))) as checked:
             report = check_motion(checked)
         if as_json:
             typer.echo(json.dumps(motion_document(report), indent=2))
@@ -479,12 +479,7 @@ def teleop(
         config = load(output.warn)
         return RobotNode(
             config,
-            motion=motion,
-            timestep=timestep,
-            self_collision=self_collision,
-            safety=safety,
-            node=node_name(node),
-            sim_time=sim_time or lockstep,
+            RobotSettings(motion, timestep, self_collision, safety, node_name(node), sim_time or lockstep),
             stamp=time.time_ns,
             report=progress.notice,
             driver=None if make_driver is None else make_driver(config),

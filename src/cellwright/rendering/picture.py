@@ -262,8 +262,7 @@ def render(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     camera: Camera,
-    width: int = 1280,
-    height: int = 720,
+    size: tuple[int, int] = (1280, 720),
     *,
     samples: int = 2,
     lamp: Vector3 = LAMP,
@@ -277,15 +276,15 @@ def render(
         model: the cell.
         data: its state; positions follow from `qpos`, whatever was last computed.
         camera: the camera.
-        width: [pixels], 1 to 4096.
-        height: [pixels], 1 to 4096.
+        size: width and height [pixels], 1 to 4096.
         samples: rays along each side of a pixel in which surfaces meet, 1 to 8; 1 leaves edges jagged.
         lamp: position of the light [m], from the point that the camera looks at, along the world's axes.
         progress: called with the finished share, by the calling thread.
 
     Raises:
-        UsageError: `width`, `height` or `samples` is out of range.
+        UsageError: `size` or `samples` is out of range.
     """
+    width, height = size
     check_size(width, height)
     if not 1 <= samples <= 8:
         raise UsageError(f"picture samples must be between 1 and 8 (got {samples})")
@@ -369,8 +368,8 @@ class CastRenderer:
         self._scene.show(frame)
         camera, about = request.camera, request.about or request.camera.target
         x, y, z = np.subtract(request.lamp, np.subtract(camera.target, about)).tolist()
-        model, data = self._scene.model, self._scene.data
-        return render(model, data, camera, request.width, request.height, samples=request.samples, lamp=(x, y, z))
+        model, data, size = self._scene.model, self._scene.data, (request.width, request.height)
+        return render(model, data, camera, size, samples=request.samples, lamp=(x, y, z))
 
     def depth(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.float32]:
         """Return the depths (height, width) [m] along the camera's line of sight.

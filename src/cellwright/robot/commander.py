@@ -1,41 +1,24 @@
-"""Commander: the targets of all joints, emergency stop, enabling, the watchdog of silent topics, and homing."""
+"""Commander: the targets of all joints, emergency stop, enabling, and the watchdog of silent topics."""
 
-import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 import numpy as np
 
-from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
-from cellwright.engine.clock import nanoseconds
 from cellwright.engine.simulation import Device, State
-from cellwright.middleware.bus import PendingResponse
-from cellwright.middleware.interface.table import Endpoint
-from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
-from cellwright.robot.rivals import RivalTopics
-from cellwright.robot.safety import NO_SOURCE, CommandGate, Notices, Numbers, SafetySettings, TargetLimiter
+from cellwright.robot.limiter import NO_SOURCE, Numbers, TargetLimiter
+from cellwright.robot.notices import Notices, RivalTopics
+from cellwright.robot.safety import CommandGate, SafetySettings
 from cellwright.robot.servos import Array, MimicJoints, fastest
 
 CLEAR_STOP = "call /io_teleop/clear_emergency_stop to clear it"
 """Remedy for an emergency stop."""
 ENABLE = "call /io_teleop/set_enabled to enable them"
 """Remedy for disabled commands."""
-_STOPPED, _DISABLED = f"the emergency stop is active; {CLEAR_STOP}", f"commands are disabled; {ENABLE}"
 UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
 """Topics on which one command may hold for long: their silence has no meaning."""
-HOMING_TIMEOUT = 5.0
-"""Maximum duration of homing [s]."""
-HOME_TOLERANCE = 1e-3
-"""Position tolerance of a joint at home [rad; m]."""
-HOME_SPEED_TOLERANCE = 1e-2
-"""Maximum speed of a joint at home [rad/s; m/s]."""
-MAX_WAITING_CALLS = 1000
-"""Maximum number of waiting callers; the limit protects memory from clients."""
-HOMING_RESPONSE = "Service successfully triggered!"
-"""Response of the original."""
 
 
 class Commander(Device):
@@ -108,18 +91,21 @@ class Commander(Device):
         return self.limiter.applied
 
     @property
-    def takes_commands(self) -> bool:
-        """True if commands are taken now; otherwise they are ignored, and counted."""
-        return self.is_enabled and not self.is_stopped and not self.is_homing
+    def why_ignored(self) -> str:
+        """Reason why commands are ignored now, and counted; empty if they are taken."""
+        if self.is_stopped:
+            return f"the emergency stop is active; {CLEAR_STOP}"
+        if not self.is_enabled:
+            return f"commands are disabled; {ENABLE}"
+        return "the robot is on its way home" if self.is_homing else ""
 
-    def take(self, topic: str, node: str, stamp: int, execute: Callable[[], bool | None]) -> None:
-        """Carry out a command of a topic.
+    def admit(self, topic: str, node: str, stamp: int) -> bool:
+        """Return whether a command may be carried out now; `confirm` must follow when it was.
 
         Args:
             topic: its topic.
             node: its sender.
             stamp: its stamp [ns]; 0 for none.
-            execute: carries it out; returns False if nothing in it is for this robot.
 
         Raises:
             RejectedCommandError: it is refused, for example because of its stamp.
@@ -129,15 +115,19 @@ class Commander(Device):
             self.ignored += 1
             line = f"{topic} does not command this robot, {' and '.join(chosen)} {'does' if len(chosen) == 1 else 'do'}"
             self.notices.log_once(f"not chosen {topic}", f"{line}; its messages are ignored (logged once)")
-            return
-        if not self.takes_commands:
-            self._ignore(topic, node)
-            return
-        self._ignored_for = ""
-        self.gate.check(topic, node, stamp)
-        if execute() is False:
+            return False
+        why = self.why_ignored
+        if why:
             self.ignored += 1
-            return
+            if why != self._ignored_for:
+                self.notices.log(f"ignoring {topic}{f' from {node}' if node else ''}: {why}")
+        self._ignored_for = why
+        if not why:
+            self.gate.check(topic, node, stamp)
+        return not why
+
+    def confirm(self, topic: str, node: str, stamp: int) -> None:
+        """Note an admitted command that was carried out; arguments as for `admit`."""
         self.gate.confirm(topic, node, stamp)
         self.taken += 1
         self.why_held = ""
@@ -165,7 +155,7 @@ class Commander(Device):
 
     def set_targets(self, joints: Iterable[int], positions: Iterable[float]) -> None:
         """Move joints, by number, to positions [rad; m] on request of the node's own program."""
-        if not self.takes_commands:
+        if self.why_ignored:
             self.ignored += 1
             return
         self.limiter.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
@@ -258,19 +248,6 @@ class Commander(Device):
         """Return the positions of the joints [rad; m]."""
         return self.driver.read().positions
 
-    def _ignore(self, topic: str, node: str) -> None:
-        """Count an ignored command; log the reason once."""
-        self.ignored += 1
-        if self.is_stopped:
-            why = _STOPPED
-        elif not self.is_enabled:
-            why = _DISABLED
-        else:
-            why = "the robot is on its way home"
-        if why != self._ignored_for:
-            self._ignored_for = why
-            self.notices.log(f"ignoring {topic}{f' from {node}' if node else ''}: {why}")
-
 
 class Watchdog:
     """Watchdog: holds joints whose topic was silent for `silence` [s]; None: never."""
@@ -321,99 +298,3 @@ class Watchdog:
     def set_state(self, state: Mapping[str, list[int]]) -> None:
         """Restore what `get_state` returned."""
         self._silent = {topic: list(joints) for topic, joints in state.items()}
-
-
-class Homing(Device):
-    """Homing: moves the robot home, and responds to the callers at the end.
-
-    Arms, waist, head and lift go to their configured home postures, and grippers open. All other joints go to their
-    newest targets.
-    """
-
-    STATE = ("_until",)  # waiting callers are not saved
-
-    def __init__(self, config: RobotConfig, commander: Commander) -> None:
-        super().__init__("homing")
-        self._commander = commander
-        numbers, limiter = commander.numbers, commander.limiter
-        home = {
-            numbers[name]: position
-            for name, position in config.home.items()
-            if name in numbers and math.isfinite(position)
-        }
-        self._joints = np.array(list(home), dtype=np.intp)
-        self._positions = np.clip(
-            np.array(list(home.values())), limiter.lower[self._joints], limiter.upper[self._joints]
-        )
-        self._until: int | None = None
-        self._waiting: list[PendingResponse] = []
-
-    def reset(self) -> None:
-        """Clear the waiting callers and the running motion."""
-        self._until = None
-        self._respond("the node was reset")
-        self.set_stepping(False)
-
-    def go_home(self, _row: Endpoint, _request: TriggerRequest, node: str) -> Any:
-        """Handle a call: fail at once if the robot may not move, else respond at home. Two calls share one motion."""
-        commander = self._commander
-        if commander.is_stopped:
-            return _failure(_STOPPED)
-        if not commander.is_enabled:
-            return _failure(_DISABLED)
-        if not commander.is_homing:
-            self._end_if_held()
-            commander.begin_homing(self._joints, self._positions)
-            self._until = self.simulation.now + nanoseconds(HOMING_TIMEOUT)
-            self.set_stepping(True)
-            commander.notices.log(f"reset by {node or 'a client'}: the robot goes home")
-        if len(self._waiting) >= MAX_WAITING_CALLS:
-            return _failure(
-                f"too many calls wait for the reset (at most {MAX_WAITING_CALLS}); call again when the robot is home"
-            )
-        pending = PendingResponse()
-        self._waiting.append(pending)
-        return pending
-
-    def after_step(self) -> None:
-        """Check whether the robot is home, or has failed."""
-        commander, until = self._commander, self._until
-        if until is None or not commander.is_homing:
-            self._end_if_held()
-            return
-        readings = commander.driver.read()
-        error, speed = np.abs(readings.positions[self._joints] - self._positions), readings.velocities[self._joints]
-        if (error <= HOME_TOLERANCE).all() and (np.abs(speed) <= HOME_SPEED_TOLERANCE).all():
-            commander.end_homing()
-            self._end("")
-        elif self.simulation.now >= until:
-            worst = int(np.argmax(error))
-            name = commander.driver.joints[self._joints[worst]]
-            why = f"not at home after {HOMING_TIMEOUT:g} s: {name} is {error[worst]:.3g} away"
-            commander.hold(why)
-            self._end(f"{why}; the robot holds its position")
-
-    def close(self) -> None:
-        """Respond to waiting callers that homing has failed."""
-        self._respond("the node has stopped")
-
-    def _end_if_held(self) -> None:
-        """End homing after a hold."""
-        if self._until is not None:
-            self._end(f"the reset was interrupted: {self._commander.why_held}")
-
-    def _end(self, failure: str) -> None:
-        self._until = None
-        self.set_stepping(False)
-        if failure:
-            self._commander.notices.log(f"reset: {failure}")
-        self._respond(failure)
-
-    def _respond(self, failure: str) -> None:
-        waiting, self._waiting = self._waiting, []
-        for pending in waiting:
-            pending.answer(_failure(failure) if failure else TriggerResponse(success=True, message=HOMING_RESPONSE))
-
-
-def _failure(why: str) -> TriggerResponse:
-    return TriggerResponse(success=False, message=why)

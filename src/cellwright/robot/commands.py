@@ -13,7 +13,7 @@ from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
 from cellwright.robot.base import MODE, Base
-from cellwright.robot.commander import CLEAR_STOP, Commander
+from cellwright.robot.commander import Commander
 from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
 from cellwright.robot.servos import Array
 from cellwright.util.errors import RejectedCommandError
@@ -107,18 +107,18 @@ class RobotCommands:
     def _follow(self, row: Endpoint, message: Any, node: str, *, hand: int | None = None) -> None:
         """Follow targets of joints, either of one hand or of any."""
         topic, named, commander = row.name, self._named[hand], self._commander
-        positions = named.read(message)
-
-        def execute() -> bool:
-            is_whole = len(named.joints) == len(positions)
-            if not is_whole:
-                self._log_ignored_names(topic, None if hand is None else self._hands[hand], named.names)
-            if len(named.joints):
-                targets = positions if is_whole else positions[named.places]
-                commander.follow(topic, named.joints, targets, guarded=True)
-            return len(named.joints) > 0
-
-        commander.take(topic, node, nanoseconds(message.header.stamp), execute)
+        positions, stamp = named.read(message), nanoseconds(message.header.stamp)
+        if not commander.admit(topic, node, stamp):
+            return
+        is_whole = len(named.joints) == len(positions)
+        if not is_whole:
+            self._log_ignored_names(topic, None if hand is None else self._hands[hand], named.names)
+        if len(named.joints):
+            targets = positions if is_whole else positions[named.places]
+            commander.follow(topic, named.joints, targets, guarded=True)
+            commander.confirm(topic, node, stamp)
+        else:
+            commander.ignored += 1
 
     target_joints = _follow
     target_right_hand = partialmethod(_follow, hand=RIGHT)
@@ -145,7 +145,7 @@ class RobotCommands:
 
     def target_grippers(self, row: Endpoint, message: Any, node: str) -> None:
         """Move the grippers to the requested statuses."""
-        topic = row.name
+        topic, commander, stamp = row.name, self._commander, nanoseconds(message.header.stamp)
         values = gripper_statuses(message, len(self._grippers))
         joints = np.concatenate([gripper.joints for gripper in self._grippers])
         positions = np.concatenate(
@@ -153,15 +153,13 @@ class RobotCommands:
         )
         if len(message.position) > len(values):
             line = f"{topic}: {len(message.position)} numbers for {len(values)} grippers; those at the end are ignored"
-            self._commander.notices.log_once(topic, f"{line} (logged once)")
-
-        def execute() -> None:
+            commander.notices.log_once(topic, f"{line} (logged once)")
+        if commander.admit(topic, node, stamp):
             if not all(0.0 <= status <= 1.0 for status in values):
                 shown = ", ".join(f"{status:.4g}" for status in values)
-                self._commander.notices.log_throttled(topic, f"{topic}: clipped to 0 to 1 (got {shown})")
-            self._commander.follow(topic, joints, positions)
-
-        self._commander.take(topic, node, nanoseconds(message.header.stamp), execute)
+                commander.notices.log_throttled(topic, f"{topic}: clipped to 0 to 1 (got {shown})")
+            commander.follow(topic, joints, positions)
+            commander.confirm(topic, node, stamp)
 
     def move_base(self, row: Endpoint, message: Any, node: str) -> None:
         """Turn and move the base."""
@@ -169,7 +167,9 @@ class RobotCommands:
             line = f"{row.name}: 3 numbers are taken as turn [rad] and motion along x and y [m]"
             remedy = f"for speeds set {MODE}: velocity in the robot configuration (logged once)"
             self._commander.notices.log_once(row.name, f"{line}; {remedy}")
-        self._commander.take(row.name, node, 0, lambda: self._base.command(message.data.tolist()))
+        if self._commander.admit(row.name, node, 0):
+            self._base.command(message.data.tolist())
+            self._commander.confirm(row.name, node, 0)
 
     def stop(self, _row: Endpoint, message: Any, node: str) -> None:
         """Stop on true; false comes from a button that is not pressed, and clears nothing."""
@@ -189,7 +189,7 @@ class RobotCommands:
         """Take commands, or none."""
         commander = self._commander
         if request.data and commander.is_stopped:
-            return SetBoolResponse(success=False, message=f"the emergency stop is active; {CLEAR_STOP}")
+            return SetBoolResponse(success=False, message=commander.why_ignored)
         if commander.is_enabled != request.data:
             commander.set_enabled(request.data)
             commander.notices.log(f"commands {'enabled' if request.data else 'disabled'} by {node or 'a client'}")

@@ -16,8 +16,8 @@ from cellwright.middleware.messages.standard import Pose as PoseMessage
 from cellwright.middleware.messages.standard import PoseArray
 from cellwright.robot.commander import Commander
 from cellwright.robot.interface import TARGET_EE_POSES
-from cellwright.robot.inverse_kinematics import ArmSolver
-from cellwright.robot.safety import Numbers
+from cellwright.robot.inverse_kinematics import ArmLimits, ArmSolver
+from cellwright.robot.limiter import Numbers
 from cellwright.robot.servos import Array, fastest
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
@@ -78,20 +78,16 @@ class EePoses(Device):
             reference = config.reference_links[place] if place < len(config.reference_links) else None
             reference = reference or config.robot.root
             driven = [config.robot.joint(name) for name in arm.joints]
-            limits = [each.limits for each in driven]
-            solver = ArmSolver(
-                model,
-                joints=arm.joints,
-                tip=tip,
-                reference=reference,
-                home=np.array(arm.home),
-                lower=np.array([each.lower for each in limits]),
-                upper=np.array([each.upper for each in limits]),
+            limits = ArmLimits(
+                lower=np.array([each.limits.lower for each in driven]),
+                upper=np.array([each.limits.upper for each in driven]),
                 velocity=VELOCITY_SHARE * np.array([fastest(each) for each in driven]),
                 caps=self._caps,
             )
+            home = np.array(arm.home)
+            solver = ArmSolver(model, joints=arm.joints, tip=tip, reference=reference, home=home, limits=limits)
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=np.intp)
-            self._arms.append(_ArmTarget(numbers, solver, reference, np.array(arm.home)))
+            self._arms.append(_ArmTarget(numbers, solver, reference, home))
 
     def reset(self) -> None:
         """End all motions."""
@@ -115,7 +111,7 @@ class EePoses(Device):
             if pose is None:
                 continue
             if arm.target is None or not self._commander.is_source_of(TARGET_EE_POSES, arm.numbers):
-                arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
+                arm.positions = np.clip(measured[arm.numbers], arm.solver.limits.lower, arm.solver.limits.upper)
                 self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
             arm.target = pose
 
@@ -144,7 +140,7 @@ class EePoses(Device):
         mujoco.mj_comPos(self._model, data)
         for arm, target in moving:
             moved = arm.positions + arm.solver.step(data, target, self._timestep)
-            arm.positions = np.clip(moved, arm.solver.lower, arm.solver.upper)
+            arm.positions = np.clip(moved, arm.solver.limits.lower, arm.solver.limits.upper)
             commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
 
     def get_state(self) -> State:
@@ -177,7 +173,10 @@ class EePoses(Device):
         frame = message.header.frame_id
         if frame in self._config.robot.link_indices:
             poses = [frame_pose @ pose for frame_pose, pose in zip(self.poses(frame), poses, strict=True)]
-        self._commander.take(row.name, node, nanoseconds(message.header.stamp), lambda: self.aim(poses))
+        stamp = nanoseconds(message.header.stamp)
+        if self._commander.admit(row.name, node, stamp):
+            self.aim(poses)
+            self._commander.confirm(row.name, node, stamp)
 
     def ee_poses(self, output: Output) -> None:
         """Publish the poses of the tips."""

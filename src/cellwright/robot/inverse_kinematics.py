@@ -12,6 +12,7 @@ the arm is stretched out.
 """
 
 import math
+from dataclasses import dataclass
 
 import daqp
 import mujoco
@@ -38,6 +39,22 @@ _OPTIMAL = 1
 _UNBOUNDED = 1e30  # infinity of the solver
 
 
+@dataclass(frozen=True)
+class ArmLimits:
+    """Limits of an arm's motion.
+
+    Attributes:
+        lower, upper: limits of position of each joint [rad; m].
+        velocity: limits of speed of each joint [rad/s; m/s].
+        caps: maximum speed of the tip along [m/s] and about [rad/s].
+    """
+
+    lower: Array
+    upper: Array
+    velocity: Array
+    caps: tuple[float, float]
+
+
 class ArmSolver:
     """Solver of joint steps for one arm, each joint with one degree of freedom, that bring the link `tip` to a pose.
 
@@ -47,9 +64,7 @@ class ArmSolver:
         tip: link that is brought to a pose.
         reference: link in whose frame poses are given.
         home: posture that the arm prefers among all that meet the pose [rad; m].
-        lower, upper: limits of position [rad; m].
-        velocity: limits of speed [rad/s; m/s].
-        caps: maximum speed of the tip along [m/s] and about [rad/s].
+        limits: limits of its motion.
     """
 
     def __init__(
@@ -60,13 +75,10 @@ class ArmSolver:
         tip: str,
         reference: str,
         home: Array,
-        lower: Array,
-        upper: Array,
-        velocity: Array,
-        caps: tuple[float, float],
+        limits: ArmLimits,
     ) -> None:
-        self.lower, self.upper = lower, upper
-        self._model, self._home, self._velocity, self._caps = model, home, velocity, caps
+        self.limits = limits
+        self._model, self._home = model, home
         ids = [model.joint(name).id for name in joints]
         self.qpos = model.jnt_qposadr[ids].copy()
         self._dofs = model.jnt_dofadr[ids].copy()
@@ -109,13 +121,13 @@ class ArmSolver:
 
         position = data.qpos[self.qpos]
         posture = self._posture(position, jacobian, time)
-        bound = np.minimum(self._velocity * time, _UNBOUNDED)
+        bound = np.minimum(self.limits.velocity * time, _UNBOUNDED)
         found, _, flag, _ = daqp.solve(
             jacobian.T @ jacobian + damping * self._identity,
             -(jacobian.T @ step) - damping * posture,
             self._no_rows,
-            np.minimum(self.upper - position, bound),
-            np.maximum(self.lower - position, -bound),
+            np.minimum(self.limits.upper - position, bound),
+            np.maximum(self.limits.lower - position, -bound),
             self._kinds,
         )
         moved: Array = np.asarray(found)
@@ -124,6 +136,7 @@ class ArmSolver:
     def _posture(self, position: Array, jacobian: Array, time: float) -> Array:
         """Return the motion towards home that leaves the tip in place [rad; m]: N posture."""
         limit = POSTURE_SPEED * time
+        # N = 1 - J^T (J J^T)^-1 J: J^T times the solution is the part of the posture that would move the tip.
         posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * (self._home - position), limit), -limit)
         gram = jacobian @ jacobian.T + self._row_damping
         mujoco.mju_cholFactor(gram, 0.0)
@@ -136,7 +149,7 @@ class ArmSolver:
     def _share(self, error: Array, time: float) -> float:
         """Return the share of the error for this step; the whole error shrinks in one straight motion."""
         share = -math.expm1(-GAIN * time)
-        for distance, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self._caps, strict=True):
+        for distance, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self.limits.caps, strict=True):
             if share * distance > speed * time:
                 share = speed * time / distance
         return share
@@ -151,6 +164,7 @@ class ArmSolver:
         jacobian = self._jacobian
         mujoco.mj_jacBody(self._model, data, jacobian[:3], jacobian[3:], self._tip)
         found: Array = jacobian[:, self._dofs]
+        # A joint that moves the reference, such as a waist's, carries the goal along; only the difference counts.
         if self._moves_reference:
             mujoco.mj_jac(
                 self._model,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -17,16 +17,39 @@ from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
-from cellwright.robot.commander import Commander, Homing
+from cellwright.robot.commander import Commander
 from cellwright.robot.commands import RobotCommands
 from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
 from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.grippers import gripper_ranges
+from cellwright.robot.homing import Homing
 from cellwright.robot.model import TIMESTEP, body_of, build_robot
+from cellwright.robot.notices import Notices
 from cellwright.robot.publications import CameraTopics, RobotPublications, add_cameras
-from cellwright.robot.safety import TIP_SPEED, TIP_TURNING, CommandGate, Notices, SafetySettings
+from cellwright.robot.safety import TIP_SPEED, TIP_TURNING, CommandGate, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
 from cellwright.util.pose import Pose
+
+
+@dataclass(frozen=True)
+class RobotSettings:
+    """Settings of a robot's node.
+
+    Attributes:
+        motion: how joints reach their targets.
+        timestep: length of a step [s].
+        self_collision: enables contacts between links.
+        safety: safety settings.
+        node: name of the node in ROS.
+        sim_time: stamps messages with simulation time, which is then published on /clock.
+    """
+
+    motion: Motion = Motion.SERVO
+    timestep: Fraction = TIMESTEP
+    self_collision: bool = False
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    node: str = io_teleop.NODE
+    sim_time: bool = False
 
 
 class RobotNode:
@@ -44,12 +67,7 @@ class RobotNode:
 
     Args:
         config: the robot.
-        motion: how joints reach their targets.
-        timestep: length of a step [s].
-        self_collision: enables contacts between links.
-        safety: safety settings.
-        node: name of the node in ROS.
-        sim_time: stamps messages with simulation time, which is then published on /clock.
+        settings: its settings.
         stamp: returns the time that messages carry [ns], if that is not simulation time.
         report: called with a line about refused input, at most one a second from each source.
         driver: moves the robot instead of the simulation, which then only shows it. It is closed with the node, and
@@ -64,38 +82,26 @@ class RobotNode:
     def __init__(
         self,
         config: RobotConfig,
+        settings: RobotSettings = RobotSettings(),
         *,
-        motion: Motion = Motion.SERVO,
-        timestep: Fraction = TIMESTEP,
-        self_collision: bool = False,
-        safety: SafetySettings = SafetySettings(),  # noqa: B008
-        node: str = io_teleop.NODE,
-        sim_time: bool = False,
         stamp: Callable[[], int] | None = None,
         report: Callable[[str], None] = lambda _line: None,
         driver: Driver | None = None,
     ) -> None:
         self._is_closed = False
-        self.made_with = {
-            "motion": motion.value,
-            "timestep": [timestep.numerator, timestep.denominator],
-            "self_collision": self_collision,
-            "safety": {**asdict(safety), "guard": safety.guard.value},
-            "node": node,
-            "sim_time": sim_time,
-            "driver": driver is not None,
-        }
-        """Its settings besides the robot, as JSON values, from which it can be made again."""
-        self.config = config
+        self.config, self.settings = config, settings
         self.name = config.name
+        self.has_driver = driver is not None
+        """True if a driver moves the robot, not the simulation."""
+        safety, sim_time = settings.safety, settings.sim_time
         with ExitStack() as on_failure:
             if driver is not None:
                 on_failure.callback(close_driver, driver)
-            self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
+            self.world = build_robot(config, timestep=settings.timestep, self_collision=settings.self_collision)
             self.simulation = Simulation(
-                self.world.stepping, timestep=timestep, first_pose=self.world.set_initial_posture
+                self.world.stepping, timestep=settings.timestep, first_pose=self.world.set_initial_posture
             )
-            self.servos = JointServos(config.robot, motion)
+            self.servos = JointServos(config.robot, settings.motion)
             self.driver: Driver = self.servos
             if driver is not None:
                 on_failure.pop_all()  # from here on its thread closes it
@@ -104,10 +110,9 @@ class RobotNode:
             clock = self.simulation.clock
             now = clock.read
             self.bus = Bus(now, report)
-            is_simulated = stamp is None or sim_time
-            self.message_time = message_time = clock.message_time if stamp is None or sim_time else stamp
+            self.message_time = message_time = stamp if stamp and not sim_time else clock.message_time
             """Function that returns the time that messages carry [ns]."""
-            gate = CommandGate(safety, now, message_time, lambda: clock.offset if is_simulated else 0)
+            gate = CommandGate(safety, now, message_time, lambda: 0 if stamp and not sim_time else clock.offset)
             self.bus.on_input.append(gate.note_arrival)
             self.bus.on_notice.append(report)
             notices = Notices(now, self._notify)
@@ -121,7 +126,7 @@ class RobotNode:
             grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
             self.cameras = add_cameras(config, self.simulation, partial(SceneCapture.of, self), report)
             """The working cameras of the configuration, by name."""
-            table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
+            table = io_teleop.rows(config, cameras=self.cameras, node=settings.node, sim_time=sim_time)
             handlers = (
                 RobotCommands(config, self.commander, grippers, self.base),
                 self.homing,
@@ -132,6 +137,20 @@ class RobotNode:
             bind(self.bus, self.simulation, table, handlers)
             self.simulation.reset()
             on_failure.pop_all()
+
+    @property
+    def made_with(self) -> dict[str, Any]:
+        """Its settings besides the robot, as JSON values, from which it can be made again."""
+        settings = self.settings
+        return {
+            "motion": settings.motion.value,
+            "timestep": list(settings.timestep.as_integer_ratio()),
+            "self_collision": settings.self_collision,
+            "safety": {**asdict(settings.safety), "guard": settings.safety.guard.value},
+            "node": settings.node,
+            "sim_time": settings.sim_time,
+            "driver": self.has_driver,
+        }
 
     def _notify(self, line: str) -> None:
         for take in self.bus.on_notice:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, render, save_png
-from cellwright.robot.model import RobotWorld, body_of, kinematics_of, visible_corners
+from cellwright.robot.model import RobotWorld, body_of
+from cellwright.robot.shapes import kinematics_of, visible_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
@@ -28,11 +29,9 @@ def save_robot_picture(
     path: str | Path,
     world: RobotWorld,
     data: mujoco.MjData,
-    width: int = WIDTH,
-    height: int = HEIGHT,
+    size: tuple[int, int] = (WIDTH, HEIGHT),
     *,
     turn: float = TURN,
-    tilt: float = TILT,
     samples: int = 2,
     progress: Progress | None = None,
 ) -> None:
@@ -42,19 +41,17 @@ def save_robot_picture(
         path: the file.
         world: the robot.
         data: its posture; only read.
-        width: [px].
-        height: [px].
+        size: width and height [px].
         turn: direction of view [rad]; 0 from its front, the x axis of its root link; positive from its left.
-        tilt: angle of view from above [rad], less than a right angle.
         samples: rays along each side of a pixel at the edges of surfaces.
         progress: called with the progress.
 
     Raises:
         UsageError: an argument is out of range or the file cannot be written.
     """
-    camera = camera_on(world.model, data, robot_heading(world, data) + turn, tilt, width, height)
+    camera = camera_on(world.model, data, robot_heading(world, data) + turn, TILT, *size)
     lamp = robot_lamp(camera)
-    save_png(path, render(world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress))
+    save_png(path, render(world.model, data, camera, size, lamp=lamp, samples=samples, progress=progress))
 
 
 def robot_lamp(camera: Camera) -> Vector3:

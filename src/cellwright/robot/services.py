@@ -136,7 +136,7 @@ class RobotServices:
 
     def _check_takes_commands(self) -> None:
         commander = self._node.commander
-        if not commander.takes_commands:
+        if commander.why_ignored:
             why = commander.why_held or "they are disabled, or the robot is on its way home"
             raise RejectedCommandError(f"the robot takes no commands now: {why}")
 

@@ -23,7 +23,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.wire.frames import Frame, FrameKind, hello
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.running.run import RunOptions, RunResult, ServerOptions, Session, SessionResult
 from cellwright.util.errors import (
     MessageError,
@@ -125,7 +125,7 @@ def test_lockstep_program_observes_and_leaves_state_of_in_process_run(encoding: 
 @pytest.mark.parametrize("others", [0, 1])
 def test_lockstep_time_passes_during_long_service_call(others: int) -> None:
     """As in a robot's motion home; another client may wait for time meanwhile."""
-    expected = RobotNode(robots.robot(), sim_time=True)
+    expected = RobotNode(robots.robot(), RobotSettings(sim_time=True))
     away = joint_state(["right_1"], [0.5], time=0)
 
     def go_home(transport: Transport) -> tuple[Any, int]:
@@ -135,7 +135,7 @@ def test_lockstep_time_passes_during_long_service_call(others: int) -> None:
 
     answer, time = go_home(InProcess(expected, node="/client"))
     assert (answer.success, time > 600_000_000) == (True, True)
-    node = RobotNode(robots.robot(), sim_time=True)
+    node = RobotNode(robots.robot(), RobotSettings(sim_time=True))
     with robots.served(node, lockstep=True) as address:
         transport = SocketTransport(address)
         idle = [SocketTransport(address, node=f"/idle{number}") for number in range(others)]

@@ -17,9 +17,9 @@ from cellwright.middleware.interface.binding import Output, bind
 from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
-from cellwright.robot.commander import Homing
 from cellwright.robot.commands import RobotCommands
 from cellwright.robot.ee_poses import EePoses
+from cellwright.robot.homing import Homing
 from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
 from cellwright.robot.publications import CameraTopics, RobotPublications
 from cellwright.util.errors import UsageError

@@ -18,7 +18,7 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.replay.rebuild import Rebuilt, Stamps
 from cellwright.recording.replay.verify import Answer, HashPoint, Step, VerificationResult, recorded_steps, verify
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import RecordingError, RejectedCommandError
 from tests.recording.replay.made import record, short_work
@@ -115,7 +115,7 @@ def test_unstable_run_is_reported(taken: list[Step]) -> None:
 def test_replayed_commands_have_recorded_age(tmp_path: Path) -> None:
     config = cellwright.load_robot("tandem")
     safety = SafetySettings(max_age=0.5)
-    node = RobotNode(config, safety=safety, stamp=time.time_ns)
+    node = RobotNode(config, RobotSettings(safety=safety), stamp=time.time_ns)
     recorder = Recorder(node, tmp_path / "run.mcap", RecordingHeader("robot", node.name), stamp=node.message_time)
     joint = config.robot.driven[0].name
     program = InProcess(node, node="/operator")
@@ -131,7 +131,7 @@ def test_replayed_commands_have_recorded_age(tmp_path: Path) -> None:
     with RecordingFile(tmp_path / "run.mcap") as recording:
         taken = list(recorded_steps(recording))
     stamps = Stamps()
-    restored = RobotNode(config, safety=safety, stamp=stamps)
+    restored = RobotNode(config, RobotSettings(safety=safety), stamp=stamps)
     verdict = verify(Rebuilt(restored, stamps), taken)
 
     assert verdict.answer is Answer.EQUAL

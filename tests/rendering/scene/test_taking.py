@@ -12,8 +12,8 @@ from cellwright.engine.shapes import Visuals, at, box, mesh
 from cellwright.rendering.scene import ShapeLayer, ShapeType
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, encode_scene
-from cellwright.robot.model import kinematics_of
 from cellwright.robot.node import RobotNode
+from cellwright.robot.shapes import kinematics_of
 from cellwright.running.run import load_trial
 from cellwright.util.pose import Pose
 from tests.rendering.scene.scenes import small

@@ -11,7 +11,7 @@ import pytest
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.robot.drivers import DriverError, LiveDriver
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import Array, JointArrays
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -133,7 +133,7 @@ def test_unusable_driver_is_refused_and_closed(config: RobotConfig, hardware: Ha
 def test_failed_node_closes_its_driver(config: RobotConfig) -> None:
     hardware = Hardware()
     with pytest.raises(UnknownNameError, match="tail"):
-        RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
+        RobotNode(config, RobotSettings(safety=SafetySettings(max_speeds=(("tail", 1.0),))), driver=hardware)
     until(lambda: hardware.closed)
     assert hardware.closed == 1
     wheel, *others = config.robot.joints

@@ -22,7 +22,7 @@ from cellwright.engine.snapshot import read_checkpoint
 from cellwright.middleware.bus import Node
 from cellwright.recording.format.commands import Command, Extras
 from cellwright.recording.format.reader import RecordingFile
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.robot.servos import Motion
@@ -151,16 +151,15 @@ def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:
     with _packages(folder, facts):
         config = load_robot(_files(folder, facts)[0], lambda _line: None, facts.arguments("xacro_arguments"))
     stamps = Stamps()
-    node = RobotNode(
-        config,
+    settings = RobotSettings(
         motion=facts.read("motion", Motion),
         timestep=facts.read("timestep", lambda value: Fraction(*value)),
         self_collision=facts.of("self_collision", bool),
         safety=facts.read("safety", _safety),
         node=facts.of("node", str),
         sim_time=facts.of("sim_time", bool),
-        stamp=stamps,
     )
+    node = RobotNode(config, settings, stamp=stamps)
     node.simulation.clock.offset = recording.header.clock_offset
     collected = _Collected()
     RobotServices(node).offer(collected)

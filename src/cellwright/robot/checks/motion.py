@@ -13,7 +13,7 @@ from cellwright.config.robot.groups import groups
 from cellwright.config.robot.model import Joint
 from cellwright.robot.checks.reference import compare, find_reference, read_reference
 from cellwright.robot.checks.rig import Finding, MotionReport, Rig
-from cellwright.robot.commander import HOMING_TIMEOUT
+from cellwright.robot.homing import HOMING_TIMEOUT
 from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array, fastest
 

@@ -18,7 +18,7 @@ from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.robot.commander import CLEAR_STOP
 from cellwright.robot.interface import CONTROLLER_NAMES, NODE, ros_parameters
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp, save_robot_picture
 from cellwright.robot.services import RobotServices
 from cellwright.running.run.options import RecordOptions, reachable_address
@@ -61,13 +61,12 @@ class RobotTarget(Target):
     def of(cls, robot: RobotNode | RobotConfig | Callable[[], RobotConfig], *, is_real_time: bool) -> RobotTarget:
         """Return the target of a node, or of one that is made from a robot; in real time it follows the wall clock."""
         if isinstance(robot, RobotNode):
-            made = robot.made_with
-            target = cls(lambda: robot, node=str(made["node"]), sim_time=bool(made["sim_time"]))
+            target = cls(lambda: robot, node=robot.settings.node, sim_time=robot.settings.sim_time)
         else:
 
             def make() -> RobotNode:
                 config = robot if isinstance(robot, RobotConfig) else robot()
-                return RobotNode(config, sim_time=not is_real_time, stamp=time.time_ns)
+                return RobotNode(config, RobotSettings(sim_time=not is_real_time), stamp=time.time_ns)
 
             target = cls(make, sim_time=not is_real_time)
         target._was_loaded = isinstance(robot, RobotNode | RobotConfig)
@@ -77,7 +76,7 @@ class RobotTarget(Target):
         """Create the node."""
         super().open(session)
         self._panel = RobotPanel(self.node)
-        self.can_wait = not self.node.made_with["driver"]
+        self.can_wait = not self.node.has_driver
         self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
@@ -111,19 +110,19 @@ class RobotTarget(Target):
 
     def restart_refusal(self) -> str:
         """Return why the node may not start again: a real robot has to move."""
-        return REAL_ROBOT if self.node.made_with["driver"] else ""
+        return REAL_ROBOT if self.node.has_driver else ""
 
     def end(self, _session: SessionState, _result: SessionResult) -> None:
         """Release a real robot at once: the run is over."""
-        if self.node.made_with["driver"]:
+        if self.node.has_driver:
             self.node.close()
         self.node.bus.refusals.flush()
 
     def refused(self) -> dict[str, str]:
         """Refused actions on its time, with the reasons: the time of a real robot cannot be controlled."""
-        if self.node.made_with["driver"]:
+        if self.node.has_driver:
             return dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot runs in real time")
-        if not self.node.made_with["sim_time"]:
+        if not self.node.settings.sim_time:
             return {"speed": "messages carry wall time; another speed requires --sim-time"}
         return {}
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cellwright.clients.operators.robot import Ask
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.command_queue import CommandQueue
@@ -25,7 +25,7 @@ ELBOW = number("right_3")
 
 @pytest.fixture
 def node() -> Iterator[RobotNode]:
-    node = RobotNode(robot(), safety=SafetySettings(one_commander=0.5))
+    node = RobotNode(robot(), RobotSettings(safety=SafetySettings(one_commander=0.5)))
     yield node
     node.close()
 

@@ -20,7 +20,7 @@ from cellwright.robot.checks import reference as check_reference
 from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.checks.reference import REFERENCE_FILE
 from cellwright.robot.checks.rig import Finding, MotionReport
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.servos import Motion
 from cellwright.util.errors import UsageError
 from tests.robot.robots import two_arms
@@ -39,7 +39,7 @@ def report(qinglong: RobotConfig) -> MotionReport:
 
 
 def check(config: RobotConfig, motion: Motion = Motion.SERVO) -> MotionReport:
-    return check_motion(RobotNode(config, motion=motion))
+    return check_motion(RobotNode(config, RobotSettings(motion)))
 
 
 @pytest.mark.slow

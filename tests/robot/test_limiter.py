@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.robot.safety import NO_SOURCE, Guard, SafetySettings, TargetLimiter
+from cellwright.robot.limiter import NO_SOURCE, TargetLimiter
+from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.servos import MAX_POSITION, Array
 from cellwright.util.errors import RejectedCommandError
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cellwright.middleware.messages.conversions import header, pose_message
 from cellwright.middleware.messages.standard import Point, PoseArray, Quaternion
 from cellwright.middleware.messages.standard import Pose as PoseMessage
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
@@ -166,7 +166,7 @@ def test_poses_are_ignored_while_disabled(node: RobotNode) -> None:
 
 
 def test_arms_hold_without_poses_and_resume_with_next() -> None:
-    guarded_node = RobotNode(two_arms(), safety=SafetySettings(silence=0.1, tip_speed=0.1))
+    guarded_node = RobotNode(two_arms(), RobotSettings(safety=SafetySettings(silence=0.1, tip_speed=0.1)))
     far = pose_array([Pose((-0.2, 0.0, 0.0)) @ pose for pose in guarded_node.ee_poses.poses()])
     guarded_node.bus.publish(COMMAND, far)
     guarded_node.simulation.step_until(300_000_000)
@@ -180,7 +180,7 @@ def test_arms_hold_without_poses_and_resume_with_next() -> None:
 
 
 def test_tip_speed_limits_tip() -> None:
-    node = RobotNode(two_arms(), safety=SafetySettings(tip_speed=0.1), timestep=Fraction(1, 240))
+    node = RobotNode(two_arms(), RobotSettings(safety=SafetySettings(tip_speed=0.1), timestep=Fraction(1, 240)))
     begin = node.ee_poses.poses()
     node.bus.publish(COMMAND, pose_array([Pose((-0.1, 0.0, 0.0)) @ pose for pose in begin]))
     node.simulation.step_until(500_000_000)

@@ -9,7 +9,7 @@ from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.robot.ee_poses import VELOCITY_SHARE
 from cellwright.robot.inverse_kinematics import TURN_WEIGHT
-from cellwright.robot.node import RobotNode
+from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import DEFAULT_TURN_SPEED
 from cellwright.util.pose import Pose
@@ -268,9 +268,8 @@ def test_joint_without_urdf_speed_keeps_servo_speed() -> None:
         replace(joint, limits=replace(joint.limits, velocity=math.inf)) if joint.name == "wrist_right" else joint
         for joint in config.robot.joints
     )
-    node = RobotNode(
-        replace(config, robot=replace(config.robot, joints=joints)), safety=SafetySettings(tip_turning=100.0)
-    )
+    settings = RobotSettings(safety=SafetySettings(tip_turning=100.0))
+    node = RobotNode(replace(config, robot=replace(config.robot, joints=joints)), settings)
     number = node.commander.numbers["wrist_right"]
     right, left = node.ee_poses.poses()
     node.ee_poses.aim([right @ Pose.from_rpy((0.0, 0.0, 0.0), (1.5, 0.0, 0.0)), left])

@@ -1,4 +1,4 @@
-"""Requests of teleoperation users in other projects' issue trackers, each as a test."""
+"""Commander and watchdog: mostly requests of teleoperation users in other projects' issue trackers, each as a test."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.middleware.messages.standard import PoseArray
+from cellwright.robot.commander import CLEAR_STOP, ENABLE
 from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.util.errors import RejectedCommandError
 from tests.robot.talk import Talk, stamped
@@ -256,3 +257,17 @@ def test_joint_moves_in_every_step_after_one_message() -> None:
         talk.steps()
         positions.add(round(talk.at("waist"), 9))
     assert len(positions) == 24
+
+
+def test_stop_outranks_disabling_and_commands_are_counted_as_ignored() -> None:
+    talk = Talk(safety=SafetySettings(start_disabled=True))
+    commander = talk.node.commander
+    assert commander.why_ignored.endswith(ENABLE)
+    talk.stop()
+    assert commander.why_ignored.endswith(CLEAR_STOP)
+    assert not commander.admit("/io_teleop/joint_cmd", "/op", 0)
+    talk.clear()
+    talk.enable()
+    assert commander.why_ignored == ""
+    assert commander.admit("/io_teleop/joint_cmd", "/op", 0)
+    assert (commander.taken, commander.ignored) == (0, 1), "an admitted command counts when it was carried out"

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from cellwright.robot.commander import HOME_TOLERANCE, HOMING_RESPONSE, MAX_WAITING_CALLS
+from cellwright.robot.homing import HOME_TOLERANCE, HOMING_RESPONSE, MAX_WAITING_CALLS
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import Motion
 from tests.robot.robots import bare, two_arms
