@@ -31,7 +31,7 @@ sys.argv[0] = "cellwright"
 sys.exit(main())
 """
 """The command, which first prints its place of installation."""
-LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop")
+LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop.command")
 
 
 @pytest.fixture(scope="module")

@@ -31,12 +31,6 @@ def test_table_of_commands_is_read_only() -> None:
         GROUP.add_command(GROUP, "own")  # type: ignore[attr-defined]
 
 
-def test_removed_bench_command_names_replacement(cellwright: CommandLine) -> None:
-    ran = cellwright("bench", "step")
-    assert ran.status == 2
-    assert ran.err == "error: bench: command removed; run `python -m benchmarks` in a checkout of Cellwright\n"
-
-
 @pytest.mark.parametrize("command", ["run", "check", "serve", "view", "eval"])
 def test_ctrl_c_while_files_are_read_has_status_of_shells(
     cellwright: CommandLine, command: str, monkeypatch: pytest.MonkeyPatch

@@ -18,11 +18,11 @@ from cellwright.cell.kitting.kit_score import Fit, PartFinding, Verdict
 from cellwright.cli import tables
 from cellwright.cli.eval.conclusion import show_summary
 from cellwright.cli.eval.progress import EvalProgress
-from cellwright.cli.operate import figures_table
+from cellwright.cli.operate.signal import figures_table
 from cellwright.cli.replay.actions import show_contents
 from cellwright.cli.robot import show_robot
 from cellwright.cli.summary import kit_table
-from cellwright.cli.teleop import findings_table
+from cellwright.cli.teleop.checks import findings_table
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.running.evaluation.results.result import Result

@@ -33,7 +33,7 @@ MODULES = (
     "cellwright.cli.robot",
     "cellwright.cli.run.command",
     "cellwright.cli.serve",
-    "cellwright.cli.teleop",
+    "cellwright.cli.teleop.command",
     "cellwright.cli.trials",
     "cellwright.cli.view",
     "cellwright.cli.launchers.gear.launcher",

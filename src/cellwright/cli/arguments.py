@@ -1,29 +1,36 @@
-"""Arguments that several commands share: trial, seed, recording, page and video, as declarations and as readers."""
+"""Options that several commands share, each declared once: alone, or in a group that refuses invalid values."""
 
 from __future__ import annotations
 
-import os
 import secrets
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from rich.console import Console
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.variation import vary
 from cellwright.cli import options, output
-from cellwright.cli.main import argument, flag, option, ros_arguments
+from cellwright.cli.main import ros_arguments
 from cellwright.cli.options import in_range, refuse
+from cellwright.cli.parameters import argument, flag, option
+from cellwright.config.trial.trial import Trial
 from cellwright.middleware.ros2.host.ros2 import NAMES, RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
-from cellwright.rendering.camera import VIEWS, camera_of
+from cellwright.rendering.camera import camera_of
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
-from cellwright.running.run import PageOptions, RecordOptions
+from cellwright.running.run import CellTarget, PageOptions, RecordOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
     from cellwright.rendering.video import VideoFigures
 
-SIMULATION, END, OUTPUT, NETWORK = "Simulation", "End", "Output", "Network"
+SIMULATION, END, OUTPUT, NETWORK, VIEWING, VIDEO = "Simulation", "End", "Output", "Network", "Viewing", "Video"
 """Headings for options in the help."""
 
 TRIAL = argument(
@@ -34,6 +41,7 @@ TRIAL = argument(
 
 AGENT_HELP = "Agent: `kitter`, `lesson`, or your own as `path.py:Class` or `module:Class`"
 LOCKSTEP_HELP = "Advance simulation time only on a client's request"
+VIEW_HELP = "Show it on a page in a browser; the page's address is printed."
 ROBOT_HELP = (
     "A bundled robot such as `qinglong`, a robot configuration (`vr_configs.yml`) or its folder, or a URDF or xacro "
     "file."
@@ -41,20 +49,12 @@ ROBOT_HELP = (
 SPEED_HELP = "Simulated seconds per second: `1` is real time, `max` is as fast as possible."
 """Help of options that several commands have, with notes of their own; the first two lack the full stop."""
 
+DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
+
 Files = Annotated[list[str], TRIAL]
 XacroArguments = Annotated[
     list[str] | None, argument("NAME:=VALUE", "Arguments of a xacro file, such as `prefix:=left_`.")
 ]
-
-Servo = Annotated[
-    str | None,
-    option(
-        "PROFILE",
-        "Servo profile of the arm: `original` (soft, as in 2017) or `precise`. Default: the file's.",
-        SIMULATION,
-    ),
-]
-Seed = Annotated[int | None, option("N", "Seed of all random streams. Default: the file's, else 0.", SIMULATION)]
 Vary = Annotated[
     bool,
     flag(
@@ -85,34 +85,12 @@ Record = Annotated[
     ),
 ]
 Recorded = Annotated[Path, argument("FILE.mcap", "Recording from `--record`, complete or cut short.")]
-Host = Annotated[str, option("HOST", "Address to listen on.", NETWORK)]
-Port = Annotated[
-    int | None,
-    option("N", "Port to listen on; 0 takes a free one. Default: 11399, or one of the next if it is in use.", NETWORK),
-]
-Ros1 = Annotated[bool, flag("--ros1", "Connect to ROS 1 as well, at the master in ROS_MASTER_URI.", NETWORK)]
-Ros2 = Annotated[
-    bool,
-    flag(
-        "--ros2",
-        "Connect to ROS 2 as well, in the domain ROS_DOMAIN_ID. Arguments behind `--ros-args` are the node's own.",
-        NETWORK,
-    ),
-]
 Ros2Range = Annotated[
     str | None,
     option(
         "RANGE",
         f"Where ROS 2 looks for other nodes: {' or '.join(f'`{each}`' for each in RANGES)}. "
         f"Default: `{RANGES[0]}`, this machine alone.",
-        NETWORK,
-    ),
-]
-Ros2Names = Annotated[
-    str | None,
-    option(
-        "NAMES",
-        "Names of joint states and of the arm's controller in ROS 2: `2017`, `ros2_control` or `both` (default).",
         NETWORK,
     ),
 ]
@@ -125,62 +103,212 @@ Log = Annotated[
         OUTPUT,
     ),
 ]
-
-
-VIEWING = "Viewing"
-"""Heading in the help."""
-
-_VIEW = "Show it on a page in a browser; the page's address is printed."
-
-View = Annotated[bool, flag("--view", _VIEW, VIEWING)]
-RunView = Annotated[
-    bool,
-    flag("--view", f"{_VIEW} The page stays after the run, until Ctrl-C; with --json it ends with the run.", VIEWING),
-]
-EvaluationView = Annotated[
-    bool, flag("--view", f"{_VIEW} The page stays at the end, until Ctrl-C; with --json it ends as well.", VIEWING)
-]
-ViewHost = Annotated[
-    str | None,
-    option("HOST", f"Address of the page. Default: {LOOPBACK}; any other requires the token that is printed.", VIEWING),
-]
-ViewPort = Annotated[
-    int | None,
-    option(
-        "N",
-        f"Port of the page; 0 takes a free one. Default: {DEFAULT_PORT}, or one of the next if it is in use.",
-        VIEWING,
-    ),
-]
 PictureCamera = Annotated[
     str,
     option(
         "NAME", "View of pictures: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", VIEWING, name="--camera"
     ),
 ]
-OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's browser.", VIEWING)]
-
-VIDEO = "Video"
-DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
 
-def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
-    """Return the options of the page; None for no page."""
-    if not view:
-        page_flags = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
-        if given := [option for option, is_given in page_flags.items() if is_given]:
-            refuse(f"{given[0]} requires --view")
+@dataclass(frozen=True)
+class CellArguments:
+    """Options of the cell of a trial."""
+
+    servo: Annotated[
+        str | None,
+        option(
+            "PROFILE",
+            "Servo profile of the arm: `original` (soft, as in 2017) or `precise`. Default: the file's.",
+            SIMULATION,
+        ),
+    ] = None
+    seed: Annotated[int | None, option("N", "Seed of all random streams. Default: the file's, else 0.", SIMULATION)] = (
+        None
+    )
+    vary: Vary = False
+    overrides: Overrides = None
+
+    def target(self, files: Sequence[str], console: Console, *, competition: bool = True, **about: str) -> CellTarget:
+        """Return the cell of the trial in these files, made when its session opens; warnings go to stderr."""
+        seed, overrides = options.seed(self.seed), options.overrides(self.overrides)
+
+        def make() -> Cell:
+            trial = options.load(files, overrides)
+            if self.vary:
+                trial = vary(trial, trial.settings.seed if seed is None else seed)
+            return self.cell(trial, console, competition=competition)
+
+        return CellTarget(make, lambda: options.paths(files), about)
+
+    def cell(self, trial: Trial, console: Console, *, competition: bool) -> Cell:
+        """Return the cell of a trial; its refusals go to a console."""
+        return Cell(
+            trial,
+            seed=self.seed,
+            servo=options.servo_profile(self.servo),
+            competition=competition,
+            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+        )
+
+
+@dataclass(frozen=True)
+class ServerArguments:
+    """Options of a server for clients."""
+
+    host: Annotated[str, option("HOST", "Address to listen on.", NETWORK)] = LOOPBACK
+    port: Annotated[
+        int | None,
+        option(
+            "N", "Port to listen on; 0 takes a free one. Default: 11399, or one of the next if it is in use.", NETWORK
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class NetworkArguments(ServerArguments):
+    """Options of a server for clients, also in ROS 1 and ROS 2."""
+
+    ros1: Annotated[bool, flag("--ros1", "Connect to ROS 1 as well, at the master in ROS_MASTER_URI.", NETWORK)] = False
+    ros2: Annotated[
+        bool,
+        flag(
+            "--ros2",
+            "Connect to ROS 2 as well, in the domain ROS_DOMAIN_ID. Arguments behind `--ros-args` are the node's own.",
+            NETWORK,
+        ),
+    ] = False
+    ros2_range: Ros2Range = None
+    ros2_names: Annotated[
+        str | None,
+        option(
+            "NAMES",
+            "Names of joint states and of the arm's controller in ROS 2: `2017`, `ros2_control` or `both` (default).",
+            NETWORK,
+        ),
+    ] = None
+
+    def ros2_options(self) -> Ros2Options | bool:
+        """Return the options of the node in ROS 2; False for no node."""
+        return ros2_options(ros2=self.ros2, discovery=self.ros2_range, names=self.ros2_names)
+
+
+@dataclass(frozen=True)
+class PageAddress:
+    """Options of a page's address."""
+
+    view_host: Annotated[
+        str | None,
+        option(
+            "HOST", f"Address of the page. Default: {LOOPBACK}; any other requires the token that is printed.", VIEWING
+        ),
+    ] = None
+    view_port: Annotated[
+        int | None,
+        option(
+            "N",
+            f"Port of the page; 0 takes a free one. Default: {DEFAULT_PORT}, or one of the next if it is in use.",
+            VIEWING,
+        ),
+    ] = None
+    open_page: Annotated[bool, flag("--open", "Open the page in this desktop's browser.", VIEWING)] = False
+
+    def options(self) -> PageOptions:
+        """Return the options of the page."""
+        host = LOOPBACK if self.view_host is None else self.view_host
+        port = DEFAULT_PORT if self.view_port is None else self.view_port
+        in_range("--view-port", port, 0, 65535, "a port from 0 to 65535")
+        return PageOptions(host, port, "" if _is_local(host) else secrets.token_urlsafe(16), self.open_page)
+
+
+@dataclass(frozen=True)
+class PageArguments:
+    """Options of a page."""
+
+    view: Annotated[bool, flag("--view", VIEW_HELP, VIEWING)] = False
+    address: PageAddress = PageAddress()
+
+    def options(self) -> PageOptions | None:
+        """Return the options of the page; None for no page."""
+        if self.view:
+            return self.address.options()
+        given = (self.address.view_host is not None, self.address.view_port is not None, self.address.open_page)
+        for name, is_given in zip(("--view-host", "--view-port", "--open"), given, strict=True):
+            if is_given:
+                refuse(f"{name} requires --view")
         return None
-    host, port = LOOPBACK if host is None else host, DEFAULT_PORT if port is None else port
-    in_range("--view-port", port, 0, 65535, "a port from 0 to 65535")
-    return PageOptions(host, port, "" if _is_local(host) else secrets.token_urlsafe(16), opens)
 
 
-def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
-    """Refuse a camera name behind `--view`, which took one in an earlier version."""
-    for word in words if view else ():
-        if word in VIEWS and not os.path.exists(word):
-            refuse(f"--view {word}: --view opens a page and takes no name; for pictures use --camera {word}")
+@dataclass(frozen=True)
+class VideoArguments:
+    """Options of a video."""
+
+    video: Annotated[
+        Path | None,
+        option(
+            "FILE.mp4",
+            "Write a video, 25 pictures per simulated second; it stays playable if the process is killed.",
+            VIDEO,
+        ),
+    ] = None
+    video_camera: Annotated[
+        str | None,
+        option("VIEW", "View of the video: a name as for pictures, or `x,y,z:x,y,z` for camera and target [m].", VIDEO),
+    ] = None
+    video_speed: Annotated[
+        float, option("FACTOR", "Simulated seconds per second of video; 10 shortens 10 minutes to one.", VIDEO)
+    ] = 1.0
+    video_size: Annotated[str, option("WxH", "Size in pixels, such as 1920x1080.", VIDEO)] = DEFAULT_VIDEO_SIZE
+    video_fine: Annotated[
+        bool, flag("--video-fine", "Smoother edges; without a GPU drawing takes half as long again.", VIDEO)
+    ] = False
+
+    def options(self) -> VideoOptions | None:
+        """Return the options of the video; None for no video."""
+        file = options.output_file("--video", self.video, ".mp4")
+        with options.errors_of("--video-camera"):
+            camera = None if self.video_camera is None else camera_of(self.video_camera)
+        with options.errors_of("--video-speed:"):
+            period_of(self.video_speed)
+        width, height = _video_size(self.video_size)
+        if file is None:
+            if self != VideoArguments():
+                refuse("--video-camera, --video-speed, --video-size and --video-fine require --video FILE.mp4")
+            return None
+        requested_backend()
+        return VideoOptions(file, camera, self.video_speed, width, height, self.video_fine)
+
+
+def video_sentence(video: VideoFigures) -> str:
+    """Return the sentence about a video that was written."""
+    return f"{video['file']}, {video['length']:.1f} s"
+
+
+def ros2_options(*, ros2: bool, discovery: str | None, names: str | None = None) -> Ros2Options | bool:
+    """Return the options of the node in ROS 2, with the command line's arguments for it; False for no node."""
+    if not ros2:
+        for name, value in {"--ros2-range": discovery, "--ros2-names": names}.items():
+            if value is not None:
+                refuse(f"{name} requires --ros2")
+        return False
+    if discovery not in (None, *RANGES):
+        refuse(f"--ros2-range {discovery}: give {' or '.join(RANGES)}")
+    if names not in (None, *NAMES):
+        refuse(f"--ros2-names {names}: give {', '.join(NAMES[:-1])} or {NAMES[-1]}")
+    return Ros2Options(discovery or RANGES[0], names or NAMES[0], tuple(ros_arguments))
+
+
+def record_options(paths: Sequence[Path] | None, *, is_varied: bool = False, **about: Any) -> RecordOptions | None:
+    """Return the options of the recording, with further facts about the run; None for no recording."""
+    if not paths:
+        return None
+    for path in paths:
+        kind = path.suffix.lower()
+        if kind not in KINDS:
+            refuse(f"--record {path}: give a file such as run.mcap, or run.bag for ROS 1 tools")
+        options.output_file("--record", path, kind)
+    RecordingFiles(paths)
+    return RecordOptions(paths, about, is_varied=is_varied, report=output.warn)
 
 
 def _is_local(host: str) -> bool:
@@ -190,90 +318,11 @@ def _is_local(host: str) -> bool:
         return host == "localhost"
 
 
-VideoFile = Annotated[
-    Path | None,
-    option(
-        "FILE.mp4",
-        "Write a video, 25 pictures per simulated second; it stays playable if the process is killed.",
-        VIDEO,
-        name="--video",
-    ),
-]
-VideoCamera = Annotated[
-    str | None,
-    option(
-        "VIEW",
-        "View of the video: a name as for pictures, or `x,y,z:x,y,z` for camera and target [m].",
-        VIDEO,
-        name="--video-camera",
-    ),
-]
-VideoSpeed = Annotated[
-    float,
-    option(
-        "FACTOR", "Simulated seconds per second of video; 10 shortens 10 minutes to one.", VIDEO, name="--video-speed"
-    ),
-]
-VideoSize = Annotated[str, option("WxH", "Size in pixels, such as 1920x1080.", VIDEO, name="--video-size")]
-VideoFine = Annotated[
-    bool, flag("--video-fine", "Smoother edges; without a GPU drawing takes half as long again.", VIDEO)
-]
-
-
-def video_options(file: Path | None, view: str | None, speed: float, size: str, *, fine: bool) -> VideoOptions | None:
-    """Return the options of the video; None for no video."""
-    checked = options.output_file("--video", file, ".mp4")
-    with options.errors_of("--video-camera"):
-        camera = None if view is None else camera_of(view)
-    with options.errors_of("--video-speed:"):
-        period_of(speed)
-    width, height = _video_size(size)
-    if checked is None:
-        if view is not None or speed != 1.0 or size != DEFAULT_VIDEO_SIZE or fine:
-            options.refuse("--video-camera, --video-speed, --video-size and --video-fine require --video FILE.mp4")
-        return None
-    requested_backend()
-    return VideoOptions(checked, camera, speed, width, height, fine)
-
-
-def video_sentence(video: VideoFigures) -> str:
-    """Return the sentence about a video that was written."""
-    return f"{video['file']}, {video['length']:.1f} s"
-
-
 def _video_size(text: str) -> tuple[int, int]:
     width, _, height = text.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal() and len(text) < 20):
-        options.refuse(f"--video-size {text}: give width and height in pixels, such as {DEFAULT_VIDEO_SIZE}")
+        refuse(f"--video-size {text}: give width and height in pixels, such as {DEFAULT_VIDEO_SIZE}")
     size = int(width), int(height)
     with options.errors_of(f"--video-size {text}:"):
         check_video_size(*size)
     return size
-
-
-def ros2_options(*, ros2: bool, discovery: str | None, names: str | None = None) -> Ros2Options | bool:
-    """Return the options of the node in ROS 2, with the command line's arguments for it; False for no node."""
-    if not ros2:
-        given = {"--ros2-range": discovery, "--ros2-names": names}
-        for name, value in given.items():
-            if value is not None:
-                options.refuse(f"{name} requires --ros2")
-        return False
-    if discovery not in (None, *RANGES):
-        options.refuse(f"--ros2-range {discovery}: give {' or '.join(RANGES)}")
-    if names not in (None, *NAMES):
-        options.refuse(f"--ros2-names {names}: give {', '.join(NAMES[:-1])} or {NAMES[-1]}")
-    return Ros2Options(discovery or RANGES[0], names or NAMES[0], tuple(ros_arguments))
-
-
-def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
-    """Return the options of the recording, with further facts about the run; None for no recording."""
-    if not paths:
-        return None
-    for path in paths:
-        kind = path.suffix.lower()
-        if kind not in KINDS:
-            options.refuse(f"--record {path}: give a file such as run.mcap, or run.bag for ROS 1 tools")
-        options.output_file("--record", path, kind)
-    RecordingFiles(paths)
-    return RecordOptions(paths, about, report=output.warn)

@@ -11,8 +11,9 @@ import typer
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files, Overrides
-from cellwright.cli.main import BAD_INPUT, DONE, flag
+from cellwright.cli.main import BAD_INPUT, DONE
 from cellwright.cli.output import echo
+from cellwright.cli.parameters import flag
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
 from cellwright.config.robot.robots import find_robot

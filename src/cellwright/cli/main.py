@@ -50,7 +50,7 @@ COMMANDS = {
     "eval merge": "eval.merge:merge",
     "eval compare": "eval.compare:compare",
     "serve": "serve:serve",
-    "teleop": "teleop:teleop",
+    "teleop": "teleop.command:teleop",
     "view": "view:view",
     "replay": "replay.command:replay",
     "plot": "plot:plot",
@@ -60,28 +60,13 @@ COMMANDS = {
     "ros1-workspace": "ros1:ros1_workspace",
     "ros2-env": "ros2:ros2_env",
     "ros2-workspace": "ros2:ros2_workspace",
-    "operate": "operate:app",
+    "operate": "operate.command:app",
 }
 """Module of each command, below this package, in the order of the help: a function, or an app of several commands.
 
 A name of two words comes before that of one: `eval merge` is a command, and `eval lesson` is `eval` with an argument.
 """
 _ROS_ARGUMENTS = "--ros-args"
-
-
-def argument(metavar: str, text: str) -> Any:
-    """Declare a positional argument."""
-    return typer.Argument(metavar=metavar, help=text, show_default=False)
-
-
-def option(metavar: str, text: str, panel: str | None = None, name: str | None = None) -> Any:
-    """Declare an option that takes a value; without a `name`, such as `--video`, it has that of the parameter."""
-    return typer.Option(*([name] if name else []), metavar=metavar, help=text, rich_help_panel=panel)
-
-
-def flag(names: str, text: str, panel: str | None = None) -> Any:
-    """Declare an option without a value; names are separated by spaces, such as `--development-mode -d`."""
-    return typer.Option(*names.split(), metavar="", help=text, rich_help_panel=panel)
 
 
 def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:
@@ -120,8 +105,6 @@ class CommandsOnDemand(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """Load a command; None if there is none of this name."""
-        if cmd_name == "bench":
-            raise UsageError("bench: command removed; run `python -m benchmarks` in a checkout of Cellwright")
         return _loaded(cmd_name) if cmd_name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

@@ -11,15 +11,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import NoReturn, TypeVar, get_args
 
-from rich.console import Console
-
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
-from cellwright.cell.variation import vary
 from cellwright.cli import output
 from cellwright.clients.client.session import parse_address
 from cellwright.config.parsing.overrides import Override
@@ -28,7 +24,6 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import find_files, refuse_several_trials
 from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.rendering.camera import Camera, camera_of
-from cellwright.running.run import CellTarget
 from cellwright.util.errors import UnknownNameError, UsageError
 
 XACRO_MARK = ":="
@@ -150,47 +145,6 @@ def load_variants(files: Sequence[str], variants: Iterable[Sequence[Override]]) 
     for warning in dict.fromkeys(warning for each in loaded for warning in each.warnings):
         output.warn(warning)
     return [each.trial for each in loaded]
-
-
-def trial(
-    files: Sequence[str], seed_value: int | None, *, is_varied: bool, overrides: Sequence[Override] = ()
-) -> Trial:
-    """Read the trial in these files, varied by a seed if `is_varied`; warnings are printed on stderr."""
-    loaded, given = load(files, overrides), seed(seed_value)
-    return vary(loaded, loaded.settings.seed if given is None else given) if is_varied else loaded
-
-
-def cell_of(
-    files: Sequence[str],
-    console: Console,
-    *,
-    overrides: Sequence[Override] = (),
-    seed: int | None = None,
-    servo: str | None = None,
-    is_varied: bool = False,
-    competition: bool = True,
-    **about: str,
-) -> CellTarget:
-    """Return the cell of the trial in these files, made when its session opens; its refusals go to a console."""
-
-    def make() -> Cell:
-        loaded = trial(files, seed, is_varied=is_varied, overrides=overrides)  # an invalid seed is refused here
-        return new_cell(console, loaded, seed=seed, servo=servo, competition=competition)
-
-    return CellTarget(make, lambda: paths(files), about)
-
-
-def new_cell(
-    console: Console, loaded: Trial, *, seed: int | None = None, servo: str | None = None, competition: bool = True
-) -> Cell:
-    """Return the cell of a trial; its refusals go to a console."""
-    return Cell(
-        loaded,
-        seed=seed,
-        servo=servo_profile(servo),
-        competition=competition,
-        report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
-    )
 
 
 def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:

@@ -7,7 +7,8 @@ import typer
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import Recorded
-from cellwright.cli.main import DONE, NOT_DONE, option
+from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.parameters import option
 
 
 def plot(

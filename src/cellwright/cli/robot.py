@@ -13,8 +13,9 @@ from rich.text import Text
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import ROBOT_HELP, XacroArguments
-from cellwright.cli.main import DONE, argument, flag, option
+from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
+from cellwright.cli.parameters import argument, flag, option
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.config.robot.config import UNUSED, RobotConfig
 from cellwright.config.robot.groups import groups_of, parent_index, robot_document

@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cli.main import DONE, argument, flag, option
+from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
+from cellwright.cli.parameters import argument, flag, option
 from cellwright.cli.shell import SHELL_HELP, check_shell, shell_lines
 from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages import workspace

@@ -10,8 +10,9 @@ from typing import Annotated
 import typer
 
 from cellwright.cell.planning import planned_arm
-from cellwright.cli.main import DONE, argument, flag, option
+from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
+from cellwright.cli.parameters import argument, flag, option
 from cellwright.cli.shell import SHELL_HELP, check_shell, shell_lines
 from cellwright.middleware.ros2.host.installation import find
 from cellwright.middleware.ros2.packages import workspace

@@ -2,11 +2,11 @@
 
 import io
 import itertools
+import json
 import os
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack, closing
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,10 +15,29 @@ import typer
 from rich.console import Console
 
 from cellwright.cell.cell import Cell
-from cellwright.cli import arguments, options, output, summary
-from cellwright.cli.arguments import END, LOCKSTEP_HELP, OUTPUT, SIMULATION, SPEED_HELP, VIEWING
-from cellwright.cli.main import DONE, NOT_DONE, flag, option
-from cellwright.cli.output import progress_bar
+from cellwright.cli import options, output, summary
+from cellwright.cli.arguments import (
+    END,
+    LOCKSTEP_HELP,
+    OUTPUT,
+    SIMULATION,
+    SPEED_HELP,
+    VIEWING,
+    AsJson,
+    CellArguments,
+    Development,
+    Files,
+    Log,
+    NetworkArguments,
+    PageArguments,
+    PictureCamera,
+    Record,
+    Until,
+    VideoArguments,
+    record_options,
+)
+from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.parameters import flag, option, with_groups
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.config.trial.trial import Trial
@@ -29,7 +48,6 @@ from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOption
 from cellwright.running.run.observers import Pictures
 from cellwright.running.run.targets import cell_result
 from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence
-from cellwright.viewer.web.start import LOOPBACK
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros2.host import Ros2
@@ -37,9 +55,170 @@ if TYPE_CHECKING:
 RESULT = "/cellwright/result"
 """Service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""
 
-_WIDTH = 80
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""
+
+_WIDTH = 80
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServeArguments:
+    """Arguments and options of `cellwright serve`, in the order of its help."""
+
+    files: Files
+    speed: Annotated[
+        str | None, option("FACTOR", f"{SPEED_HELP} Default: {options.SPEED}, else `1`; in lockstep `max`.", SIMULATION)
+    ] = None
+    lockstep: Annotated[bool, flag("--lockstep", f"{LOCKSTEP_HELP}.", SIMULATION)] = False
+    cell: CellArguments
+    development: Development = False
+    until: Until = None
+    exit_on_completion: Annotated[
+        bool,
+        flag("--exit-on-completion", f"Stop when the competition is done; also if {EXIT_ON_COMPLETION} is set.", END),
+    ] = False
+    network: NetworkArguments
+    as_json: AsJson = False
+    log: Log = None
+    record: Record = None
+    picture: Annotated[
+        Path | None,
+        option(
+            "FILE.png",
+            "Write a picture of the cell at the end, unless stopped before the competition is done.",
+            VIEWING,
+        ),
+    ] = None
+    camera: PictureCamera = "overview"
+    page: PageArguments
+    video: VideoArguments
+    verbose: Annotated[bool, flag("--verbose -v", "Print how well time kept up with the wall clock.", OUTPUT)] = False
+
+    def rate(self) -> float | None:
+        """Return the real-time factor; None for as fast as possible."""
+        if self.speed is None and not self.lockstep:
+            return options.default_speed(os.environ)
+        return options.speed("max" if self.speed is None else self.speed)
+
+    def session_options(self) -> dict[str, Any]:
+        """Return arguments of `Session` that all sessions of the command share."""
+        ends_when_done = self.exit_on_completion or EXIT_ON_COMPLETION in os.environ
+        return {
+            "until": options.until(self.until),
+            "lockstep": self.lockstep,
+            "view": self.page.options() or False,
+            "ros1": self.network.ros1,
+            "ros2": self.network.ros2_options(),
+            "record": record_options(self.record, is_varied=self.cell.vary, agent="served"),
+            "video": self.video.options(),
+            "log": options.output_file("--log", self.log, ".jsonl"),
+            "options": RunOptions(ends_when_done=ends_when_done),
+        }
+
+    @property
+    def can_load_worlds(self) -> bool:
+        """True if clients may replace the world: nothing of the command refers to the first one."""
+        kept = (self.page.view, self.network.ros1, self.lockstep, self.as_json, self.record, self.video.video)
+        return self.development and not any((*kept, self.log, self.picture))
+
+
+@with_groups
+def serve(given: ServeArguments) -> None:
+    """Serve a trial to programs in other processes, until Ctrl-C; then print its score.
+
+    Programs connect over a socket. Each event is a line of output.
+
+        # the lesson's cell, in real time
+        cellwright serve lesson
+
+        # the same, shown on a page
+        cellwright serve lesson --view
+
+        # simulation time advances only on a client's request: the same result on any host
+        cellwright serve lesson --lockstep
+
+        # then, in another terminal: your agent works that cell
+        cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
+
+        # the same cell for ROS 1 programs; starts a master if there is none
+        cellwright serve lesson --ros1
+
+        # the same for ROS 2 programs, in a namespace
+        cellwright serve lesson --ros2 --ros-args -r __ns:=/cell1
+
+    Exit status: 0 stopped as requested; 1 the simulation became unstable, or a requested file is incomplete; 2 bad
+    input, and nothing was started.
+    """
+    rate, console = given.rate(), Console(stderr=given.as_json, highlight=False)
+    target: CellTarget | None = given.cell.target(given.files, console, competition=not given.development)
+    camera, picture = options.camera(given.camera), options.output_file("--picture", given.picture, ".png")
+    more = given.session_options()
+    worlds = WorldChange(partial(given.cell.cell, console=console, competition=False))
+    status = DONE
+    with closing(worlds):
+        while target is not None:
+            pace = RateControl(rate, paused=worlds.has_changed)
+            address = ServerOptions(given.network.host, worlds.port or given.network.port)
+            session = served_session(target, console, rate=pace, serve=address, **more)
+            if given.can_load_worlds:
+                worlds.follow(session)
+            status = run_served(
+                session, console, as_json=given.as_json, picture=picture, camera=camera, verbose=given.verbose
+            )
+            target = worlds.take(session)
+    raise typer.Exit(status)
+
+
+def served_session(
+    target: CellTarget, console: Console, *, rate: RateControl, until: float | None, **more: Any
+) -> Session:
+    """Return a session that serves a cell, and prints its events on a console; `more` are arguments of `Session`."""
+    progress = RunProgress(console, until=until, is_served=True)
+    return Session(
+        target,
+        rate=rate,
+        until=until,
+        about={"agent": "served"},
+        observers=[progress, *more.pop("observers", ())],
+        on_ready=output.report_ready,
+        **output.session_outputs(console, partial(progress.line, style="yellow")),
+        **more,
+    )
+
+
+def run_served(
+    session: Session,
+    console: Console,
+    *,
+    as_json: bool = False,
+    picture: Path | None = None,
+    camera: Camera = VIEWS["overview"],
+    verbose: bool = False,
+) -> int:
+    """Serve a cell until it is over or a signal ends it, and print the result; return the exit status."""
+    with stopped_by_signals(session.stop.request), session:
+        offer_result(session)
+        result = cell_result(session.run())
+    cell: Cell = session.node
+    if result.error:
+        typer.echo(result.error, err=True, nl=False)
+    if not as_json:
+        summary.show_result(console, result)
+        if result.pace is not None and (verbose or result.pace.held):
+            output.print_entry(console, "pace", output.pace_text(result.pace))
+    pictures = Pictures(camera, [], output.warn)
+    # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
+    if result.outcome in (Outcome.DONE, Outcome.NO_ORDER) or not session.stop.is_requested:
+        summary.take_picture(console, pictures, picture, cell)
+    status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
+    status = summary.with_files(status, cell, result, pictures)
+    if as_json:
+        document = summary.result_document(cell, "served", result, status, pictures.written)
+        pace = None if result.pace is None else asdict(result.pace)
+        typer.echo(json.dumps(document | {"pace": pace, "videos": result.videos}, indent=2))
+    else:
+        summary.show_files(console, result, pictures)
+    return status
 
 
 def offer_result(session: Session) -> None:
@@ -110,167 +289,3 @@ class WorldChange:
         """Return the next cell as a target, once; None if the session ended for another reason, as by a signal."""
         cell, self._next, self._ros2 = self._next, None, session.ros2
         return None if cell is None or session.stop.reason != WORLD_CHANGE else CellTarget(lambda: cell)
-
-
-def served_session(
-    target: CellTarget, console: Console, *, rate: RateControl, until: float | None, **more: Any
-) -> Session:
-    """Return a session that serves a cell, and prints its events on a console; `more` are arguments of `Session`."""
-    progress = RunProgress(console, until=until, is_served=True)
-
-    return Session(
-        target,
-        rate=rate,
-        until=until,
-        about={"agent": "served"},
-        observers=[progress, *more.pop("observers", ())],
-        on_ready=output.report_ready,
-        **output.session_outputs(console, partial(progress.line, style="yellow")),
-        **more,
-    )
-
-
-def run_served(
-    session: Session,
-    console: Console,
-    *,
-    as_json: bool = False,
-    picture: Path | None = None,
-    camera: Camera = VIEWS["overview"],
-    verbose: bool = False,
-) -> int:
-    """Serve a cell until it is over or a signal ends it, and print the result; return the exit status."""
-    with stopped_by_signals(session.stop.request), session:
-        offer_result(session)
-        result = cell_result(session.run())
-    if result.error:
-        typer.echo(result.error, err=True, nl=False)
-    if not as_json:
-        summary.show_result(console, result)
-        if result.pace is not None and (verbose or result.pace.held):
-            output.print_entry(console, "pace", output.pace_text(result.pace))
-    pictures = Pictures(camera, [], output.warn)
-    # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
-    if picture is not None and (result.outcome in (Outcome.DONE, Outcome.NO_ORDER) or not session.stop.is_requested):
-        with progress_bar(console, f"drawing {picture}", 1.0) as show:
-            pictures.take(picture, session.node, show)
-    return summary.show_files(
-        console,
-        session,
-        "served",
-        NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE,
-        pictures,
-        more={"pace": None if result.pace is None else asdict(result.pace)},
-        out=sys.stdout if as_json else None,
-    )
-
-
-def serve(
-    files: arguments.Files,
-    speed: Annotated[
-        str | None, option("FACTOR", f"{SPEED_HELP} Default: {options.SPEED}, else `1`; in lockstep `max`.", SIMULATION)
-    ] = None,
-    lockstep: Annotated[bool, flag("--lockstep", f"{LOCKSTEP_HELP}.", SIMULATION)] = False,
-    servo: arguments.Servo = None,
-    seed: arguments.Seed = None,
-    vary: arguments.Vary = False,
-    overrides: arguments.Overrides = None,
-    development: arguments.Development = False,
-    until: arguments.Until = None,
-    exit_on_completion: Annotated[
-        bool,
-        flag("--exit-on-completion", f"Stop when the competition is done; also if {EXIT_ON_COMPLETION} is set.", END),
-    ] = False,
-    host: arguments.Host = LOOPBACK,
-    port: arguments.Port = None,
-    ros1: arguments.Ros1 = False,
-    ros2: arguments.Ros2 = False,
-    ros2_range: arguments.Ros2Range = None,
-    ros2_names: arguments.Ros2Names = None,
-    as_json: arguments.AsJson = False,
-    log: arguments.Log = None,
-    record: arguments.Record = None,
-    picture: Annotated[
-        Path | None,
-        option(
-            "FILE.png",
-            "Write a picture of the cell at the end, unless stopped before the competition is done.",
-            VIEWING,
-        ),
-    ] = None,
-    camera: arguments.PictureCamera = "overview",
-    view: arguments.View = False,
-    view_host: arguments.ViewHost = None,
-    view_port: arguments.ViewPort = None,
-    open_page: arguments.OpenPage = False,
-    video: arguments.VideoFile = None,
-    video_camera: arguments.VideoCamera = None,
-    video_speed: arguments.VideoSpeed = 1.0,
-    video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
-    video_fine: arguments.VideoFine = False,
-    verbose: Annotated[bool, flag("--verbose -v", "Print how well time kept up with the wall clock.", OUTPUT)] = False,
-) -> None:
-    """Serve a trial to programs in other processes, until Ctrl-C; then print its score.
-
-    Programs connect over a socket. Each event is a line of output.
-
-        # the lesson's cell, in real time
-        cellwright serve lesson
-
-        # the same, shown on a page
-        cellwright serve lesson --view
-
-        # simulation time advances only on a client's request: the same result on any host
-        cellwright serve lesson --lockstep
-
-        # then, in another terminal: your agent works that cell
-        cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
-
-        # the same cell for ROS 1 programs; starts a master if there is none
-        cellwright serve lesson --ros1
-
-        # the same for ROS 2 programs, in a namespace
-        cellwright serve lesson --ros2 --ros-args -r __ns:=/cell1
-
-    Exit status: 0 stopped as requested; 1 the simulation became unstable, or a requested file is incomplete; 2 bad
-    input, and nothing was started.
-    """
-    arguments.refuse_camera_name(files, view=view)
-    kept = arguments.record_options(record, agent="served")
-    is_default = speed is None and not lockstep
-    rate = options.default_speed(os.environ) if is_default else options.speed("max" if speed is None else speed)
-    seed_value, place = options.seed(seed), options.camera(camera)
-    console = Console(stderr=as_json, highlight=False)
-    target: CellTarget | None = options.cell_of(
-        *(files, console),
-        overrides=options.overrides(overrides),
-        seed=seed_value,
-        servo=servo,
-        is_varied=vary,
-        competition=not development,
-    )
-    file = options.output_file("--picture", picture, ".png")
-    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False
-    more: dict[str, Any] = {
-        "until": options.until(until),
-        "lockstep": lockstep,
-        "view": page,
-        "ros1": ros1,
-        "ros2": arguments.ros2_options(ros2=ros2, discovery=ros2_range, names=ros2_names),
-        "record": kept and replace(kept, is_varied=vary),
-        "video": arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
-        "log": options.output_file("--log", log, ".jsonl"),
-        "options": RunOptions(ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ),
-    }
-    can_load = development and not any((page, ros1, lockstep, as_json, kept, video, log, file))
-    worlds = WorldChange(partial(options.new_cell, console, seed=seed_value, servo=servo, competition=False))
-    status = DONE
-    with closing(worlds):
-        while target is not None:
-            pace = RateControl(rate, paused=worlds.has_changed)
-            session = served_session(target, console, rate=pace, serve=ServerOptions(host, worlds.port or port), **more)
-            if can_load:
-                worlds.follow(session)
-            status = run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose)
-            target = worlds.take(session)
-    raise typer.Exit(status)

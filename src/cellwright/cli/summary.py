@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import time
 from collections import Counter
@@ -12,7 +11,7 @@ from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
@@ -32,12 +31,12 @@ from cellwright.cell.kitting.evidence import (
 from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
 from cellwright.cli.arguments import video_sentence
-from cellwright.cli.main import NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.output import ShowProgress, print_entry, print_files, progress_bar, warn
 from cellwright.cli.tables import FOLD, WHOLE, FittedTable, print_table, table
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
-from cellwright.running.run.targets import cell_result, subscribe
+from cellwright.running.run.targets import subscribe
 
 if TYPE_CHECKING:
     from cellwright.running.run import Session
@@ -220,38 +219,24 @@ def result_document(
     }
 
 
-def show_files(
-    console: Console,
-    session: Session,
-    agent: str,
-    status: int,
-    pictures: Pictures,
-    picture: Path | None = None,
-    final: TrialScore | None = None,
-    *,
-    more: Mapping[str, Any] | None = None,
-    out: TextIO | None = None,
-) -> int:
-    """Write the picture of the cell to `picture`, then print the written files, or the result as JSON to `out`.
+def with_files(status: int, cell: Cell, result: RunResult, pictures: Pictures) -> int:
+    """Return the exit status, which is no longer 0 if a requested file is missing or not whole."""
+    is_whole = result.is_complete and not pictures.missed and not cell.checkpoints.missed
+    return status or (DONE if is_whole else NOT_DONE)
 
-    Returns:
-        The exit status, which is no longer 0 if a file is not whole.
-    """
-    result = cell_result(session.result)
-    cell: Cell = session.node
-    if not status and (pictures.missed or cell.checkpoints.missed or not result.is_complete):
-        status = NOT_DONE  # some requested files are missing
-    if picture is not None:
-        with progress_bar(console, f"drawing {picture}", 1.0) as show:
-            pictures.take(picture, cell, show)
-    if out is not None:
-        document = result_document(cell, agent, result, status, pictures.written, final)
-        out.write(json.dumps({**document, **(more or {}), "videos": result.videos}, indent=2) + "\n")
-        return status
+
+def take_picture(console: Console, pictures: Pictures, file: Path | None, cell: Cell) -> None:
+    """Take a picture of the cell as it is; None for no picture."""
+    if file is not None:
+        with progress_bar(console, f"drawing {file}", 1.0) as show:
+            pictures.take(file, cell, show)
+
+
+def show_files(console: Console, result: RunResult, pictures: Pictures) -> None:
+    """Print the written files, a line each."""
     print_files(console, "video", map(video_sentence, result.videos))
     print_files(console, "picture", pictures.written)
     print_files(console, "recording", result.recordings)
-    return status
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:

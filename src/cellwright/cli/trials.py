@@ -12,7 +12,7 @@ from rich.console import Console
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
-from cellwright.cli.main import flag
+from cellwright.cli.parameters import flag
 from cellwright.cli.tables import FOLD, RIGHT, print_table, table
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.config.trial.difficulty import difficulties

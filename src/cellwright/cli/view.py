@@ -13,9 +13,10 @@ import typer
 from rich.console import Console
 
 from cellwright.cli import options, output
-from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
-from cellwright.cli.main import DONE, argument
+from cellwright.cli.arguments import CellArguments, PageAddress
+from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
+from cellwright.cli.parameters import argument, with_groups
 from cellwright.cli.signals import keep_until_signal
 from cellwright.config.robot.robots import load_robot
 from cellwright.engine.rate_control import RateControl
@@ -77,6 +78,7 @@ def served_name(address: tuple[str, int]) -> str:
         link.close()
 
 
+@with_groups
 def view(
     words: Annotated[
         list[str],
@@ -86,9 +88,7 @@ def view(
             "HOST:PORT of a server.",
         ),
     ],
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
+    address: PageAddress,
 ) -> None:
     """Show a trial, a robot, a recording, an evaluation or a server on a page in a browser, until Ctrl-C.
 
@@ -112,7 +112,7 @@ def view(
 
     Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.
     """
-    page = page_options(view=True, host=view_host, port=view_port, opens=open_page) or PageOptions()
+    page = address.options()
     console, here = Console(highlight=False), ServerOptions(port=0)
     match kind_of(words):
         case TargetKind.ADDRESS:
@@ -131,7 +131,7 @@ def view(
             target = PlaybackTarget(options.paths(words)[0], at_end=AtEnd.HOLD)
             play_recording(target, console, rate=RateControl(1.0, paused=True), serve=here, view=page)
         case TargetKind.ROBOT:
-            from cellwright.cli.teleop import robot_progress, robot_session, run_robot
+            from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
             from cellwright.robot.node import RobotNode
             from cellwright.running.run.robots import RobotTarget
 
@@ -145,7 +145,7 @@ def view(
         case TargetKind.TRIAL:
             from cellwright.cli.serve import run_served, served_session
 
-            cell = options.cell_of(words, console, competition=False)
+            cell = CellArguments().target(words, console, competition=False)
             rate = RateControl(1.0, paused=True)
             shown = served_session(
                 cell, console, rate=rate, until=None, serve=here, view=page, options=RunOptions(ends_when_done=False)

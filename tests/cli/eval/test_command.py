@@ -234,7 +234,7 @@ BELOW = "1 of 12 points, below the required 50 % of the points"
 def test_progress_on_terminal_is_a_live_table(tmp_path: Path) -> None:
     (tmp_path / "tiny.yaml").write_text(TRIAL)
     trial = EvaluatedTrial("tiny", (tmp_path / "tiny.yaml",), 12.0, 12.0, 500.0)
-    endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, 12.0, -1.0)
+    endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, 12.0, None)
     jobs = make_jobs([trial], "lesson", [1, 2, 3], vary=False)
     other = make_jobs([endless], "lesson", [4], vary=False)
     screen = io.StringIO()

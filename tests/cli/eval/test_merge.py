@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.eval.command import _trials
+from cellwright.cli.eval.arguments import evaluated_trials
 from cellwright.running.evaluation.plan.job import Job, RunLimits, make_jobs
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.results.result import Result
@@ -64,7 +64,7 @@ def made_up(jobs: Iterable[Job], chance: random.Random) -> list[Result]:
 
 
 def jobs_of(seeds: int) -> list[Job]:
-    return make_jobs(_trials(["tiny.yaml", "other.yaml"], []), AGENT, range(1, seeds + 1), vary=False)
+    return make_jobs(evaluated_trials(["tiny.yaml", "other.yaml"], []), AGENT, range(1, seeds + 1), vary=False)
 
 
 def store(folder: str, results: Iterable[Result]) -> None:

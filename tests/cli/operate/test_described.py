@@ -7,7 +7,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
-from cellwright.cli.operate import described_limits
+from cellwright.cli.operate.connection import described_limits
 
 URDF = """<robot name="one"><link name="a"/><link name="b"/><joint name="elbow" type="revolute"><parent link="a"/>
 <child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="2" effort="3" velocity="4"/></joint></robot>"""

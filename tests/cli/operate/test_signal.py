@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.operate import NodeConnection, _chosen
+from cellwright.cli.operate.connection import AddressArguments, NodeConnection
+from cellwright.cli.operate.signal import _chosen
 from cellwright.clients.operators.robot import JointLimits
 from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
@@ -102,7 +103,7 @@ def test_invalid_input_prints_one_line_and_moves_nothing(
 
 def test_wildcard_skips_mimic_joints_unless_it_matches_no_other(address: str) -> None:
     limits = JointLimits(leaders={"right_6": "right_5"})
-    with NodeConnection(address).robot() as operated:
+    with NodeConnection(AddressArguments(address)).robot() as operated:
         assert _chosen(operated, ["right_[56]"], limits) == ["right_5"]
         assert _chosen(operated, ["right_6*"], limits) == ["right_6"]
 

@@ -272,13 +272,6 @@ def test_viewed_run_has_result_of_plain_run(cellwright: CommandLine) -> None:
     assert json.loads(plain.out)["state_hash"] == json.loads(viewed.out)["state_hash"]
 
 
-def test_camera_name_after_view_is_refused_with_new_option(cellwright: CommandLine) -> None:
-    for command in ("run", "serve"):
-        ran = cellwright(command, "lesson", "--view", "overview")
-        assert (ran.status, ran.err.count("\n")) == (2, 1)
-        assert "--camera overview" in ran.err
-
-
 def test_page_options_without_view_are_refused(cellwright: CommandLine) -> None:
     for more in (["--view-port", "8080"], ["--view-host", "127.0.0.1"], ["--open"]):
         ran = cellwright("run", "lesson", *more)

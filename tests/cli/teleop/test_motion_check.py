@@ -7,7 +7,7 @@ import math
 import pytest
 from rich.console import Console
 
-from cellwright.cli.teleop import show_motion_report
+from cellwright.cli.teleop.checks import show_motion_report
 from cellwright.robot.checks.rig import Finding, MotionReport
 from tests.cli.conftest import CommandLine
 
@@ -53,7 +53,7 @@ def test_check_with_teleport_motion_fails_with_status_1(cellwright: CommandLine)
 
 def test_json_report_contains_no_infinity(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     report = MotionReport("shy", "", (GOOD, BAD))
-    monkeypatch.setattr("cellwright.cli.teleop.check_motion", lambda _node: report)
+    monkeypatch.setattr("cellwright.cli.teleop.checks.check_motion", lambda _node: report)
     ran = cellwright("teleop", "tandem", "--check", "--json")
     assert ran.status == 1
     read = json.loads(ran.out, parse_constant=pytest.fail)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cli.operate import NodeConnection
+from cellwright.cli.operate.connection import AddressArguments, NodeConnection
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.keyboard import Jog, Keyboard
@@ -83,7 +83,7 @@ def test_keyboard_over_ros1_drives_robot_and_stops_it_on_way_home(
     assert len(robot.tips) == len(robot.grippers) == 2
     for name, value in master.ros.items():
         monkeypatch.setenv(name, value)
-    limits = NodeConnection(None, ros1=True).limits(robot)
+    limits = NodeConnection(AddressArguments(ros1=True)).limits(robot)
     assert limits.source == "robot_description"
     assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
     start, wait = robot.tips[0].position, robot.session.wait_until

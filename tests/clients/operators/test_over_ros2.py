@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cli.operate import NodeConnection
+from cellwright.cli.operate.connection import AddressArguments, NodeConnection
 from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.keyboard import Jog, Keyboard
@@ -126,7 +126,7 @@ def test_keyboard_over_ros2_drives_robot_and_stops_it_on_way_home(
     assert len(robot.tips) == len(robot.grippers) == 2
     for name, value in tandem.ros.items():
         monkeypatch.setenv(name, value)
-    limits = NodeConnection(None, ros2=True).limits(robot)
+    limits = NodeConnection(AddressArguments(ros2=True)).limits(robot)
     assert limits.source == "robot_description"
     assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
     start, wait = robot.tips[0].position, robot.session.wait_until

@@ -3,14 +3,13 @@
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
 from typing import NoReturn
 
 import typer
 from rich.console import Console
 
 from cellwright.cli import options
+from cellwright.cli.eval.arguments import EvaluationArguments
 from cellwright.cli.eval.conclusion import continued_later, refuse_file, write_beside
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import BAD_INPUT, DONE, TRY_AGAIN
@@ -21,12 +20,11 @@ from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import usable_processors
 from cellwright.running.evaluation.outputs import gradebook
 from cellwright.running.evaluation.outputs.report import report
-from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, agent_digest, make_jobs
+from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, agent_digest, make_jobs
 from cellwright.running.evaluation.plan.roster import Student, find_students
 from cellwright.running.evaluation.results.folder import PLAN_NAME
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
-from cellwright.running.evaluation.results.summary import Threshold
 
 SHEET = "class.csv"
 PAGE = "class.html"
@@ -34,24 +32,7 @@ _STOP_AFTER = 3  # runs of a program at a limit of time, after which its others 
 _MAX_SHOWN = 60  # characters of a reason in the table
 
 
-@dataclass(frozen=True)
-class ClassOptions:
-    """Options of the evaluation of a class; see `cellwright eval --help`."""
-
-    trials: Sequence[EvaluatedTrial]
-    seeds: Sequence[int]
-    vary: bool
-    verify: bool
-    limits: RunLimits
-    workers: int | None
-    threshold: Threshold | None
-    out: Path
-    fresh: bool
-    records: bool
-    as_json: bool
-
-
-def evaluate_class(patterns: Sequence[str], given: ClassOptions) -> NoReturn:
+def evaluate_class(patterns: Sequence[str], trials: Sequence[EvaluatedTrial], given: EvaluationArguments) -> NoReturn:
     """Evaluate the programs that the patterns select; write the sheet and the feedback, and exit.
 
     Each program runs in a process of its own, away from cell and referee. Runs of all programs share the processors. A
@@ -59,7 +40,7 @@ def evaluate_class(patterns: Sequence[str], given: ClassOptions) -> NoReturn:
     """
     students = find_students(patterns)
     console = Console(stderr=given.as_json, highlight=False)
-    by_student = [_jobs(student, given) for student in students]
+    by_student = [_jobs(student, trials, given) for student in students]
     jobs = [job for turn in zip(*by_student, strict=True) for job in turn]  # what spoils a program shows early
     programs = _digests(students)
     try:
@@ -89,7 +70,7 @@ def _conclude(
     students: Sequence[Student],
     results: Sequence[Result],
     failures: list[str],
-    given: ClassOptions,
+    given: EvaluationArguments,
     console: Console,
     *,
     left: int,
@@ -98,7 +79,7 @@ def _conclude(
     by_agent: dict[str, list[Result]] = {student.agent: [] for student in students}
     for result in results:
         by_agent[result.agent].append(result)
-    found = gradebook.rows(students, by_agent, given.threshold)
+    found = gradebook.rows(students, by_agent, given.reports.threshold)
     failures += _write(found, by_agent, given)
     is_none_made = not any(row.is_made for row in found)
     status = TRY_AGAIN if failures or left else BAD_INPUT if is_none_made else DONE
@@ -122,9 +103,9 @@ def _conclude(
     raise typer.Exit(TRY_AGAIN if failures else status)
 
 
-def _jobs(student: Student, given: ClassOptions) -> list[Job]:
+def _jobs(student: Student, trials: Sequence[EvaluatedTrial], given: EvaluationArguments) -> list[Job]:
     try:
-        return make_jobs(given.trials, student.agent, given.seeds, vary=given.vary, over="socket", verify=given.verify)
+        return make_jobs(trials, student.agent, given.numbers, vary=given.vary, over="socket", verify=given.verify)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
 
@@ -140,7 +121,7 @@ def _digests(students: Sequence[Student]) -> dict[str, str]:
 
 
 def _run(
-    jobs: Sequence[Job], students: Sequence[Student], store: ResultsFile, given: ClassOptions, console: Console
+    jobs: Sequence[Job], students: Sequence[Student], store: ResultsFile, given: EvaluationArguments, console: Console
 ) -> tuple[list[Result], list[str]]:
     """Return the results of the jobs that have one, and why there were no more."""
     names = {student.agent: student.name for student in students}
@@ -148,10 +129,10 @@ def _run(
     with EvalProgress(console, jobs, title=title, label=lambda each: f"{names[each.agent]}, {each.name}") as progress:
         evaluation = LocalRunner(
             store,
-            limits=given.limits,
+            limits=given.limits.limits(),
             workers=usable_processors() if given.workers is None else given.workers,
             stop_after=_STOP_AFTER,
-            records=given.records,
+            records=given.record,
             on_result=progress.take,
             on_progress=progress.show_jobs,
             on_fault=progress.show_fault,
@@ -169,7 +150,9 @@ def _run(
     return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
 
 
-def _write(found: Sequence[gradebook.Row], results: Mapping[str, Sequence[Result]], given: ClassOptions) -> list[str]:
+def _write(
+    found: Sequence[gradebook.Row], results: Mapping[str, Sequence[Result]], given: EvaluationArguments
+) -> list[str]:
     """Write the sheet, the page and the feedback; return the errors."""
     folder = given.out / gradebook.FEEDBACK
     if folder.is_symlink():
@@ -179,9 +162,9 @@ def _write(found: Sequence[gradebook.Row], results: Mapping[str, Sequence[Result
     except OSError as error:
         return [f"{folder}: cannot be written: {error.strerror}"]
     failures = write_beside(given.out / SHEET, gradebook.csv_sheet(found))
-    failures += write_beside(given.out / PAGE, gradebook.page(found, given.threshold))
+    failures += write_beside(given.out / PAGE, gradebook.page(found, given.reports.threshold))
     for row in found:
-        failures += write_beside(given.out / row.feedback, report(results[row.student.agent], given.threshold))
+        failures += write_beside(given.out / row.feedback, report(results[row.student.agent], given.reports.threshold))
     return failures
 
 

@@ -10,8 +10,9 @@ from rich.text import Text
 
 from cellwright.cli import options
 from cellwright.cli.arguments import AsJson
-from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, argument, flag, option
+from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE
 from cellwright.cli.output import print_entry, print_line
+from cellwright.cli.parameters import argument, flag, option
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, print_table, table
 from cellwright.running.evaluation.results.comparison import Comparison, Pair, read_evaluation
 from cellwright.running.evaluation.results.measures import MEASURES, Change

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -12,8 +13,9 @@ from rich.console import Console
 
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
-from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, TRY_AGAIN, flag
+from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE, TRY_AGAIN
 from cellwright.cli.output import echo, print_entry, print_line, write_result
+from cellwright.cli.parameters import flag
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation.execution.process import DISK_FULL
@@ -31,6 +33,23 @@ from cellwright.util.plugins import is_installed
 AsTable = Annotated[bool, flag("--parquet", "Write FOLDER/results.parquet too: a table of the runs.", OUTPUT)]
 
 _MAX_REASONS = 10
+
+
+@dataclass(frozen=True)
+class Reports:
+    """Files and output at the end of an evaluation.
+
+    Attributes:
+        out: folder of the evaluation.
+        threshold: score below which a run does not pass, if any.
+        as_table: write a table of the runs too.
+        as_json: print the summary as JSON.
+    """
+
+    out: Path
+    threshold: summary.Threshold | None
+    as_table: bool
+    as_json: bool
 
 
 def threshold_of(min_score: str | None) -> summary.Threshold | None:
@@ -72,27 +91,25 @@ def continued_later() -> Iterator[None]:
 
 
 def conclude(
-    out: Path,
     ended: Sequence[Result],
     failures: list[str],
-    threshold: summary.Threshold | None,
+    wanted: Reports,
     console: Console,
     *,
-    left: int,
-    as_table: bool,
-    as_json: bool,
+    left: int = 0,
     tracking: Tracking | None = None,
 ) -> NoReturn:
-    """Write the files of an evaluation to `out`, print its summary, and exit.
+    """Write the files of an evaluation, print its summary, and exit.
 
     `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each; `left` is the
     number of runs that were interrupted. A failure of `tracking` does not change the exit status.
     """
+    out, threshold = wanted.out, wanted.threshold
     results, repeats = summary.with_repeats(ended)
     failures += write_beside(out / "junit.xml", junit(results, threshold, repeats))
     pictures = {} if left else draw_worst(out, results, partial(print_line, console))
     failures += write_beside(out / "report.html", report(results, threshold, repeats, pictures))
-    if as_table:
+    if wanted.as_table:
         failures += write_beside(out / TABLE_NAME, parquet_table(ended))
     reasons = [summary.shortcoming(result, threshold) for result in results if not result.is_unjudged]
     reasons += [each.difference for each in repeats]
@@ -107,7 +124,7 @@ def conclude(
     status = TRY_AGAIN if failures else status
     if tracking is not None:
         ending: Status = "failed" if failures else "interrupted" if left else "finished"
-        names = ("report.html", "summary.json", "junit.xml", RESULTS_NAME, *([TABLE_NAME] if as_table else []))
+        names = ("report.html", "summary.json", "junit.xml", RESULTS_NAME, *([TABLE_NAME] if wanted.as_table else []))
         metrics = final_metrics(results, threshold, repeats, status)
         for note in tracking.finish(metrics, len(ended), [out / name for name in names], ending):
             print_line(console, f"warning: {note}", "yellow")
@@ -115,7 +132,7 @@ def conclude(
             print_entry(console, name, f"run {run}")
     for failure in failures:
         echo(f"error: {failure}", err=True)
-    if as_json:
+    if wanted.as_json:
         typer.echo(document)
     raise typer.Exit(status)
 

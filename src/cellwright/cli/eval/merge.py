@@ -6,9 +6,9 @@ from typing import Annotated
 from rich.console import Console
 
 from cellwright.cli.arguments import OUTPUT, AsJson
-from cellwright.cli.eval.conclusion import AsTable, conclude, refuse_file, require_table, threshold_of
-from cellwright.cli.main import argument, option
+from cellwright.cli.eval.conclusion import AsTable, Reports, conclude, refuse_file, require_table, threshold_of
 from cellwright.cli.output import print_line
+from cellwright.cli.parameters import argument, option
 from cellwright.running.evaluation.results import merge as merging
 
 _MAX_NAMES = 10
@@ -46,4 +46,4 @@ def merge(
         names = ", ".join(merged.missing[:_MAX_NAMES])
         more = len(merged.missing) - _MAX_NAMES
         failures.append(f"no result of {names}{f' and {more} more' if more > 0 else ''}; repeat their shards")
-    conclude(out, merged.results, failures, threshold, console, left=0, as_table=as_table, as_json=as_json)
+    conclude(merged.results, failures, Reports(out, threshold, as_table, as_json), console)

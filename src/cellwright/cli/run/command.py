@@ -1,138 +1,45 @@
 """Command `cellwright run`: a cell from its file to its score."""
 
-import logging
+import json
 import shlex
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout, suppress
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TextIO
 
 import typer
 from rich.console import Console
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, GameScore, TrialScore, trial_score
-from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import AGENT_HELP, END, LOCKSTEP_HELP, OUTPUT, SIMULATION, SPEED_HELP, VIEWING
-from cellwright.cli.main import exit_status_of, flag, option
+from cellwright.cli import options, output
+from cellwright.cli.arguments import record_options
+from cellwright.cli.main import exit_status_of
+from cellwright.cli.parameters import with_groups
+from cellwright.cli.run.arguments import RunArguments
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
-from cellwright.cli.summary import RunProgress, show_files, show_result
-from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
+from cellwright.cli.summary import RunProgress, result_document, show_files, show_result, take_picture, with_files
+from cellwright.clients.agents.agent import BUNDLED
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import joined_name
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
-from cellwright.rendering.backend import requested_backend
-from cellwright.running.run import Outcome, Program, RunOptions, ServerOptions, Session
-from cellwright.running.run.observers import Pictures, Quality
+from cellwright.running.run import Outcome, RunResult, ServerOptions, Session
+from cellwright.running.run.observers import Pictures
 from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import CellwrightError, UsageError
 
 AGENT_IN_OWN_PROCESS = "the agent runs in its own process; end the run and start it again"
 """Reason why a run over a socket or ROS cannot start again from the page."""
 
-SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
-"""Headings for options in the help."""
-
-AgentName = Annotated[str, option("AGENT", f"{AGENT_HELP}; `none` for no agent.", SIMULATION)]
-Speed = Annotated[
-    str | None,
-    option(
-        "FACTOR", f"{SPEED_HELP} Default: `max`, but `1` with --view, and with --over and no --lockstep.", SIMULATION
-    ),
-]
-Over = Annotated[
-    str | None,
-    option(
-        "TRANSPORT",
-        "Run the agent in its own process, connected to the cell over a `socket`, `ros1` or `ros2`.",
-        PROCESSES,
-    ),
-]
-Lockstep = Annotated[
-    bool, flag("--lockstep", f"{LOCKSTEP_HELP}; requires --over, and gives the same result as one process.", PROCESSES)
-]
-Connect = Annotated[
-    str | None,
-    option("HOST:PORT", "Work the cell that `cellwright serve` serves at this address, instead of a TRIAL.", PROCESSES),
-]
-MinScore = Annotated[float | None, option("POINTS", "Exit with status 1 if the score is less.", END)]
-Snapshots = Annotated[
-    list[str] | None, option("T:FILE.png", "Take a picture at a simulation time [s]; repeatable.", VIEWING)
-]
-WithPicture = Annotated[bool, flag("--picture/--no-picture", "Write TRIAL.png at the end.", VIEWING)]
-PictureQuality = Annotated[
-    Quality, option("QUALITY", "Quality of pictures: `fast`, by OpenGL as in videos, or `fine`, by rays.", VIEWING)
-]
-Checkpoints = Annotated[
-    list[str] | None,
-    option(
-        "T:FILE.npz",
-        "Save a checkpoint at this simulation time [s]; repeatable. It changes the state hash of the run.",
-        SAVE,
-    ),
-]
-Resume = Annotated[
-    Path | None, option("FILE.npz", "Resume from a checkpoint; the agent starts from its beginning.", SAVE)
-]
-Listen = Annotated[
-    list[str] | None, option("TOPIC", "Count the messages of a topic, or of `all`; repeatable.", VIEWING)
-]
-TeamAverages = Annotated[
-    str | None,
-    option(
-        "COST,TIME",
-        "Score the trial as in the finals, from these averages of all teams [$, s], with a time for each order.",
-        OUTPUT,
-    ),
-]
-Verbose = Annotated[bool, flag("--verbose -v", "Print the agent's log messages.", OUTPUT)]
-
-
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
 
 
-def run(
-    context: typer.Context,
-    files: Annotated[list[str] | None, arguments.TRIAL] = None,
-    agent: AgentName = "kitter",
-    servo: arguments.Servo = None,
-    seed: arguments.Seed = None,
-    vary: arguments.Vary = False,
-    overrides: arguments.Overrides = None,
-    speed: Speed = None,
-    over: Over = None,
-    lockstep: Lockstep = False,
-    connect: Connect = None,
-    development: arguments.Development = False,
-    until: arguments.Until = None,
-    min_score: MinScore = None,
-    snapshot: Snapshots = None,
-    picture: WithPicture = True,
-    camera: arguments.PictureCamera = "overview",
-    view: arguments.RunView = False,
-    view_host: arguments.ViewHost = None,
-    view_port: arguments.ViewPort = None,
-    open_page: arguments.OpenPage = False,
-    quality: PictureQuality = Quality.FAST,
-    video: arguments.VideoFile = None,
-    video_camera: arguments.VideoCamera = None,
-    video_speed: arguments.VideoSpeed = 1.0,
-    video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
-    video_fine: arguments.VideoFine = False,
-    checkpoint: Checkpoints = None,
-    resume: Resume = None,
-    listen: Listen = None,
-    as_json: arguments.AsJson = False,
-    log: arguments.Log = None,
-    record: arguments.Record = None,
-    averages: TeamAverages = None,
-    verbose: Verbose = False,
-) -> None:
+@with_groups
+def run(context: typer.Context, given: RunArguments) -> None:
     """Run a trial headless, and print its score.
 
     The referee scores the kits that the agent submits. A picture of the cell at the end goes to TRIAL.png.
@@ -165,99 +72,93 @@ def run(
     trial has no order. Not done are runs that end by a time limit, by --until before the agent, by a signal, by an
     agent that gave up or crashed, or below --min-score.
     """
-    threshold = options.min_score(min_score)
-    if connect is not None:
+    options.min_score(given.min_score)
+    if given.process.connect is not None:
         _refuse_cell_options(context)
         from cellwright.cli.run.remote import run_connected
 
-        run_connected(agent, connect, as_json=as_json, min_score=threshold)
-    if not files:
+        run_connected(given.agent, given.process.connect, as_json=given.as_json, min_score=given.min_score)
+    if not given.files:
         options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
-    arguments.refuse_camera_name(files, view=view)
-    if quality is Quality.FAST and (picture or snapshot):
-        requested_backend()
-    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
-    if over is None and lockstep:
-        options.refuse("--lockstep requires --over (for example --over socket); in-process runs are always lockstep")
-    if over not in (None, "socket", "ros1", "ros2"):
-        options.refuse(f"--over {over}: give socket, ros1 or ros2")
-    rate = options.speed(speed or ("max" if page is None and (over is None or lockstep) else "1"))
-    run_options = RunOptions(
-        listen=listen or (),
-        checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
-        start=resume,
-    )
-    log_file = options.output_file("--log", log, ".jsonl")
-    kept = arguments.record_options(record, agent=agent)
-    filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
-    place = options.camera(camera)
-    pictures = Pictures(
-        place, [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], output.warn, quality
-    )
-    console = Console(stderr=as_json, highlight=False)
-    progress = RunProgress(console, until=options.until(until), verbose=verbose)
+    given.process.refuse()
+    console, over = Console(stderr=given.as_json, highlight=False), given.process.over
     print_out = partial(console.print, markup=False, soft_wrap=True)
+    pictures = given.viewing.pictures()
+    session = _session(given, given.files, pictures, console)
+    program = given.process.program(given.agent, has_end=given.until is not None, is_verbose=given.verbose)
+    with ExitStack() as leaving:
+        out = sys.stdout
+        if given.as_json:  # output of files and agents is no JSON
+            leaving.enter_context(redirect_stdout(sys.stderr))
+        if over:
+            leaving.enter_context(stopped_by_signals(session.stop.request))
+        leaving.enter_context(session)
+        cell: Cell = session.node
+        options.topics(given.viewing.listen or (), cell)
+        options.averages(given.averages, cell.trial)
+        worker = program()
+        if worker is not None and not cell.trial.has_arm:
+            _warn_of_missing_arm(cell.trial.name, given.files, given.agent)
+        changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if given.cell.vary else [])])
+        facts = f"agent {given.agent}, seed {cell.seed}, servo {cell.servo}"
+        print_out(f"trial {cell.trial.name}{changes}, {facts}", soft_wrap=False)
+        while True:
+            with nullcontext() if over else ended_as_by_ctrl_c():
+                result = cell_result(session.run(worker))
+            status = exit_status_of(result, has_agent=worker is not None, min_score=given.min_score)
+            status = with_files(status, cell, result, pictures)
+            if not session.restart_requested:
+                sys.stderr.write(result.error)
+                _show(given, cell, result, status, pictures, console, out)
+            keeps = not given.as_json
+            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, print_out, keeps=keeps):
+                raise typer.Exit(status)
+            worker = program()
+
+
+def _show(
+    given: RunArguments, cell: Cell, result: RunResult, status: int, pictures: Pictures, console: Console, out: TextIO
+) -> None:
+    """Print the result, to `out` as JSON, and write the picture at the end."""
+    spent = options.averages(given.averages, cell.trial)
+    final = None if spent is None else finals_score(cell.trial, result.score, spent)
+    if not given.as_json:
+        show_result(console, result, final)
+        if given.min_score is not None and result.score.total < given.min_score:
+            output.print_entry(console, "not enough", f"below --min-score {given.min_score:g}")
+    if given.viewing.picture and result.outcome is not Outcome.INTERRUPTED:
+        take_picture(console, pictures, Path(f"{cell.trial.name}.png"), cell)
+    if given.as_json:
+        document = result_document(cell, given.agent, result, status, pictures.written, final)
+        out.write(json.dumps(document | {"videos": result.videos}, indent=2) + "\n")
+    else:
+        show_files(console, result, pictures)
+
+
+def _session(given: RunArguments, files: Sequence[str], pictures: Pictures, console: Console) -> Session:
+    """Return the session of a run, whose events go to a console."""
+    progress = RunProgress(console, until=options.until(given.until), verbose=given.verbose)
+    page, over, lockstep = given.viewing.page.options(), given.process.over, given.process.lockstep
+    rate = options.speed(given.speed or ("max" if page is None and (over is None or lockstep) else "1"))
     session = Session(
-        options.cell_of(
-            *(files, console),
-            overrides=options.overrides(overrides),
-            seed=seed,
-            servo=servo,
-            is_varied=vary,
-            competition=not development,
-            agent=agent,
-        ),
-        until=until,
+        given.cell.target(files, console, competition=not given.development, agent=given.agent),
+        until=given.until,
         rate=rate if page is None else RateControl(rate),
         lockstep=lockstep,
         serve=ServerOptions(port=0) if over else False,
         view=page or False,
         ros1=over == "ros1",
         ros2=over == "ros2",
-        record=kept and replace(kept, is_varied=vary),
-        video=filmed,
-        log=log_file,
-        about={"agent": agent},
+        record=record_options(given.record, is_varied=given.cell.vary, agent=given.agent),
+        video=given.video.options(),
+        log=options.output_file("--log", given.log, ".jsonl"),
+        about={"agent": given.agent},
         observers=[pictures, progress],
-        options=run_options,
+        options=given.run_options(),
         **output.session_outputs(console, partial(progress.line, style="yellow")),
     )
     session.restart_refusal = AGENT_IN_OWN_PROCESS if over else ""
-    program = _program(agent, over, has_end=until is not None, is_verbose=verbose)
-    with ExitStack() as leaving:
-        out = sys.stdout
-        if as_json:  # output of files and agents is no JSON
-            leaving.enter_context(redirect_stdout(sys.stderr))
-        if over:
-            leaving.enter_context(stopped_by_signals(session.stop.request))
-        leaving.enter_context(session)
-        cell: Cell = session.node
-        options.topics(run_options.listen, cell)
-        spent = options.averages(averages, cell.trial)
-        worker = program()
-        if worker is not None and not cell.trial.has_arm:
-            _warn_of_missing_arm(cell.trial.name, files or (), agent)
-        changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if vary else [])])
-        print_out(
-            f"trial {cell.trial.name}{changes}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False
-        )
-        while True:
-            with nullcontext() if over else ended_as_by_ctrl_c():
-                result = cell_result(session.run(worker))
-            status = exit_status_of(result, has_agent=worker is not None, min_score=threshold)
-            if not session.restart_requested:
-                sys.stderr.write(result.error)
-                final = None if spent is None else finals_score(cell.trial, result.score, spent)
-                if not as_json:
-                    show_result(console, result, final)
-                    if threshold is not None and result.score.total < threshold:
-                        output.print_entry(console, "not enough", f"below --min-score {threshold:g}")
-                end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
-                to = out if as_json else None
-                status = show_files(console, session, agent, status, pictures, end, final, out=to)
-            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, print_out, keeps=not as_json):
-                raise typer.Exit(status)
-            worker = program()
+    return session
 
 
 def _wait_for_restart(session: Session, on_message: Callable[[str], None], *, keeps: bool) -> bool:
@@ -271,24 +172,6 @@ def _wait_for_restart(session: Session, on_message: Callable[[str], None], *, ke
         on_message("the page stays open until Ctrl-C")  # once the handlers of signals are set
         return session.wait()
     return False
-
-
-def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
-    """Return a factory for each run: an agent of its own, the agent in a process of its own, or None for no agent."""
-    if agent == "none":
-        if not has_end:
-            options.refuse("--agent none requires --until SECONDS: without an agent a run has no end")
-        return lambda: None
-    make = find_agent(agent)
-    if over is None:
-        return make
-    from cellwright.running.remote.hosting import RemoteAgent
-
-    def print_line(line: str) -> None:
-        sys.stdout.write(f"{line}\n")
-
-    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, on_message=print_line)
-    return lambda: remote
 
 
 def _refuse_cell_options(context: typer.Context) -> None:

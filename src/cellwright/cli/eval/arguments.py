@@ -1,0 +1,252 @@
+"""Options of `cellwright eval`, and the trials that they name."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cellwright.cell.kitting.attainable import attainable_score
+from cellwright.cli import options
+from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, VIEW_HELP, VIEWING, AsJson, PageArguments, Vary
+from cellwright.cli.eval.conclusion import AsTable, Reports, require_table, threshold_of
+from cellwright.cli.options import N
+from cellwright.cli.parameters import argument, flag, option
+from cellwright.config.trial.catalogue import bundled_sensors
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.joining import joined_name, split_names
+from cellwright.config.trial.trial import PictureCameraConfig
+from cellwright.rendering.backend import requested_backend
+from cellwright.running.evaluation.outputs.tracking import Tracking
+from cellwright.running.evaluation.plan.job import MEBIBYTE, EvaluatedTrial, RunLimits, models_digest
+from cellwright.running.evaluation.plan.shard import Shard
+from cellwright.running.evaluation.plan.sweep import Sweep, check_effect, variant_name, variants
+
+ARM_AND_SENSORS = bundled_sensors()[0]
+"""Files with the arm and sensors that a trial of the competition lacks, where each team brought its own."""
+
+_LIMITS, _TRUST = "Limits of each run", "Programs that you do not trust"
+_MAX_SEEDS, _MAX_JOBS = 100_000, 1024
+_MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
+
+
+@dataclass(frozen=True)
+class LimitArguments:
+    """Options of the limits of each run."""
+
+    time_limit: Annotated[float, option("T", "Wall time [s].", _LIMITS)] = 600.0
+    start_limit: Annotated[
+        float, option("T", "Simulation time until the program must have started the competition [s].", _LIMITS)
+    ] = 300.0
+    memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0
+
+    def limits(self) -> RunLimits:
+        """Return the limits."""
+        return RunLimits(
+            _within("--time-limit", self.time_limit, 0.1, options.LATEST),
+            round(_within("--memory-limit", self.memory_limit, *_MEMORY) * MEBIBYTE),
+            start=_within("--start-limit", self.start_limit, 1.0, options.LATEST),
+        )
+
+
+@dataclass(frozen=True)
+class EvaluationPageArguments(PageArguments):
+    """Options of a page that outlives the evaluation."""
+
+    view: Annotated[
+        bool,
+        flag("--view", f"{VIEW_HELP} The page stays at the end, until Ctrl-C; with --json it ends as well.", VIEWING),
+    ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluationArguments:
+    """Arguments and options of `cellwright eval`, in the order of its help."""
+
+    trials: Annotated[
+        list[str],
+        argument(
+            "TRIAL",
+            "Bundled trials, such as `lesson`, and YAML files. Each is a separate trial; files of one are joined as "
+            "`final01+kitter_sensors`.",
+        ),
+    ]
+    agent: Annotated[str, option("AGENT", f"{AGENT_HELP}.", SIMULATION)] = "kitter"
+    agents: Annotated[
+        list[str] | None,
+        option(
+            "PATTERN",
+            "Evaluate each program of a class, such as `'students/*.py:Mine'`, over socket: one sheet with a row for "
+            "each, and a file of feedback; repeatable.",
+            SIMULATION,
+        ),
+    ] = None
+    joined: Annotated[
+        list[str] | None,
+        option(
+            "FILE",
+            "Join this file to each trial, such as one with your arm and sensors; repeatable. "
+            f"Default for trials without an arm: `{ARM_AND_SENSORS}`.",
+            SIMULATION,
+            name="--with",
+        ),
+    ] = None
+    seeds: Annotated[int, option("N", "Run each trial with the seeds 1 to N.", SIMULATION)] = 1
+    vary: Vary = False
+    sweep: Annotated[
+        list[str] | None,
+        option(
+            "KEY=A,B,C",
+            "Run each trial with each value of this key of its file, such as `time_limit=60,120`; several give all "
+            "combinations.",
+            SIMULATION,
+        ),
+    ] = None
+    repeat: Annotated[
+        bool, flag("--repeat", "Run each trial and seed twice, and find programs that are not repeatable.", SIMULATION)
+    ] = False
+    jobs: Annotated[
+        int | None,
+        option("J", "Runs in parallel. Default: the number of processors, here or of the cluster.", SIMULATION),
+    ] = None
+    shard: Annotated[
+        str | None,
+        option("K/N", "Do part K of N of the runs, or `auto` by variables of Slurm or Kubernetes.", SIMULATION),
+    ] = None
+    ray: Annotated[
+        str | None,
+        option(
+            "ADDRESS",
+            "Run on the Ray cluster at this address, such as `auto` or HOST:PORT; `local` starts one here.",
+            SIMULATION,
+        ),
+    ] = None
+    limits: LimitArguments
+    over: Annotated[
+        str | None,
+        option(
+            "socket",
+            "Run each program in a process of its own, which does not hold cell and referee; the results are the same.",
+            _TRUST,
+        ),
+    ] = None
+    verify: Annotated[
+        bool,
+        flag(
+            "--verify",
+            "Play each run's commands again in a process without the program; a run with another result fails.",
+            _TRUST,
+        ),
+    ] = False
+    min_score: Annotated[
+        str | None,
+        option("SCORE", "Exit with status 1 if a run scores less: points, or `75%` of the reachable points.", OUTPUT),
+    ] = None
+    out: Annotated[Path, option("FOLDER", "Folder for results, logs and reports.", OUTPUT)] = Path("evaluation")
+    fresh: Annotated[
+        bool,
+        flag(
+            "--fresh",
+            "Run everything, also what has a valid result in FOLDER already, or in place of another program.",
+            OUTPUT,
+        ),
+    ] = False
+    record: Annotated[
+        bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
+    ] = False
+    record_failed: Annotated[
+        bool, flag("--record-failed", "As --record, but keep only the recordings of runs that do not pass.", OUTPUT)
+    ] = False
+    as_table: AsTable = False
+    log: Annotated[
+        list[str] | None, option("TRACKER", "Log the evaluation to `mlflow` or `wandb` as one run; repeatable.", OUTPUT)
+    ] = None
+    page: EvaluationPageArguments
+    as_json: AsJson = False
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """The seeds."""
+        return range(1, _within("--seeds", self.seeds, 1, _MAX_SEEDS) + 1)
+
+    @property
+    def workers(self) -> int | None:
+        """The number of runs in parallel; None for that of the processors."""
+        return None if self.jobs is None else _within("--jobs", self.jobs, 1, _MAX_JOBS)
+
+    @property
+    def part(self) -> Shard | None:
+        """The part of the runs to do; None for all."""
+        with options.errors_of("--shard"):
+            return None if self.shard is None else Shard.read(self.shard)
+
+    @property
+    def reports(self) -> Reports:
+        """The files to write at the end."""
+        return Reports(self.out, threshold_of(self.min_score), self.as_table, self.as_json)
+
+    def refuse(self) -> None:
+        """Refuse invalid values, and options that do not go together."""
+        if self.over not in (None, "socket"):
+            options.refuse(f"--over {self.over}: give socket")
+        threshold_of(self.min_score)
+        if self.record and self.record_failed:
+            options.refuse("--record keeps all recordings; leave out it or --record-failed")
+        require_table(self.as_table)
+        with options.errors_of("--log"):
+            Tracking.require(self.log or ())
+        _ = self.part, self.limits.limits()
+        if self.agents:
+            refused = {
+                "--agent": self.agent != "kitter",
+                "--shard": self.shard is not None,
+                "--ray": self.ray is not None,
+                "--log": bool(self.log),
+                "--parquet": self.as_table,
+                "--repeat": self.repeat,
+                "--view": self.page.view,
+            }
+            if given := [name for name, is_given in refused.items() if is_given]:
+                options.refuse(f"{given[0]}: does not go with --agents; leave one out")
+        _ = self.numbers, self.workers
+
+    def evaluated(self) -> list[EvaluatedTrial]:
+        """Read the trials."""
+        return evaluated_trials(self.trials, self.joined or [], list(map(Sweep.read, self.sweep or [])))
+
+
+def evaluated_trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep] = ()) -> list[EvaluatedTrial]:
+    """Read the trials once: their errors are printed before anything starts."""
+    entries = []
+    for name in dict.fromkeys(names):
+        alone = load_trial(options.paths([name])).trial
+        if not alone.orders and len(names) > 1:
+            others = joined_name([*(other for other in names if other != name), name][-2:])
+            options.refuse(f"{name}: has no order, and is no trial beside others; to join it, write such as {others}")
+        parts = [*split_names(name), *(joined or ([] if alone.has_arm else [ARM_AND_SENSORS]))]
+        swept = variants(sweeps, name if len(names) > 1 else "")
+        trials = options.load_variants([joined_name(parts)], swept)
+        check_effect(sweeps, trials)
+        if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
+            requested_backend()  # an unknown backend is reported once, and not by every run
+        entries += [
+            (name, parts, each, trial, attainable_score(trial)) for each, trial in zip(swept, trials, strict=True)
+        ]
+    how_often = Counter(trial for _, trial in {(name, trial.name) for name, _, _, trial, _ in entries})
+    return [
+        EvaluatedTrial(
+            variant_name(trial.name if how_often[trial.name] == 1 else name, overrides),
+            tuple(path.resolve() for path in options.paths([joined_name(parts)])),
+            attainable.total,
+            attainable.maximum,
+            trial.time_limit,
+            models_digest(trial),
+            tuple(parts),
+            overrides,
+        )
+        for name, parts, overrides, trial, attainable in entries
+    ]
+
+
+def _within(option: str, value: N, low: float, high: float) -> N:
+    return options.in_range(option, value, low, high, f"a number from {low:g} to {high:g}")

@@ -1,0 +1,1 @@
+"""Command `cellwright teleop`: a robot controller node, and checks of a robot's motion and of a driver."""
