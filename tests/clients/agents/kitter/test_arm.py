@@ -3,12 +3,10 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.agent import find_agent
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.motion import Joints, forward
-from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
 from tests.support.cells import ARM_ONLY, BARE
 
@@ -31,8 +29,3 @@ def test_arm_reads_newest_joint_states() -> None:
 def test_arm_without_joint_states_is_refused() -> None:
     with pytest.raises(UsageError, match="no joint positions: nothing is published"):
         KitterArm(Client(InProcess(Cell(BARE))))
-
-
-def test_agent_in_cell_without_arm_says_so() -> None:
-    result = run_cell(Cell(BARE), find_agent("kitter")(), RunOptions(until=10.0))
-    assert "UsageError: no joint positions: nothing is published on /ariac/joint_states" in result.error

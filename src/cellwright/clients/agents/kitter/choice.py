@@ -1,0 +1,116 @@
+"""Choices of the kitter: the AGV of a kit, its next part, a part of the belt to keep, and why parts are missing."""
+
+from collections import Counter
+from functools import partial
+
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.kits import KitTask, OrderBook, Task, is_known_faulty, strays
+from cellwright.clients.agents.kitter.perception import BINS, Sighting, TrackedBeltPart
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Station, bin_rail
+from cellwright.clients.agents.kitter.supply import Supply
+
+KEEPING_HORIZON = 8.0
+"""Time [s] within which a part that no order has yet must arrive to be kept."""
+
+
+class Choice:
+    """Choices by what the cameras see and what is still to do."""
+
+    def __init__(self, view: CellView, orders: OrderBook, supply: Supply) -> None:
+        self._view = view
+        self._orders = orders
+        self._supply = supply
+
+    def missing(self) -> Counter[tuple[str, str, str]]:
+        """Return the number of ordered parts that are missing, by type of kit, type of part, and reason."""
+        return Counter(
+            (kit.kit_type, task.type, self._why_not(kit, task))
+            for kit in self._orders.kits
+            for task in kit.tasks
+            if task.tray_T_part is None
+        )
+
+    def _why_not(self, kit: KitTask, task: Task) -> str:
+        if task.given_up:
+            return task.given_up
+        return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
+
+    def give_station(self, kit: KitTask) -> bool:
+        """Begin a kit on the AGV that suits it best; return False if none is there."""
+        taken = {each.station.number for each in self._orders.open_kits() if each.is_begun}
+        free = [number for number in STATIONS if number not in taken and self._view.is_agv_ready(number)]
+        if not free:
+            return False
+        self._view.look(BINS, *(STATIONS[number].area for number in free))
+        kit.station = min((STATIONS[number] for number in free), key=partial(self._station_cost, kit))
+        kit.is_begun = True
+        if len(free) + len(taken) == len(STATIONS):
+            self._view.watch_agvs(False)
+        return True
+
+    def _station_cost(self, kit: KitTask, station: Station) -> tuple[int, bool, float]:
+        """Return a key that is smaller for a station that suits a kit better.
+
+        First, parts of it may have been kept on the tray there. Second, the belt may bring a part but once. If it falls
+        beside AGV 1, it is lost: the trials that were published before the competition of 2017 have such regions over
+        both AGVs or over AGV 1, so such kits go to AGV 2. Third, the way of the rail counts.
+        """
+        types = {task.type for task in kit.tasks}
+        kept = sum(part.type in types for part in self._view.parts_on_tray(station.world_T_tray))
+        lying = self._view.parts_in_bins()
+        is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
+        way = [
+            min(
+                (abs(bin_rail(p.world_T_part.position[1]) - station.rail) for p in lying if p.type == each), default=0.0
+            )
+            for each in types
+        ]
+        return -kept, is_risky, round(sum(way), 1)
+
+    def next_part(self, kit: KitTask) -> tuple[Task, Sighting | tuple[TrackedBeltPart, float]] | None:
+        """Return the next task of a kit and its part: one at rest, or one of the belt and the y [m] where to take it.
+
+        The belt comes first if it brings one in time, then what was lost on the tray, then the bins.
+        """
+        for task in kit.open_tasks:
+            meeting = self._supply.on_belt(task.type)
+            if meeting is not None:
+                return task, meeting
+        self._view.look(BINS, kit.station.area)
+        lost = [part for part in strays(self._view, kit) if not is_known_faulty(kit, part)]
+        for lying in (lost, self._view.parts_in_bins()):
+            found = [
+                (task, part)
+                for task in kit.open_tasks
+                if (part := self._supply.best(task.type, lying, is_turned=task.is_turned)) is not None
+            ]
+            if found:
+                return min(found, key=lambda each: self._part_cost(kit, *each))
+        return None
+
+    def _part_cost(self, kit: KitTask, task: Task, part: Sighting) -> tuple[bool, bool, int, float]:
+        """Return a key that is smaller for a part to fetch earlier.
+
+        Those to be turned over come first, then those without another to spare: if one of these is dropped on the tray,
+        it lies flat while the tray is empty. Then few failed attempts count, and the way.
+        """
+        wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
+        lying = sum(each.type == part.type for each in self._view.parts_in_bins())
+        way = abs(bin_rail(part.world_T_part.position[1]) - kit.station.rail)
+        failures = self._supply.failures(part.world_T_part)
+        return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)
+
+    def part_to_keep(self, kit: KitTask) -> tuple[Station, TrackedBeltPart, float] | None:
+        """Return a part to keep on the other AGV while the last open kit waits: its station, the part, and y [m].
+
+        Only the belt brings it, perhaps once, and a later order may have it.
+        """
+        if self._orders.open_kits() != [kit]:
+            return None
+        other = next(station for station in STATIONS.values() if station is not kit.station)
+        for part_type in self._supply.unordered(self._orders.kits):
+            meeting = self._supply.on_belt(part_type, KEEPING_HORIZON)
+            if meeting is not None and self._view.is_agv_ready(other.number):
+                self._supply.kept.add(part_type)
+                return other, *meeting
+        return None
