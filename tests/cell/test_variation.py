@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.variation import CLEARANCE, DEFAULT_BOUNDS, Bounds, vary, vary_parts
+from cellwright.cell.variation import CLEARANCE, Bounds, vary, vary_parts
 from cellwright.config.layout import BIN_CENTRES, footprint
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
@@ -55,11 +55,11 @@ def test_variation_stays_within_bounds(seed: int) -> None:
     for before, after in zip(LESSON.bin_parts, varied.bin_parts, strict=True):
         assert (after.name, after.type, after.frame) == (before.name, before.type, before.frame)
         dx, dy, dz = (b - a for a, b in zip(before.pose.position, after.pose.position, strict=True))
-        assert abs(dx) <= DEFAULT_BOUNDS.shift + 1e-9 >= abs(dy)
+        assert abs(dx) <= Bounds().shift + 1e-9 >= abs(dy)
         assert dz == 0.0
-        assert abs(turned(before, after)) <= DEFAULT_BOUNDS.turn + 1e-9
+        assert abs(turned(before, after)) <= Bounds().turn + 1e-9
     found = varied.circumstances
-    assert DEFAULT_BOUNDS.min_friction <= found.friction <= DEFAULT_BOUNDS.max_friction
+    assert Bounds().min_friction <= found.friction <= Bounds().max_friction
     assert 0.0 <= found.belt_delay <= 6.0  # a gear comes every six seconds
     assert found.gripper_phase is not None
     assert 0.0 <= found.gripper_phase <= 0.1

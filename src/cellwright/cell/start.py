@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from operator import index
 
-from cellwright.cell.variation import DEFAULT_BOUNDS, Bounds, vary
+from cellwright.cell.variation import Bounds, vary
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import UnknownNameError, UsageError
@@ -48,7 +48,7 @@ class Start:
         if seed is not None:
             found = replace(found, seed=_checked_seed(seed))
         if variation is not None:
-            bounds = variation if isinstance(variation, Bounds) else DEFAULT_BOUNDS if variation else None
+            bounds = variation if isinstance(variation, Bounds) else Bounds() if variation else None
             found = replace(found, bounds=bounds)
         if joints is not None:
             found = replace(found, joints={name: _checked_position(name, value) for name, value in joints.items()})

@@ -81,21 +81,18 @@ class Bounds:
                 raise UsageError(f"{name} of a variation must be from {lower:g} to {upper:g} (got {value:g})")
 
 
-DEFAULT_BOUNDS = Bounds()
-"""Bounds of `--vary`."""
-
-
-def vary(trial: Trial, seed: int, bounds: Bounds = DEFAULT_BOUNDS) -> Trial:
+def vary(trial: Trial, seed: int, bounds: Bounds | None = None) -> Trial:
     """Return a variation of a trial: other places of the parts that lie in bins, and other circumstances.
 
     Args:
         trial: the trial as written.
         seed: root of all random streams.
-        bounds: limits of the variation.
+        bounds: limits of the variation; those of `--vary` by default.
 
     Raises:
         UnknownNameError: a part stands in a frame that does not exist.
     """
+    bounds = bounds or Bounds()
     parts = vary_parts((*trial.bin_parts, *trial.extra_parts), seed, bounds)
     count = len(trial.bin_parts)
     interval = max((part.time for part in trial.belt_parts), default=0.0) / max(len(trial.belt_parts), 1)
@@ -108,13 +105,14 @@ def vary(trial: Trial, seed: int, bounds: Bounds = DEFAULT_BOUNDS) -> Trial:
     return replace(trial, bin_parts=parts[:count], extra_parts=parts[count:], circumstances=circumstances)
 
 
-def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds = DEFAULT_BOUNDS) -> tuple[Part, ...]:
+def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds | None = None) -> tuple[Part, ...]:
     """Move the parts that lie in bins, one after the other, each within its bounds.
 
     A place is drawn again while the part would come nearer than `CLEARANCE` to another part or to the edge of its bin's
     floor. The other parts include those that have not been moved yet. A part that was nearer from the beginning may
     stay as near. A part without a place after `TRIES` draws stays where it is, and so does one of unknown size.
     """
+    bounds = bounds or Bounds()
     places = [_world_pose(part) for part in parts]
     before = [footprint(part.type, place) for part, place in zip(parts, places, strict=True)]
     now = list(before)

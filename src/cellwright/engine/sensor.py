@@ -18,6 +18,7 @@ from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
 _FIRST_RANK = 10_000  # after the topics that need no sensor
+R = TypeVar("R", bound="Reading")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,9 +43,6 @@ class Reading:
     def restamped(self, time_ns: int) -> Self:
         """Return the reading with another time, for a message."""
         return replace(self, time_ns=time_ns)
-
-
-R = TypeVar("R", bound=Reading)
 
 
 class SensorOptions(TypedDict, total=False):

@@ -35,6 +35,13 @@ GEAR = "gear"
 GASKET = "gasket"
 PULLEY = "pulley"
 CUP = "cup"
+Mesh: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices, shape (n, 3) [m], and triangles, shape (m, 3), counter-clockwise seen from outside."""
+
+
+def rgb(code: int) -> Colour:
+    """Return the opaque colour 0xRRGGBB."""
+    return ((code >> 16) / 255, (code >> 8 & 255) / 255, (code & 255) / 255, 1.0)
 
 
 class Role(IntEnum):
@@ -185,10 +192,6 @@ def add_shape(
     if name:
         geom.name = name
     return geom
-
-
-Mesh: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
-"""Vertices, shape (n, 3) [m], and triangles, shape (m, 3), counter-clockwise seen from outside."""
 
 
 @dataclass(frozen=True, slots=True)

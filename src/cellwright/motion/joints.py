@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, Union
 
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.util.errors import UnknownNameError, UsageError
@@ -17,6 +17,8 @@ LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
 _ROUNDING = 1e-9
 _TURN = 2.0 * math.pi
 _FURTHEST = TURN_LIMIT + _ROUNDING
+JointsLike: TypeAlias = Union["Joints", Mapping[str, float]]
+"""Joint positions [m for the rail; rad], as `Joints` or by joint name."""
 
 
 class Joints(NamedTuple):
@@ -91,9 +93,6 @@ class Joints(NamedTuple):
 
 STILL = Joints(*(0.0,) * 7)
 """Velocities of joints at rest."""
-
-JointsLike: TypeAlias = Joints | Mapping[str, float]
-"""Joint positions [m for the rail; rad], as `Joints` or by joint name."""
 
 
 def _turns(angle: float) -> list[float]:

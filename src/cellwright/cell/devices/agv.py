@@ -48,6 +48,7 @@ RETURN_FRAMES: Final[KeyFrames] = (
 )
 PREPARATION = 0.75
 """Time between the call and the departure [s] (ARIAC 2017)."""
+AgvState: TypeAlias = Literal["ready_to_deliver", "preparing_to_deliver", "delivering", "delivered", "returning"]
 
 
 def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
@@ -68,9 +69,6 @@ def _through(times: list[int], values: list[float]) -> list[Segment]:
     ]
     knots = [Knot(value, velocity) for value, velocity in zip(values, [0.0, *inner, 0.0], strict=True)]
     return [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(knots), strict=True)]
-
-
-AgvState: TypeAlias = Literal["ready_to_deliver", "preparing_to_deliver", "delivering", "delivered", "returning"]
 
 
 class Agv(Device):

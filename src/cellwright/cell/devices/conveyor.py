@@ -24,6 +24,7 @@ _SLOW = 2.0
 
 WALL_PERIOD = Fraction(1, 5)
 """Time between two checks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
+PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Conveyor(Device):
@@ -251,9 +252,6 @@ class PopulationSchedule(PlainState):
         super().set_state(state)
         self._rate, self._progress = Fraction(*state["rate"]), Fraction(*state["progress"])
         self._clones = Counter(state["clones"])
-
-
-PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Population(PopulationSchedule, Device):

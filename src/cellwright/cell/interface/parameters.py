@@ -27,6 +27,7 @@ from cellwright.util.pose import Pose, Vector3
 _GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] counts as being at it
 _RAIL_LINK = "linear_arm_actuator"
 _TINY_LIMIT = 1e-6  # [rad]; URDF readers take equal limits for none, or refuse them
+Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str, Parameter]"]
 
 
 def rpy_of(pose: Pose) -> Vector3:
@@ -175,9 +176,6 @@ def _add_arm(robot: Element) -> None:
     _add_axis(element, (0.0, 0.0, 1.0), _TINY_LIMIT)
     for frame in LINK_FRAMES:
         _add_frame(robot, frame)
-
-
-Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str, Parameter]"]
 
 
 def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:

@@ -76,6 +76,7 @@ GRIPPER_JOINT = "vacuum_gripper_joint"
 """A fixed joint; the original's controller publishes it as an extra joint, always at 0."""
 STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
 """Names in the joint states, in their order."""
+_PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 
 def order_message(order: Order) -> OrderMessage:
@@ -129,9 +130,6 @@ def frames_message(frames: Sequence[TfFrame], time: int) -> TFMessage:
     return TFMessage(
         [TransformStamped(headers[each.parent], each.child, transform_message(each.pose)) for each in frames]
     )
-
-
-_PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 
 class CellPublications(Device):

@@ -2,12 +2,22 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeAlias
+from typing import TypeAlias, Union
 
 from cellwright.cell.kitting.fates import Fate
 from cellwright.cell.kitting.kit_score import KitScore
 from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.config.trial.trial import Order
+
+Effect: TypeAlias = Union[
+    "StateChanged",
+    "ConveyorPower",
+    "PopulationRestart",
+    "OrderAnnounced",
+    "KitSubmitted",
+    "OrderCompleted",
+    "TrialEnded",
+]
 
 
 class CompetitionState(StrEnum):
@@ -101,8 +111,3 @@ class TrialEnded:
     reason: EndReason
     score: GameScore
     process_time: int
-
-
-Effect: TypeAlias = (
-    StateChanged | ConveyorPower | PopulationRestart | OrderAnnounced | KitSubmitted | OrderCompleted | TrialEnded
-)

@@ -21,6 +21,19 @@ FALL = 0.03
 
 MOVED = 0.05
 """For a part that lies further than this [m] from its release position, the present position is named too."""
+_WORDS: Mapping[str, str] = {
+    "held": "was in the gripper for {held}",
+    "forced drop": "was lost to a forced drop at {place} after {held} in the gripper{now}",
+    "dropped": "was dropped at {place} after {held} in the gripper{now}",
+    "put down": "was put down at {place}{now}",
+    "unreported": "was put down at {spot}, after the tray's last report",
+    "stacked": "lay above {tray}'s tray without touching its plate, at {lies}",
+    "other tray": "was on {tray}'s tray",
+    "fell off": "fell off {tray}'s tray{now}",
+    "deletion wall": "was removed by the deletion wall of the belt",
+    "cleared": "was cleared from {tray}'s tray",
+}
+"""A fate in words, by its kind."""
 
 
 class Removal(StrEnum):
@@ -48,20 +61,6 @@ class FateKind(StrEnum):
     FELL_OFF = "fell off"
     DELETION_WALL = "deletion wall"
     CLEARED = "cleared"
-
-
-_WORDS = {
-    FateKind.HELD: "was in the gripper for {held}",
-    FateKind.FORCED_DROP: "was lost to a forced drop at {place} after {held} in the gripper{now}",
-    FateKind.DROPPED: "was dropped at {place} after {held} in the gripper{now}",
-    FateKind.PUT_DOWN: "was put down at {place}{now}",
-    FateKind.UNREPORTED: "was put down at {spot}, after the tray's last report",
-    FateKind.STACKED: "lay above {tray}'s tray without touching its plate, at {lies}",
-    FateKind.OTHER_TRAY: "was on {tray}'s tray",
-    FateKind.FELL_OFF: "fell off {tray}'s tray{now}",
-    FateKind.DELETION_WALL: "was removed by the deletion wall of the belt",
-    FateKind.CLEARED: "was cleared from {tray}'s tray",
-}
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,8 @@ from cellwright.util.pose import Pose, Vector3
 # rule: `a_2` is a type of its own.
 _NUMBER = re.compile(r"(?<=..)_[0-9]+\Z", re.DOTALL)
 _MIN_TYPE_LENGTH = 2
+TrayContents: TypeAlias = tuple["TrayObject", ...]
+"""The objects on one tray in the order of the tray's report, which is also the order of matching."""
 
 
 def trimmed_name(model_name: str) -> str:
@@ -98,10 +100,6 @@ class TrayObject:
     type: str
     is_faulty: bool
     tray_T_object: Pose
-
-
-TrayContents: TypeAlias = tuple[TrayObject, ...]
-"""The objects on one tray in the order of the tray's report, which is also the order of matching."""
 
 
 def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:

@@ -15,7 +15,8 @@ from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose
 
-_LENS_FORWARD = (0.0, 1.5708, 0.0)  # turns a cylinder's axis from z to x, the viewing direction of a sensor
+_LENS_FORWARD = (0.0, 1.5708, 0.0)
+"""Turn of a cylinder's axis from z to x, the viewing direction of a sensor."""
 BELT_GEOM = "conveyor_belt"
 """Geom with the moving surface."""
 DELETION_WALL_GEOM = "deletion_wall"
@@ -23,39 +24,40 @@ DELETION_WALL_GEOM = "deletion_wall"
 SHELF_BODY = "shelf"
 
 
-def _lens(radius: float, x: float, colour: Colour) -> Shape:
-    return cylinder(radius, 0.012, Pose.from_rpy((x, 0.0, 0.0), _LENS_FORWARD), colour)
-
-
-_OTHER_HOUSING = (box(0.06, 0.06, 0.06, at(x=-0.03), colours.SENSOR), _lens(0.02, 0.002, colours.SENSOR_LENS))
-
-_HOUSINGS: dict[str, tuple[Shape, ...]] = {
-    "break_beam": (box(0.05, 0.03, 0.05, at(x=-0.025), colours.SENSOR), _lens(0.009, 0.002, colours.SENSOR_BEAM)),
-    "proximity_sensor": (
-        cylinder(0.015, 0.06, Pose.from_rpy((-0.03, 0.0, 0.0), _LENS_FORWARD), colours.STEEL_LIGHT),
-        _lens(0.0145, 0.002, colours.SENSOR_LENS),
-    ),
-    "logical_camera": (box(0.11, 0.07, 0.07, at(x=-0.055), colours.SENSOR), _lens(0.026, 0.005, colours.SENSOR_LENS)),
-    "laser_profiler": (
-        box(0.07, 0.12, 0.1, at(x=-0.03, z=0.06), colours.SENSOR),
-        box(0.004, 0.09, 0.012, at(x=0.006, z=0.06), colours.SENSOR_BEAM),
-    ),
-}
-
-
-_CAMERA_HOUSING: tuple[Shape, ...] = (
-    box(0.024, 0.09, 0.026, at(x=-0.014), colours.SENSOR),
-    _lens(0.009, -0.007, colours.SENSOR_LENS),
-)  # all of it behind the optical centre, which is at the pose
-
-
 def add_housing(visuals: Visuals, sensor: SensorConfig) -> None:
     """Add the housing of a sensor at its pose; that of a camera moves with the body it is fixed to."""
+    housing: tuple[Shape, ...]
     if isinstance(sensor, PictureCameraConfig):
-        body, housing = sensor.frame, _CAMERA_HOUSING
+        # all of it is behind the optical centre, which is at the pose
+        housing = _cube(-0.014, 0.024, 0.09, 0.026), _lens(0.009, -0.007, colours.SENSOR_LENS)
     else:
-        body, housing = "world", _HOUSINGS.get(sensor.type, _OTHER_HOUSING)
+        housing = _housing(sensor.type)
+    body = sensor.frame if isinstance(sensor, PictureCameraConfig) else "world"
     visuals.add(body, *(shape.moved(sensor.pose) for shape in housing))
+
+
+def _housing(sensor_type: str) -> tuple[Shape, ...]:
+    match sensor_type:
+        case "break_beam":
+            return _cube(-0.025, 0.05, 0.03, 0.05), _lens(0.009, 0.002, colours.SENSOR_BEAM)
+        case "proximity_sensor":
+            barrel = cylinder(0.015, 0.06, Pose.from_rpy((-0.03, 0.0, 0.0), _LENS_FORWARD), colours.STEEL_LIGHT)
+            return barrel, _lens(0.0145, 0.002, colours.SENSOR_LENS)
+        case "logical_camera":
+            return _cube(-0.055, 0.11, 0.07, 0.07), _lens(0.026, 0.005, colours.SENSOR_LENS)
+        case "laser_profiler":
+            slit = box(0.004, 0.09, 0.012, at(x=0.006, z=0.06), colours.SENSOR_BEAM)
+            return box(0.07, 0.12, 0.1, at(x=-0.03, z=0.06), colours.SENSOR), slit
+        case _:
+            return _cube(-0.03, 0.06, 0.06, 0.06), _lens(0.02, 0.002, colours.SENSOR_LENS)
+
+
+def _cube(x: float, length: float, width: float, height: float) -> Shape:
+    return box(length, width, height, at(x=x), colours.SENSOR)
+
+
+def _lens(radius: float, x: float, colour: Colour) -> Shape:
+    return cylinder(radius, 0.012, Pose.from_rpy((x, 0.0, 0.0), _LENS_FORWARD), colour)
 
 
 def add_floor(spec: Any, visuals: Visuals) -> None:

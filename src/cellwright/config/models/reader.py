@@ -15,7 +15,7 @@ from cellwright.config.models.meshes import MAX_SIZE, is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelShapeKind, UserModel
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
+from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Read, Reader, one_of, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe
 from cellwright.util.pose import Pose, Vector3
 
@@ -40,6 +40,65 @@ MAX_TYPES = 200
 _RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
+
+
+def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
+    """Return the user-defined part types by name."""
+    table = reader.table(node)
+    found: dict[str, UserModel] = {}
+    if table and len(table.entries) > MAX_TYPES:
+        reader.problems.error(node, f"too many part types (got {len(table.entries)}, at most {MAX_TYPES})")
+        return {}
+    keys = Keys(optional={"mass": Reader.number, "color": _colour, "shapes": None, "file": None}, strict="entry")
+    for entry in table.entries.values() if table else ():
+        name = reader.text_key(entry)
+        body = reader.table(entry.value)
+        if name is None or body is None:
+            continue
+        _check_name(name, entry, reader)
+        model = _model(body, entry, reader, keys.read(body, reader))
+        if model is None:
+            continue
+        if model.mjcf is None and not any(shape.is_touched for shape in model.shapes):
+            reader.problems.error(entry, "no collision shape, so the part would fall through the floor; add one")
+        elif model.mjcf is None and model.mass is None:
+            reader.problems.error(entry, "the required entry 'mass' [kg] is missing, and no model file has it")
+        elif model.mass is not None and not MIN_MASS <= model.mass <= MAX_MASS:
+            message = f"mass must be from {MIN_MASS:g} to {MAX_MASS:g} kg (got {model.mass:g})"
+            reader.problems.error(body.entries.get("mass", entry), message)
+        elif (farthest := max(map(extent, model.shapes), default=0.0)) > MAX_PART_EXTENT:
+            message = f"must stay within {MAX_PART_EXTENT:g} m of its origin (got {farthest:.2f} m)"
+            reader.problems.error(entry, message)
+        else:
+            found[name] = model
+    return found
+
+
+def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
+    """Return the user-defined furniture."""
+    if not isinstance(node, Items):
+        reader.problems.error(node, f"must be a list (got {describe(node)})")
+        return ()
+    if len(node.items) > MAX_FURNITURE:
+        reader.problems.error(node, f"too many pieces (got {len(node.items)}, at most {MAX_FURNITURE})")
+        return ()
+    optional: dict[str, Read | None] = {"pose": Reader.pose, "color": _colour, "shapes": None, "file": None}
+    keys = Keys({"name": Reader.name}, optional, "entry")
+    found: dict[str, Furniture] = {}
+    for item in node.items:
+        expressions.check_expressions(item, reader.problems)
+        table = reader.table(item)
+        if table is None:
+            continue
+        values = keys.read(table, reader)
+        name, model = values.get("name"), _model(table, table, reader, values)
+        if name is None or model is None:
+            continue
+        if name in found or "|" in name:
+            message = "another piece has this name; choose another" if name in found else "a name must not contain |"
+            reader.problems.error(table.entries["name"].value, message)
+        found[name] = Furniture(name, model, values.get("pose", Pose()))
+    return tuple(found.values())
 
 
 def _colour(reader: Reader, node: YamlNode) -> Colour | None:
@@ -83,25 +142,6 @@ def _scale(reader: Reader, node: YamlNode) -> Vector3 | None:
         return _lengths(reader, node)
     factor = reader.number(node)
     return None if factor is None else (float(factor),) * 3
-
-
-_MODEL = {"color": _colour, "shapes": None, "file": None}
-_PART = Keys(optional={"mass": Reader.number, **_MODEL}, strict="entry")
-_FURNITURE = Keys({"name": Reader.name}, {"pose": Reader.pose, **_MODEL}, "entry")
-_SHAPE = Keys(
-    optional={
-        "box": _lengths,
-        "cylinder": _ROUND,
-        "capsule": _ROUND,
-        "sphere": _SPHERE,
-        "mesh": _mesh,
-        "pose": Reader.pose,
-        "color": _colour,
-        "scale": _scale,
-        "use": one_of(_USES, "use"),
-    },
-    strict="entry",
-)
 
 
 def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> UserModel | None:
@@ -155,7 +195,18 @@ def _shapes(node: YamlNode, reader: Reader) -> tuple[ModelShape, ...]:
 
 
 def _shape(table: Table, reader: Reader) -> ModelShape | None:
-    values = _SHAPE.read(table, reader)
+    readers: dict[str, Read] = {
+        "box": _lengths,
+        "cylinder": _ROUND,
+        "capsule": _ROUND,
+        "sphere": _SPHERE,
+        "mesh": _mesh,
+        "pose": Reader.pose,
+        "color": _colour,
+        "scale": _scale,
+        "use": one_of(_USES, "use"),
+    }
+    values = Keys(optional=readers, strict="entry").read(table, reader)
     forms = [name for name in _FORMS if name in table]
     if len(forms) != 1:
         reader.problems.error(table, f"must have exactly one of {', '.join(_FORMS)} (got {', '.join(forms) or 'none'})")
@@ -214,65 +265,9 @@ def extent(shape: ModelShape) -> float:
             return away + math.hypot(x, y / 2) + (x if shape.kind == "capsule" else 0.0)
 
 
-def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
-    """Return the user-defined part types by name."""
-    table = reader.table(node)
-    found: dict[str, UserModel] = {}
-    if table and len(table.entries) > MAX_TYPES:
-        reader.problems.error(node, f"too many part types (got {len(table.entries)}, at most {MAX_TYPES})")
-        return {}
-    for entry in table.entries.values() if table else ():
-        name = reader.text_key(entry)
-        body = reader.table(entry.value)
-        if name is None or body is None:
-            continue
-        _check_name(name, entry, reader)
-        model = _model(body, entry, reader, _PART.read(body, reader))
-        if model is None:
-            continue
-        if model.mjcf is None and not any(shape.is_touched for shape in model.shapes):
-            reader.problems.error(entry, "no collision shape, so the part would fall through the floor; add one")
-        elif model.mjcf is None and model.mass is None:
-            reader.problems.error(entry, "the required entry 'mass' [kg] is missing, and no model file has it")
-        elif model.mass is not None and not MIN_MASS <= model.mass <= MAX_MASS:
-            message = f"mass must be from {MIN_MASS:g} to {MAX_MASS:g} kg (got {model.mass:g})"
-            reader.problems.error(body.entries.get("mass", entry), message)
-        elif (farthest := max(map(extent, model.shapes), default=0.0)) > MAX_PART_EXTENT:
-            message = f"must stay within {MAX_PART_EXTENT:g} m of its origin (got {farthest:.2f} m)"
-            reader.problems.error(entry, message)
-        else:
-            found[name] = model
-    return found
-
-
 def _check_name(name: str, entry: Entry, reader: Reader) -> None:
     if not _NAME.fullmatch(name) or _NUMBERED.fullmatch(name):
         message = "a part type must be letters, digits and _, with a letter first and no _NUMBER or _clone at the end"
         reader.problems.error(entry, message)
     elif name in PART_TYPES or name in _RESERVED:
         reader.problems.error(entry, f"the model name {name!r} is in use; choose another")
-
-
-def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
-    """Return the user-defined furniture."""
-    if not isinstance(node, Items):
-        reader.problems.error(node, f"must be a list (got {describe(node)})")
-        return ()
-    if len(node.items) > MAX_FURNITURE:
-        reader.problems.error(node, f"too many pieces (got {len(node.items)}, at most {MAX_FURNITURE})")
-        return ()
-    found: dict[str, Furniture] = {}
-    for item in node.items:
-        expressions.check_expressions(item, reader.problems)
-        table = reader.table(item)
-        if table is None:
-            continue
-        values = _FURNITURE.read(table, reader)
-        name, model = values.get("name"), _model(table, table, reader, values)
-        if name is None or model is None:
-            continue
-        if name in found or "|" in name:
-            message = "another piece has this name; choose another" if name in found else "a name must not contain |"
-            reader.problems.error(table.entries["name"].value, message)
-        found[name] = Furniture(name, model, values.get("pose", Pose()))
-    return tuple(found.values())

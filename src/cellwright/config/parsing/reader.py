@@ -300,15 +300,12 @@ class Reader:
         table = self.table(node)
         if table is None:
             return None
-        return Placement(**_PLACEMENT.read(table, self))
+        return Placement(**Keys(optional={"xyz": Reader.position, "rpy": Reader.vector}).read(table, self))
 
     def pose(self, node: YamlNode) -> Pose | None:
         """Return the pose of a placement."""
         placement = self.placement(node)
         return placement.pose if placement else None
-
-
-_PLACEMENT = Keys(optional={"xyz": Reader.position, "rpy": Reader.vector})
 
 
 def one_of(known: Collection[str], kind: str = "value") -> Read:

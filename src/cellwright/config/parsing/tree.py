@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, Protocol, TypeAlias, Union
 
 from cellwright.util.errors import DescriptionError, one_printable_line
 
@@ -14,6 +14,8 @@ Severity: TypeAlias = Literal["error", "warning"]
 
 MAX_PROBLEMS = 1000
 """Maximum number of errors, and of warnings, that are listed for one trial or robot; the others are counted."""
+Scalar: TypeAlias = str | int | float | bool | date | bytes | None
+YamlNode: TypeAlias = Union["Leaf", "Items", "Table"]
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -125,9 +127,6 @@ class Problems:
         return tuple(ordered)
 
 
-Scalar: TypeAlias = str | int | float | bool | date | bytes | None
-
-
 @dataclass(frozen=True, slots=True)
 class Leaf:
     """Single value."""
@@ -171,9 +170,6 @@ class Table:
 
     def __contains__(self, name: object) -> bool:
         return name in self.entries
-
-
-YamlNode: TypeAlias = Leaf | Items | Table
 
 
 def children(node: YamlNode) -> tuple[YamlNode, ...]:

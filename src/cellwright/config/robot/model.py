@@ -30,9 +30,10 @@ class JointType(StrEnum):
     PLANAR = "planar"
     FLOATING = "floating"
 
-
-DRIVEN = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-"""Types of joints with one degree of freedom, which a robot program moves."""
+    @property
+    def is_driven(self) -> bool:
+        """True for one degree of freedom, which a robot program moves."""
+        return self in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +99,7 @@ class Joint:
     @property
     def is_driven(self) -> bool:
         """True if it has one degree of freedom that a program can command."""
-        return self.type in DRIVEN
+        return self.type.is_driven
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,8 @@ CONFIG = "vr_configs.yml"
 _CONFIGS = (CONFIG, "vr_configs.yaml")
 _YAML, _URDF = (".yml", ".yaml"), (".urdf", ".xacro")
 _CATALOGUE = Path(str(files("cellwright.config.robot"))) / "catalogue"
+Warn = Callable[[str], None]
+"""Callback for a warning, `path:line: key: what`."""
 
 
 def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
@@ -119,10 +121,6 @@ def read_arguments(node: YamlNode | None, reader: Reader) -> dict[str, str]:
         if name is not None and text is not None:
             found[name] = text
     return found
-
-
-Warn = Callable[[str], None]
-"""Callback for a warning, `path:line: key: what`."""
 
 
 def read_robot_config(path: Path, warn: Warn, arguments: Arguments = NO_ARGUMENTS) -> RobotConfig:

@@ -10,7 +10,7 @@ from cellwright.config.models.meshes import MAX_SIZE
 from cellwright.config.models.xml import URDF_VERSIONS
 from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
-from cellwright.config.robot.model import DRIVEN, Joint, JointType, Limits, Link, Mimic, RobotModel
+from cellwright.config.robot.model import Joint, JointType, Limits, Link, Mimic, RobotModel
 from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments, Element, read_elements
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
 from cellwright.config.robot.urdf_numbers import MAX_COORDINATE, Numbers
@@ -94,7 +94,7 @@ class JointReader:
 
     def _axis(self, element: Element, type_: JointType) -> Vector3:
         """Return the unit vector of the axis; (0, 0, 0) for types without one."""
-        if type_ not in (*DRIVEN, JointType.PLANAR):
+        if not type_.is_driven and type_ is not JointType.PLANAR:
             return _NO_AXIS
         written = element.find("axis")
         if written is None:
@@ -118,7 +118,7 @@ class JointReader:
 
     def _limits(self, element: Element, type_: JointType) -> Limits:
         """Return the joint's limits. Lower above upper sets no bounds; neither does effort or velocity of 0."""
-        if type_ not in DRIVEN:
+        if not type_.is_driven:
             return Limits()
         written = element.find("limit")
         if written is None and type_ is not JointType.CONTINUOUS:

@@ -49,6 +49,8 @@ _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
 _MAX_NAME_LENGTH = 60
+Arguments: TypeAlias = Mapping[str, str]
+"""Arguments of a xacro file by name, as `NAME:=VALUE` gives them."""
 
 
 def package_folders(name: str, path: Path) -> Iterator[Path]:
@@ -80,10 +82,6 @@ def _declared_name(folder: Path) -> str | None:
     note_source(folder / "package.xml")
     found = _NAME.search(text)
     return found[1] if found else None
-
-
-Arguments: TypeAlias = Mapping[str, str]
-"""Arguments of a xacro file by name, as `NAME:=VALUE` gives them."""
 
 
 def expand_xacro(path: Path, text: str, arguments: Arguments = NO_ARGUMENTS) -> str:

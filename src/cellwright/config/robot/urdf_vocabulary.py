@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from cellwright.config.parsing.tree import Problems, shortened
@@ -13,6 +13,45 @@ _FORMS = ("box", "sphere", "cylinder", "capsule", "mesh")
 _FOREIGN = ("gazebo", "sensor", "verbose")
 _MAX_WORD_LENGTH = 60
 _MAX_FINDINGS = 500
+_WORDS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "robot": {"attributes": ("name", "version"), "several": ("link", "joint", "material")},
+    "link": {
+        "attributes": ("name",),
+        "single": ("inertial",),
+        "several": ("visual", "collision"),
+        "ignored": (*_FOREIGN, "contact", "self_collision_checking", "type"),
+    },
+    "joint": {
+        "attributes": ("name", "type"),
+        "single": ("origin", "parent", "child", "axis", "limit", "mimic"),
+        "ignored": (*_FOREIGN, "dynamics", "joint_properties", "safety_controller", "calibration"),
+    },
+    "inertial": {"single": ("origin", "mass", "inertia")},
+    "visual": {"attributes": ("name",), "single": ("origin", "geometry", "material"), "ignored": _FOREIGN},
+    "collision": {
+        "attributes": ("name",),
+        "single": ("origin", "geometry"),
+        "ignored": (*_FOREIGN, "material", "group", "concave", "contact_coefficients"),
+    },
+    "geometry": {"single": _FORMS},
+    "material": {"attributes": ("name",), "single": ("color",), "ignored": ("texture", "script", "specular")},
+    "origin": {"attributes": ("xyz", "rpy", "quat_xyzw")},
+    "parent": {"attributes": ("link",)},
+    "child": {"attributes": ("link",)},
+    "axis": {"attributes": ("xyz",)},
+    "limit": {"attributes": ("lower", "upper", "effort", "velocity")},
+    "mimic": {"attributes": ("joint", "multiplier", "offset")},
+    "mass": {"attributes": ("value",)},
+    "inertia": {"attributes": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")},
+    "box": {"attributes": ("size",)},
+    "sphere": {"attributes": ("radius",)},
+    "cylinder": {"attributes": ("radius", "length")},
+    "capsule": {"attributes": ("radius", "length")},
+    "mesh": {"attributes": ("filename", "scale")},
+    "color": {"attributes": ("rgba",)},
+}
+"""Words by element, as fields of `_Words`."""
+_INNER = tuple(tag for tag in _WORDS if tag not in ("robot", *_WORDS["robot"]["several"]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,41 +75,6 @@ class _Words:
         return (*self.single, *self.several)
 
 
-_WORDS = {
-    "robot": _Words(("name", "version"), several=("link", "joint", "material")),
-    "link": _Words(
-        ("name",), ("inertial",), ("visual", "collision"), (*_FOREIGN, "contact", "self_collision_checking", "type")
-    ),
-    "joint": _Words(
-        ("name", "type"),
-        ("origin", "parent", "child", "axis", "limit", "mimic"),
-        ignored=(*_FOREIGN, "dynamics", "joint_properties", "safety_controller", "calibration"),
-    ),
-    "inertial": _Words((), ("origin", "mass", "inertia")),
-    "visual": _Words(("name",), ("origin", "geometry", "material"), ignored=_FOREIGN),
-    "collision": _Words(
-        ("name",), ("origin", "geometry"), ignored=(*_FOREIGN, "material", "group", "concave", "contact_coefficients")
-    ),
-    "geometry": _Words((), _FORMS),
-    "material": _Words(("name",), ("color",), ignored=("texture", "script", "specular")),
-    "origin": _Words(("xyz", "rpy", "quat_xyzw")),
-    "parent": _Words(("link",)),
-    "child": _Words(("link",)),
-    "axis": _Words(("xyz",)),
-    "limit": _Words(("lower", "upper", "effort", "velocity")),
-    "mimic": _Words(("joint", "multiplier", "offset")),
-    "mass": _Words(("value",)),
-    "inertia": _Words(("ixx", "iyy", "izz", "ixy", "ixz", "iyz")),
-    "box": _Words(("size",)),
-    "sphere": _Words(("radius",)),
-    "cylinder": _Words(("radius", "length")),
-    "capsule": _Words(("radius", "length")),
-    "mesh": _Words(("filename", "scale")),
-    "color": _Words(("rgba",)),
-}
-_INNER = tuple(tag for tag in _WORDS if tag not in ("robot", *_WORDS["robot"].children))
-
-
 def warn_of_ignored(robot: Element, problems: Problems) -> None:
     """Warn of what is ignored in a robot's file, once for each kind, with the place of the first one.
 
@@ -89,7 +93,7 @@ def _findings(robot: Element) -> Iterator[tuple[Element, str]]:
     ahead = [robot]
     while ahead:
         element = ahead.pop()
-        words = _WORDS[element.tag]
+        words = _Words(**_WORDS[element.tag])
         yield from _attributes(element, words)
         yield from _text(element, words)
         seen: set[str] = set()
@@ -140,4 +144,4 @@ def _hint(child: Element, parent: Element, words: _Words) -> str:
 
 def _owner(tag: str) -> str:
     """Return the first element that has such a child."""
-    return next((owner for owner, words in _WORDS.items() if tag in words.children), "robot")
+    return next((owner for owner, words in _WORDS.items() if tag in _Words(**words).children), "robot")

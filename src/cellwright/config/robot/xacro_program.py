@@ -46,6 +46,7 @@ _REPETITIONS = (  # xacro repeats a message and its source
     (re.compile(r"<class '[^']*'>: (.*) \1"), r"\1"),
     (re.compile(r"(: \S+) \[Errno \d+\].*"), r"\1"),
 )
+_parse = xacro.parse
 
 
 def restrict_to_arithmetic() -> None:
@@ -168,9 +169,6 @@ def _expanded(path: Path, text: str, given: dict[str, str]) -> str:
     if len(expanded) > MAX_TEXT:
         raise _ExpansionError(path, 0, f"xacro: expands to more than {MAX_TEXT >> 20} MiB")
     return expanded
-
-
-_parse = xacro.parse
 
 
 def _parsed_include(content: Any, name: str) -> Any:

@@ -24,6 +24,20 @@ _ARM_LENGTH = 0.612 + 0.5723
 _WRIST_LENGTH = 0.1157
 _HAND_LENGTH = 0.11
 _UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
+DifficultyKind: TypeAlias = Literal[
+    "several_kits",
+    "interrupt",
+    "never_announced",
+    "belt_only",
+    "faulty",
+    "short",
+    "no_spare",
+    "turned_over",
+    "dropped_in_reach",
+    "dropped_on_tray",
+    "dropped_out_of_reach",
+    "off_tray",
+]
 
 
 def place_of(point: Vector3) -> str:
@@ -63,22 +77,6 @@ def is_within_reach(point: Vector3) -> bool:
 
 def _within(offset: float, length: float) -> bool:
     return abs(offset) <= length / 2 + 1e-9
-
-
-DifficultyKind: TypeAlias = Literal[
-    "several_kits",
-    "interrupt",
-    "never_announced",
-    "belt_only",
-    "faulty",
-    "short",
-    "no_spare",
-    "turned_over",
-    "dropped_in_reach",
-    "dropped_on_tray",
-    "dropped_out_of_reach",
-    "off_tray",
-]
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,38 +20,30 @@ _NAMES_NOW: Mapping[Scalar, str] = {
     "shipment_count": "kit_count",
 }
 
-
-def _by_name(years: Mapping[int, tuple[str, ...]]) -> Mapping[Scalar, int]:
-    return {name: year for year, names in years.items() for name in names}
-
-
-_TOP_LEVEL = _by_name(
-    {
-        2018: ("belt_models", "faulty_products", "models_to_insert", "random_seed", "sensor_blackout"),
-        2020: ("models_over_shelves",),
-        2021: ("agv_infos", "models_over_stations", "robot_health"),
-        2022: ("sensor_health", "table_tray_infos"),
-        2023: ("assembly_inserts", "challenges", "kitting_trays", "parts"),
-    }
-)
-_ORDER = _by_name(
-    {
-        EARLY: ("announcement_time",),
-        2018: ("products", "shipments", "shipment_count"),
-        2019: ("destinations", "agv_id"),
-        2021: ("assembly", "assembly_robot_health", "kitting", "kitting_robot_health", "priority"),
-        2023: ("announcement", "assembly_task", "combined_task", "kitting_task", "tasks"),
-    }
-)
-LATER_OPTIONS = _by_name({2018: ("insert_bins", "visualize_sensor_views"), 2020: ("insert_models_over_shelves",)})
-LATER_SENSORS = _by_name(
-    {
-        2018: ("depth_camera", "quality_control"),
-        2020: ("rgb_camera", "rgbd_camera"),
-        2022: ("basic_logical_camera",),
-        2023: ("advanced_logical_camera",),
-    }
-)
+_TOP_LEVEL: Mapping[Scalar, int] = {
+    **dict.fromkeys(("belt_models", "faulty_products", "models_to_insert", "random_seed", "sensor_blackout"), 2018),
+    "models_over_shelves": 2020,
+    **dict.fromkeys(("agv_infos", "models_over_stations", "robot_health"), 2021),
+    **dict.fromkeys(("sensor_health", "table_tray_infos"), 2022),
+    **dict.fromkeys(("assembly_inserts", "challenges", "kitting_trays", "parts"), 2023),
+}
+_ORDER: Mapping[Scalar, int] = {
+    "announcement_time": EARLY,
+    **dict.fromkeys(("products", "shipments", "shipment_count"), 2018),
+    **dict.fromkeys(("destinations", "agv_id"), 2019),
+    **dict.fromkeys(("assembly", "assembly_robot_health", "kitting", "kitting_robot_health", "priority"), 2021),
+    **dict.fromkeys(("announcement", "assembly_task", "combined_task", "kitting_task", "tasks"), 2023),
+}
+LATER_OPTIONS: Mapping[Scalar, int] = {
+    **dict.fromkeys(("insert_bins", "visualize_sensor_views"), 2018),
+    "insert_models_over_shelves": 2020,
+}
+LATER_SENSORS: Mapping[Scalar, int] = {
+    **dict.fromkeys(("depth_camera", "quality_control"), 2018),
+    **dict.fromkeys(("rgb_camera", "rgbd_camera"), 2020),
+    "basic_logical_camera": 2022,
+    "advanced_logical_camera": 2023,
+}
 
 
 class OtherYear:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar, cast, get_args
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.start import Start
-from cellwright.cell.variation import DEFAULT_BOUNDS, Bounds
+from cellwright.cell.variation import Bounds
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
@@ -249,7 +249,7 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
 
 
 def _bounds(values: Mapping[str, Any] | None) -> Bounds:
-    return DEFAULT_BOUNDS if values is None else Bounds(**values)
+    return Bounds(**(values or {}))
 
 
 def _joints(values: Mapping[str, Any] | None) -> dict[str, float]:
