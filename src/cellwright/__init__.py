@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from cellwright.clients.client import Client as Client
     from cellwright.clients.client import NodeClient as NodeClient
     from cellwright.config.trial.trial import Trial as Trial
+    from cellwright.engine.device import Device as Device
     from cellwright.engine.sensor import Reading as Reading
     from cellwright.engine.sensor import Sensor as Sensor
-    from cellwright.engine.simulation import Device as Device
     from cellwright.recording.replay.opened import Recording as Recording
     from cellwright.recording.replay.opened import open_recording as open_recording
     from cellwright.rendering.cameras.picture_camera import read_pictures as read_pictures
@@ -59,7 +59,7 @@ _HOMES = {
     "CellwrightError": "util.errors",
     "Client": "clients.client",
     "DescriptionWarning": "running.run",
-    "Device": "engine.simulation",
+    "Device": "engine.device",
     "Driver": "robot.drivers",
     "NodeClient": "clients.client",
     "Recording": "recording.replay.opened",

@@ -5,7 +5,8 @@ from typing import Any
 
 import mujoco
 
-from cellwright.engine.simulation import Device, Simulation
+from cellwright.engine.device import Device
+from cellwright.engine.simulation import Simulation
 
 SCENE = """
 <mujoco>

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import pytest
 
-from cellwright.engine.simulation import Device
+from cellwright.engine.device import Device
 from cellwright.util.errors import UsageError
 
 

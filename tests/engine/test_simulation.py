@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.engine.simulation import Device
+from cellwright.engine.device import Device
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
 from tests.engine.scene import SCENE, Shaker, make_simulation
 

@@ -10,7 +10,8 @@ import pytest
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
-from cellwright.engine.simulation import Device, Simulation
+from cellwright.engine.device import Device
+from cellwright.engine.simulation import Simulation
 from cellwright.robot.model import TIMESTEP, build_robot
 from cellwright.robot.servos import GAIN, MAX_SPEED, JointServos, Motion, fastest
 from tests.robot.bundled import qinglong

@@ -39,9 +39,10 @@ from cellwright.cell.start import Start
 from cellwright.cell.variation import Bounds
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
+from cellwright.engine.device import Device
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.shapes import Visuals
-from cellwright.engine.simulation import Device, Simulation
+from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import Checkpoints, Snapshot, restore_snapshot, take_snapshot
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind

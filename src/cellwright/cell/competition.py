@@ -21,7 +21,7 @@ from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.clock import NEVER
-from cellwright.engine.simulation import Device, State
+from cellwright.engine.device import Device, State
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose, Vector3
 

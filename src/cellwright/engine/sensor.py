@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.clock import Cadence, PeriodicCallback, nanoseconds
+from cellwright.engine.device import Device, State
 from cellwright.engine.random_streams import SampleNoise
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 

@@ -1,188 +1,20 @@
-"""Simulation of devices on one clock: stepping, events, watches; and the base class of devices."""
+"""Simulation of devices on one clock: stepping, events and watches."""
 
 from __future__ import annotations
 
-import hashlib
 import json
-import logging
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any, ClassVar, Protocol, TypeAlias
+from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from cellwright.engine import random_streams
+from cellwright.engine import engine_state, random_streams
 from cellwright.engine.clock import Clock, EventQueue, Inbox, PeriodicCallback, PeriodicCallbacks, nanoseconds
-from cellwright.engine.installed import check_loaded
+from cellwright.engine.device import Device, Follower, StepHooks
+from cellwright.engine.engine_state import unstable
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
-
-check_loaded(mujoco)  # nothing runs without this module, whichever loaded the engine
-
-State: TypeAlias = Mapping[str, Any]
-"""JSON values: numbers, strings, booleans, None, and lists and dicts of them."""
-
-ASLEEP_AFTER = -11
-"""Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
-CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
-"""Fields of the model that devices write at run time. They are state, though the engine keeps them in the model."""
-_CULLING_FIELDS = ("body_contype", "body_conaffinity", "body_gravcomp")
-"""Fields of the model that a device writes that has them in its own state."""
-_AWAKE_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
-"""Lengths of the engine's lists of what is awake."""
-
-
-class PlainState:
-    """State that consists of attributes, each a JSON value that is replaced and never modified in place."""
-
-    STATE: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes. The key has no leading underscore."""
-
-    def get_state(self) -> State:
-        """Return the whole state as JSON values."""
-        return {name.lstrip("_"): getattr(self, name) for name in self.STATE}
-
-    def set_state(self, state: State) -> None:
-        """Restore the state that `get_state` returned."""
-        for name in self.STATE:
-            setattr(self, name, state[name.lstrip("_")])
-
-
-class Device(PlainState):
-    """Base class of everything that acts in the simulation.
-
-    Lifecycle: `attach` (once, by `Simulation.add`), then `reset` at the start of every run. In each tick come
-    `before_step`, `integrate`, `drive` and `after_step`, and `handle` for the events that it scheduled; `close` at the
-    end. Only hooks that a subclass overrides are called, and only while the device is `stepping`. A device with nothing
-    to do for a while calls `set_stepping(False)`.
-
-    `get_state` returns the state as plain JSON values, which are part of the state hash and of snapshots. `STATE` names
-    the plain attributes. For anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
-    counters of sent messages are not state: watching changes nothing.
-
-    Example:
-        >>> class StepCounter(Device):
-        ...     STATE = ("steps",)
-        ...     steps = 0
-        ...     def after_step(self):
-        ...         self.steps += 1
-        >>> simulation = Simulation(mujoco.MjModel.from_xml_string("<mujoco/>"))
-        >>> simulation.add(StepCounter("counter"))
-        >>> simulation.reset()
-        >>> simulation.step()
-        >>> simulation.device("counter").get_state()
-        {'steps': 1}
-
-    Args:
-        name: name of the device, unique in its simulation.
-    """
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.stepping = True
-        self._simulation: Simulation | None = None
-
-    @property
-    def simulation(self) -> Simulation:
-        """The simulation of this device.
-
-        Raises:
-            UsageError: it has none yet.
-        """
-        if self._simulation is None:
-            raise UsageError(f"device {self.name!r} has not been added to a simulation")
-        return self._simulation
-
-    def attach(self, simulation: Simulation) -> None:
-        """Join a simulation. A subclass looks up its model addresses here."""
-        self._simulation = simulation
-
-    def reset(self) -> None:
-        """Start a run: the simulation is at time 0 and its model in its first pose."""
-
-    def before_step(self) -> None:
-        """Write the inputs of the step from now to now + timestep."""
-
-    def integrate(self) -> bool:
-        """Make this step in place of the engine and return True, or return False for a step of the engine.
-
-        It is not called while another device overrides `drive`, which the engine's step calls.
-        """
-        return False
-
-    def drive(self) -> None:
-        """Change the constraints of the current step: the engine has set them up and not solved them yet.
-
-        This makes a step slightly slower; nearly every device can use `before_step`.
-        """
-
-    def after_step(self) -> None:
-        """Evaluate the step. Positions of bodies are up to date only after `simulation.refresh()`."""
-
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
-        """Handle an event that this device scheduled with `simulation.schedule`, by its method `handle_<kind>`.
-
-        Raises:
-            UsageError: it has no such method.
-        """
-        method = getattr(self, f"handle_{kind}", None)
-        if method is None:
-            raise UsageError(f"device {self.name!r} does not know the event {kind!r}{arguments!r}")
-        method(*arguments)
-
-    def get_record(self) -> State:
-        """Return this device's observations outside of its state, as JSON values; empty if there are none.
-
-        Snapshots and checkpoints carry them, and the state hash leaves them out: the run never depends on them.
-        """
-        return {}
-
-    def set_record(self, record: State) -> None:
-        """Restore the observations that `get_record` returned; empty for none."""
-
-    def close(self) -> None:
-        """Close files, threads and the like at the end of the device's life."""
-
-    def set_stepping(self, stepping: bool) -> None:  # noqa: FBT001
-        """Switch the calls of the step hooks on or off, from the next tick on."""
-        if stepping != self.stepping:
-            self.stepping = stepping
-            self.simulation.collect_hooks()
-
-
-class Follower(Protocol):
-    """Follower of a run in this process, such as a client: what it knows of the run is no part of the state."""
-
-    def remember(self) -> object:
-        """Return what it knows now, for a snapshot."""
-
-    def forget(self) -> None:
-        """Forget what it knows: time jumps, to the begin of a run or to a snapshot."""
-
-    def recall(self, memory: Any) -> None:
-        """Know again what `remember` returned: the snapshot that contains it has been restored."""
-
-
-_log = logging.getLogger("cellwright.engine")
-
-unstable: list[str] = []
-"""The engine's warnings about a state with NaN or huge numbers; the rest of such a run is worthless."""
-
-
-def _take_warning(text: str) -> None:
-    _log.warning(text)
-    if "unstable" in text:
-        unstable.append(text)
-
-
-mujoco.set_mju_user_warning(_take_warning)
-
-
-def _copy_rows(source: NDArray[Any], target: NDArray[Any]) -> None:
-    """Copy all rows of an array into the first ones of an array that is no shorter."""
-    if len(source) <= len(target):
-        target[: len(source)] = source
 
 
 class Simulation:
@@ -242,13 +74,12 @@ class Simulation:
         self.runs = 0
         """Number of runs so far. A change tells viewers that time starts again; it is not part of the state."""
         self._first_pose = first_pose
-        self._before: list[Callable[[], None]] = []
-        self._integrate: Callable[[], bool] | None = None
-        self._drive: list[Callable[[], None]] = []
-        self._after: list[Callable[[], None]] = []
+        self._hooks = StepHooks(())
         self._refreshed_at = -1
         self._is_in_tick = False
-        self._pristine = {name: getattr(model, name).copy() for name in (*CHANGING_FIELDS, *_CULLING_FIELDS)}
+        self._pristine = {
+            name: getattr(model, name).copy() for name in (*engine_state.CHANGING_FIELDS, *engine_state.CULLING_FIELDS)
+        }
 
     def add(self, device: Device) -> None:
         """Add a device. Devices act in the order in which they were added.
@@ -279,14 +110,7 @@ class Simulation:
 
     def collect_hooks(self) -> None:
         """Collect the step hooks of the stepping devices."""
-        base = Device
-        stepping = [device for device in self.devices.values() if device.stepping]
-        self._before = [d.before_step for d in stepping if type(d).before_step is not base.before_step]
-        driving = [d for d in stepping if type(d).drive is not base.drive]
-        self._drive = [d.drive for d in driving]
-        integrating = [d for d in stepping if type(d).integrate is not base.integrate]
-        self._integrate = integrating[0].integrate if integrating and driving == integrating else None
-        self._after = [d.after_step for d in stepping if type(d).after_step is not base.after_step]
+        self._hooks = StepHooks(device for device in self.devices.values() if device.stepping)
 
     @property
     def now(self) -> int:
@@ -364,20 +188,8 @@ class Simulation:
         """
         before, old = self.model, self.data
         self.use_model(model)
-        for name in CHANGING_FIELDS:
-            _copy_rows(getattr(before, name), getattr(model, name))
-        data = self.data
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        data.time = old.time
-        for name in _AWAKE_COUNTS:
-            setattr(data, name, getattr(old, name))
-        data.tree_asleep[:] = range(model.ntree)  # each new tree is a sleeping island of its own
-        data.tree_awake[:] = 0
-        data.body_awake[:] = 0
-        for name in dir(data):
-            if isinstance(values := getattr(old, name), np.ndarray):
-                _copy_rows(values, getattr(data, name))
+        engine_state.copy_fields(before, model)
+        engine_state.copy_data(old, model, self.data)
 
     def step(self) -> None:
         """Step one tick.
@@ -390,14 +202,16 @@ class Simulation:
             self.inbox.empty()
         self._is_in_tick = True
         try:
-            for hook in self._before:
+            for hook in self._hooks.before:
                 hook()
+            # the others are those of now: a device may have been switched off by the hooks before
+            hooks = self._hooks
             try:
-                if self._integrate is not None and self._integrate():
+                if hooks.integrate is not None and hooks.integrate():
                     pass
-                elif self._drive:
+                elif hooks.drive:
                     mujoco.mj_step1(self.model, self.data)
-                    for hook in self._drive:
+                    for hook in hooks.drive:
                         hook()
                     mujoco.mj_step2(self.model, self.data)
                 else:
@@ -409,7 +223,7 @@ class Simulation:
                 reason = unstable[0]
                 unstable.clear()
                 raise SimulationError(f"at {now / 1e9:.3f} s: {reason}")
-            for hook in self._after:
+            for hook in self._hooks.after:
                 hook()
             events = self.events
             while events.next_due <= now:
@@ -536,7 +350,7 @@ class Simulation:
         """Wake a tree and restart its count to sleep; else a body released in mid-air could freeze there for ever."""
         tree = int(self.model.body_treeid[body])
         if tree >= 0 and self.data.tree_asleep[tree] < 0:
-            self.data.tree_asleep[tree] = ASLEEP_AFTER
+            self.data.tree_asleep[tree] = engine_state.ASLEEP_AFTER
             for callback in self.on_wake:
                 callback(tree)
         else:
@@ -575,12 +389,7 @@ class Simulation:
 
     def state_hash(self, *more: Any) -> str:
         """Return the SHA-256 of the engine's state, the events, the devices and `more` (JSON values), as hex digits."""
-        digest = hashlib.sha256()
-        data = self.data
-        fields = (getattr(self.model, name) for name in CHANGING_FIELDS)
-        for array in (data.qpos, data.qvel, data.act, data.ctrl, data.eq_active, *fields):
-            # 0.0 and -0.0 are the same state: waking replaces one by the other
-            digest.update((np.ascontiguousarray(array) + 0).tobytes())
+        digest = engine_state.hash_engine(self.model, self.data)
         text = json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True)
         digest.update(text.encode())
         return digest.hexdigest()

@@ -21,8 +21,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.engine.device import Device, Follower
+from cellwright.engine.engine_state import CHANGING_FIELDS
 from cellwright.engine.sensor import Sensor
-from cellwright.engine.simulation import CHANGING_FIELDS, Device, Follower, Simulation
+from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import CellwrightError
 from cellwright.util.files import atomic_file
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from cellwright.config.robot.config import BaseMode, RobotConfig
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 from cellwright.robot.model import BASE_BODY
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from cellwright.config.robot.model import RobotModel
-from cellwright.engine.simulation import Device, State
+from cellwright.engine.device import Device, State
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
 from cellwright.robot.limiter import NO_SOURCE, Numbers, TargetLimiter

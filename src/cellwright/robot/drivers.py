@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.engine.simulation import Device
+from cellwright.engine.device import Device
 from cellwright.robot.servos import Array, JointArrays, JointServos
 from cellwright.util import plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError, one_line

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import header, nanoseconds, pose_message

@@ -7,7 +7,7 @@ import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.simulation import Device
+from cellwright.engine.device import Device
 from cellwright.middleware.bus import PendingResponse
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse

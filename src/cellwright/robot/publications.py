@@ -10,7 +10,8 @@ import numpy as np
 from cellwright.config.robot.cameras import picture_camera
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message

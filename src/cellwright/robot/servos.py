@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.robot.model import Joint, JointType, RobotModel
-from cellwright.engine.simulation import Device, Simulation
+from cellwright.engine.device import Device
+from cellwright.engine.simulation import Simulation
 
 GAIN = 24.0
 """Velocity per position error [1/s]."""

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.model.furniture import BELT_GEOM
-from cellwright.engine.simulation import CHANGING_FIELDS
+from cellwright.engine.engine_state import CHANGING_FIELDS
 from tests.cell.devices.culling_scenes import Scene, SceneRun
 
 WINDOW = 100

@@ -19,7 +19,7 @@ from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Circumstances, Part, Trial
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.simulation import Device
+from cellwright.engine.device import Device
 from cellwright.motion.joints import Joints
 from cellwright.motion.kinematics import solve, tool_down
 from cellwright.util.errors import UnreachableError

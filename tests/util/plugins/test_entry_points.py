@@ -214,7 +214,7 @@ def test_trials_command_warns_about_unusable_plugins(capsys: pytest.CaptureFixtu
 
 
 FAILING_AT_WORK = """
-from cellwright.engine.simulation import Device
+from cellwright.engine.device import Device
 import workshop.part_counter as workshop
 from dataclasses import replace
 

@@ -17,7 +17,8 @@ from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, 
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.setpoints import Setpoints
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.simulation import Device, Simulation
+from cellwright.engine.device import Device
+from cellwright.engine.simulation import Simulation
 
 KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
 """Time, and x and y of AGV 1 in the world frame [m], at each key frame."""

@@ -9,7 +9,8 @@ from cellwright.cell.devices.trajectory_controller import Following, JointTrajec
 from cellwright.cell.devices.trajectory_goal import GoalRequest, TrajectoryGoal
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 
 T = TypeVar("T")
 

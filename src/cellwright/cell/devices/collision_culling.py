@@ -30,7 +30,8 @@ from cellwright.cell.devices.parts import Overlaps
 from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.bounding_boxes import Mask, Numbers, Vectors, facing, gaps
 from cellwright.engine.clock import NEVER
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 from cellwright.engine.sleeping_groups import Groups, SleepingGroups
 
 WINDOW = 0.2

@@ -16,7 +16,8 @@ from cellwright.cell.model.frames import BELT_SPEED, SPAWN_FRAME
 from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
 from cellwright.config.trial.trial import BeltPart, Trial
 from cellwright.engine.clock import NEVER, nanoseconds
-from cellwright.engine.simulation import Device, PlainState, Simulation, State
+from cellwright.engine.device import Device, PlainState, State
+from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose
 
 _SLOW = 2.0

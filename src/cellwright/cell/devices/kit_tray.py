@@ -13,7 +13,8 @@ from cellwright.cell.model.frames import TRAY_IDS
 from cellwright.config.layout import TRAY_PLATE
 from cellwright.config.trial.trial import KitObject
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3
 
 REPORT_PERIOD = Fraction(1)

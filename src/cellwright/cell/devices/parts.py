@@ -22,7 +22,8 @@ from cellwright.cell.model.clones import more_bodies
 from cellwright.cell.model.parts import separation_speed
 from cellwright.cell.model.rearrangement import rearrange
 from cellwright.config.trial.trial import Trial
-from cellwright.engine.simulation import Device, Simulation, State
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose
 

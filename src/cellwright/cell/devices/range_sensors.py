@@ -10,8 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.engine.device import State
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.engine.simulation import Simulation, State
+from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3
 
 SOLID_GROUPS = (1, 3)

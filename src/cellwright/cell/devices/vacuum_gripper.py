@@ -21,7 +21,8 @@ from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.clock import NANOSECONDS, NEVER
-from cellwright.engine.simulation import Device, PlainState, Simulation
+from cellwright.engine.device import Device, PlainState
+from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 

@@ -16,7 +16,7 @@ from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, Tra
 from cellwright.cell.interface.commands import trajectory_of, warn_of_wall_time
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS, seconds
-from cellwright.engine.simulation import Device, State
+from cellwright.engine.device import Device, State
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint

@@ -13,8 +13,8 @@ from cellwright.cell.devices.logical_camera import ModelSnapshot
 from cellwright.cell.interface.devices import CellDevices
 from cellwright.config.trial.sensors import SENSOR_TYPES
 from cellwright.config.trial.trial import PictureCameraConfig, PluginDevice, SensorConfig
+from cellwright.engine.device import Device
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.engine.simulation import Device
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint

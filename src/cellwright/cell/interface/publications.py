@@ -26,7 +26,7 @@ from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Order
-from cellwright.engine.simulation import Device, State
+from cellwright.engine.device import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message, osrf_gear
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState

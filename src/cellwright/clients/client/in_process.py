@@ -4,8 +4,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from cellwright.engine.device import Follower
 from cellwright.engine.loop import StopCondition
-from cellwright.engine.simulation import Follower
 from cellwright.middleware.bus import Direction, Node, PendingResponse
 from cellwright.util.errors import RunEndedError
 

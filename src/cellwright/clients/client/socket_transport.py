@@ -16,7 +16,7 @@ from contextlib import suppress
 from typing import Any
 
 from cellwright.clients.client.in_process import Callback, deliver_all
-from cellwright.engine.simulation import Follower
+from cellwright.engine.device import Follower
 from cellwright.middleware.messages import TYPES, Message, TypeSet, type_of
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (

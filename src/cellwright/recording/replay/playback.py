@@ -9,10 +9,11 @@ from typing import Any, NoReturn
 import mujoco
 
 from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.device import Device
 from cellwright.engine.loop import SimulationLoop
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.shapes import Visuals
-from cellwright.engine.simulation import Device, Simulation
+from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Clock, Time

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
+from cellwright.engine.device import State
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.engine.simulation import Simulation, State
+from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.cameras.render_service import Drawn, PendingPicture, RenderService

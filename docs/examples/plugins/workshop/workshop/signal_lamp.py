@@ -5,7 +5,7 @@ from typing import Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
-from cellwright.engine.simulation import Device, State
+from cellwright.engine.device import Device, State
 from cellwright.middleware.messages.standard import String
 
 
