@@ -14,16 +14,10 @@ from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.collision_culling import CollisionCulling
 from cellwright.cell.devices.conveyor import Conveyor, DeletionWall, Population
 from cellwright.cell.devices.kit_tray import DemoTray, KitTray
-from cellwright.cell.devices.logical_camera import (
-    TRAY_TYPE,
-    LogicalCamera,
-    ModelSnapshot,
-    QualityControlSensor,
-    SceneModel,
-    collision_geoms,
-)
+from cellwright.cell.devices.logical_camera import TRAY_TYPE, LogicalCamera, QualityControlSensor
 from cellwright.cell.devices.parts import Overlaps, Parts
 from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor, RangeSensor
+from cellwright.cell.devices.scene import ModelSnapshot, SceneModel, collision_geoms
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import CellCommands

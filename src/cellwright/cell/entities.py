@@ -7,7 +7,7 @@ parts are those that logical cameras show. All poses are in the world frame.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -16,25 +16,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.logical_camera import collision_geoms
+from cellwright.cell.devices.scene import collision_geoms
 from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
-from cellwright.cell.model.frames import (
-    AGV_HOMES,
-    AGV_T_TRAY,
-    BELT_SURFACE,
-    BIN_CENTRES,
-    BIN_SURFACE,
-    BIN_YAW,
-    CONVEYOR_SIZE,
-    SPAWN_FRAME,
-    TRAY_SURFACE,
-    load_point,
-)
+from cellwright.cell.model.frames import AGV_HOMES, BIN_CENTRES
 from cellwright.cell.model.furniture import SHELF_BODY
-from cellwright.config.layout import BIN_WIDTH, TRAY_PLATE
+from cellwright.cell.named_poses import Box
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose, Vector3, normalized
 
@@ -43,9 +32,6 @@ if TYPE_CHECKING:
 
 ARM = "arm"
 """Name of the robot on its rail."""
-
-CLEARANCE = 0.3
-"""Height [m] of the space over a named pose."""
 
 FARTHEST = 50.0
 """Largest coordinate [m] of a pose at which a part may be placed."""
@@ -73,25 +59,6 @@ class EntityInfo:
     category: Category
     description: str
     tags: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Box:
-    """Box along the world's axes: lower and upper corner [m]."""
-
-    lower: Vector3
-    upper: Vector3
-
-
-@dataclass(frozen=True)
-class NamedPose:
-    """Place of the cell by name, and the free space over it."""
-
-    name: str
-    pose: Pose
-    description: str
-    tags: tuple[str, ...]
-    space: Box
 
 
 @dataclass(frozen=True)
@@ -261,23 +228,6 @@ class Entities:
         """
         return collision_geoms(self.cell.simulation.model, self._body(name))
 
-    def named_poses(self) -> tuple[NamedPose, ...]:
-        """Return the places of the cell where parts are put: bins, begin of the belt, load points and trays."""
-        found = []
-        for name, (x, y) in BIN_CENTRES.items():
-            pose = Pose.from_rpy((x, y, BIN_SURFACE), (0.0, 0.0, BIN_YAW))
-            found.append(_named(name, pose, "middle of the bin's surface", "bin", (BIN_WIDTH, BIN_WIDTH)))
-        x, y, _ = SPAWN_FRAME.position
-        belt = Pose((x, y, BELT_SURFACE), SPAWN_FRAME.quaternion)
-        found.append(_named("belt_start", belt, "where parts appear on the belt", "belt", (CONVEYOR_SIZE[1],) * 2))
-        for number in self.cell.trays:
-            agv = f"agv{number}"
-            found.append(_named(f"{agv}_load_point", load_point(agv), "station of the AGV", "load_point", TRAY_PLATE))
-            x, y, _ = (AGV_HOMES[agv] @ AGV_T_TRAY).position
-            tray = Pose((x, y, TRAY_SURFACE), AGV_HOMES[agv].quaternion)
-            found.append(_named(f"kit_tray_{number}", tray, "surface of the tray at its station", "tray", TRAY_PLATE))
-        return tuple(found)
-
     def frame(self, name: str) -> Pose:
         """Return the present pose of a frame: "world", an entity, a link, or a fixed frame of the cell.
 
@@ -410,14 +360,6 @@ def _reachable(pose: Pose) -> Pose:
             f"pose must be within {FARTHEST:g} m, its quaternion of length 1 (got {pose.position}, {pose.quaternion})"
         )
     return Pose(pose.position, normalized(pose.quaternion))
-
-
-def _named(name: str, pose: Pose, description: str, tag: str, size: Sequence[float]) -> NamedPose:
-    x, y, z = pose.position
-    turned = abs(math.sin(pose.yaw)) > math.sqrt(0.5)
-    width, depth = (size[1], size[0]) if turned else (size[0], size[1])
-    lower, upper = (x - width / 2, y - depth / 2, z), (x + width / 2, y + depth / 2, z + CLEARANCE)
-    return NamedPose(name, pose, description, (tag,), Box(lower, upper))
 
 
 def geom_box(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from cellwright.cell.devices.logical_camera import ModelSnapshot, SceneModel, collision_geoms
+from cellwright.cell.devices.scene import ModelSnapshot, SceneModel, collision_geoms
 from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose, Quaternion, Vector3

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.logical_camera import Frustum
+from cellwright.cell.devices.scene import Frustum
 from cellwright.util.pose import Pose, Vector3
 
 LOGICAL: dict[str, Any] = {"near": 0.2, "far": 0.75, "horizontal_fov": 1.1, "aspect": 1.5}

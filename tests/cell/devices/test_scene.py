@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.logical_camera import collision_geoms
+from cellwright.cell.devices.scene import collision_geoms
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import CYLINDER, add_agv, add_block, add_part, empty_spec, make_simulation, move, scene_of
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.robot.config import RangeEnd
+from cellwright.config.robot.limbs import find_open_ends
 from cellwright.config.robot.robots import load_robot
-from cellwright.config.robot.skeleton import find_open_ends
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot.torso_robot import urdf, write
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.robot.config import RangeEnd
-from cellwright.config.robot.skeleton import Limbs, find_limbs
+from cellwright.config.robot.limbs import Limbs, find_limbs
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot.torso_robot import arm_names, urdf, write
 

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.limbs import MIN_ARM_JOINTS, find_limbs
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.robots import bundled, load_robot, read_robot_config
-from cellwright.config.robot.skeleton import MIN_ARM_JOINTS, find_limbs, skeleton
+from cellwright.config.robot.skeleton import skeleton
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot import torso_robot
 from tests.config.robot.small_robot import SHAPE

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
-from cellwright.cell.devices.logical_camera import Frustum, LogicalCamera
+from cellwright.cell.devices.logical_camera import LogicalCamera
+from cellwright.cell.devices.scene import Frustum
 from cellwright.config.layout import BIN_CENTRES, TRAY_FRAMES
 from cellwright.config.trial.catalogue import (
     BASELINE,

@@ -21,9 +21,9 @@ culling.
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
+from cellwright.cell.devices.closed_bodies import ClosedBodies
 from cellwright.cell.devices.conveyor import Conveyor
 from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies
 from cellwright.cell.devices.parts import Overlaps
@@ -58,8 +58,6 @@ _STEADY = np.array((5e-5, 5e-5, 1e-4, 5e-3, 5e-3, 5e-3))
 A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
 """
 
-_NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-
 
 class CollisionCulling(Device):
     """Device that closes bodies which cannot meet to the engine; the last one in `before_step`.
@@ -89,7 +87,7 @@ class CollisionCulling(Device):
     @property
     def closed(self) -> frozenset[int]:
         """Bodies that are closed to the engine, without passengers."""
-        return frozenset(np.flatnonzero(self._is_closed).tolist())
+        return frozenset(np.flatnonzero(self._bodies.is_closed).tolist())
 
     @property
     def gliders(self) -> tuple[int, ...]:
@@ -110,10 +108,8 @@ class CollisionCulling(Device):
         self._model = model
         self._last_step = model, data
         self.passengers = {}
-        self._contype, self._conaffinity = model.body_contype.copy(), model.body_conaffinity.copy()
-        self._gravcomp = model.body_gravcomp.copy()
+        self._bodies = ClosedBodies(model)
         self._tree = model.body_treeid.astype(np.int64)
-        self._is_closed = np.zeros(model.nbody, dtype=np.bool_)
         self._belt = int(model.geom_bodyid[model.geom(BELT_GEOM).id])
         self._moving = moving = MovingBodies(model, self._belt)
         self._sleeping = SleepingGroups(model, moving.boxes, moving.parts, moving.links)
@@ -134,13 +130,13 @@ class CollisionCulling(Device):
     def get_state(self) -> State:
         """Return what is closed and carried, and all that the next checks depend on."""
         return {
-            "closed": np.flatnonzero(self._is_closed).tolist(),
+            "closed": np.flatnonzero(self._bodies.is_closed).tolist(),
             "passengers": [[body, carrier] for body, carrier in self.passengers.items()],
             "awake": np.flatnonzero(self._is_awake).tolist(),
             "woken": sorted(self._woken),
             "due": self._due,
             "review_due": self._review_due,
-            "contacts": not self.simulation.model.opt.disableflags & _NO_CONTACTS,
+            "contacts": self._bodies.has_contacts,
             "every": self._every,
             "excess": self._excess,
             "reference": self._reference.tolist(),
@@ -149,7 +145,7 @@ class CollisionCulling(Device):
     def set_state(self, state: State) -> None:
         """Restore what `get_state` returned."""
         self._open_all()
-        self._close(np.array(state["closed"], dtype=np.int64))
+        self._bodies.close(np.array(state["closed"], dtype=np.int64))
         for body, carrier in state["passengers"]:
             self._take_along(body, carrier)
         self._is_awake[:] = False
@@ -158,23 +154,18 @@ class CollisionCulling(Device):
         self._woken.clear()
         self._woken.update(state["woken"])
         self._due, self._review_due, self._every = state["due"], state["review_due"], state["every"]
-        self._allow_contacts(state["contacts"])
+        self._bodies.allow_contacts(state["contacts"])
         self._excess, self._reference = state["excess"], np.array(state["reference"])
 
     def before_step(self) -> None:
         """Check if it is time, or if something was woken or pushed, or has become faster."""
         simulation = self.simulation
-        if simulation.model is self._model:
-            self._check_if_due()
-            return
-        last = self._last_step  # a model that has just grown has no contacts yet
-        self.set_state(self.get_state())
-        self._last_step = last
-        self._check_if_due()
-        self._last_step = simulation.model, simulation.data
-
-    def _check_if_due(self) -> None:
-        simulation = self.simulation
+        has_grown = simulation.model is not self._model
+        if has_grown:
+            # a model that has just grown has no contacts yet: those of the last step are in the old data
+            last = self._last_step
+            self.set_state(self.get_state())
+            self._last_step = last
         tick = simulation.clock.tick
         if (
             self._woken
@@ -184,6 +175,8 @@ class CollisionCulling(Device):
             or self._forces.tobytes() != self._no_forces
         ):
             self._check()
+        if has_grown:
+            self._last_step = simulation.model, simulation.data
 
     def _is_faster(self) -> bool:
         """Return whether a point may move faster than the last check assumed."""
@@ -198,7 +191,7 @@ class CollisionCulling(Device):
         is_awake = self._asleep < 0
         if not self._woken and (is_awake == self._is_awake).all() and self._forces.tobytes() == self._no_forces:
             movers = self._find_movers()
-            times = self._times(movers, movers.sides(simulation.data))
+            times = movers.times(movers.sides(simulation.data), np.abs(self._velocities[movers.dofs]))
             until = (times + movers.watched).min(initial=LONGEST)
             is_safe = until >= self._soon and not self._find_pushed()
             if is_safe and (simulation.clock.tick < self._review_due or not self._can_close(movers, times)):
@@ -209,19 +202,10 @@ class CollisionCulling(Device):
     def _can_close(self, movers: Movers, times: Vectors) -> bool:
         """Return whether a review may close something; if not, the next one has time."""
         groups = self._sleeping.find(self.simulation.data, self._is_awake)
-        if movers.free > movers.links or (self._find_open(groups) & (self._left(movers, times, groups) > CALM)).any():
+        if movers.free > movers.links or (self._find_open(groups) & (movers.until_groups(times, groups) > CALM)).any():
             return True
         self._review_due = self._next_review()
         return False
-
-    def _left(self, movers: Movers, times: Vectors, groups: Groups) -> Vectors:
-        """Return the time [s] in which anything that moves could reach each group."""
-        times = times + movers.never
-        left = times[: movers.free, : len(groups.boxes)].min(axis=0, initial=np.inf)
-        return np.asarray(np.minimum.reduceat(left, groups.first_box))
-
-    def _times(self, movers: Movers, sides: Vectors) -> Vectors:
-        return movers.times(sides, np.abs(self._velocities[movers.dofs]))
 
     def _check_next(self) -> None:
         """Check before the next step: a position was written directly."""
@@ -249,13 +233,13 @@ class CollisionCulling(Device):
         movers = self._find_movers()
         sides = movers.sides(data)
         self._moving.update(sides, movers, data, woken)
-        times = self._times(movers, sides)
-        left = self._left(movers, times, groups)
-        closed = self._is_closed[groups.bodies]
+        times = movers.times(sides, np.abs(self._velocities[movers.dofs]))
+        left = movers.until_groups(times, groups)
+        closed = self._bodies.is_closed[groups.bodies]
         for group in np.flatnonzero(np.logical_or.reduceat(closed, groups.first) & (left < self._soon)).tolist():
-            self._open(groups.members(group))
+            self._bodies.open(groups.members(group))
         for group in np.flatnonzero(~np.logical_and.reduceat(closed, groups.first) & (left > CALM)).tolist():
-            self._close(groups.members(group))
+            self._bodies.close(groups.members(group))
         times, first = times + movers.never, len(groups.boxes) + 1
         riding = np.minimum(times[movers.free :].min(axis=1), times[:, first:].min(axis=0, initial=np.inf))
         leaving = [body for body, time in zip(list(self.passengers), riding.tolist(), strict=True) if time < self._soon]
@@ -266,7 +250,7 @@ class CollisionCulling(Device):
             self._take_along(body, carrier)
         is_open = self._find_open(groups)
         is_calm = not is_open.any() and movers.links == movers.free and not leaving
-        self._allow_contacts(not is_calm or movers.can_touch)
+        self._bodies.allow_contacts(not is_calm or movers.can_touch)
         if woken or leaving or joining:
             self._due = self._review_due = self.simulation.clock.tick + 1
         else:
@@ -276,7 +260,7 @@ class CollisionCulling(Device):
 
     def _find_open(self, groups: Groups) -> Mask:
         """Return which groups are open."""
-        return np.asarray(~np.logical_and.reduceat(self._is_closed[groups.bodies], groups.first))
+        return np.asarray(~np.logical_and.reduceat(self._bodies.is_closed[groups.bodies], groups.first))
 
     def _next_review(self) -> int:
         return self.simulation.clock.tick + max(1, int(REVIEW / self._step))
@@ -284,10 +268,7 @@ class CollisionCulling(Device):
     def _find_pushed(self) -> list[int]:
         """Return the gliders that do not have the belt's velocity any more: a program has written another one."""
         gliders = self.gliders
-        if not gliders:
-            return []
-        is_steady = self._are_steady(list(gliders))
-        return [] if is_steady.all() else [body for body, steady in zip(gliders, is_steady, strict=True) if not steady]
+        return np.array(gliders)[~self._are_steady(list(gliders))].tolist() if gliders else []
 
     def _are_steady(self, bodies: list[int] | Numbers) -> Mask:
         """Return which parts move as the belt does."""
@@ -310,9 +291,9 @@ class CollisionCulling(Device):
             trees.discard(-1)
         woken = sorted(trees)
         bodies: list[int] = self.simulation.model.tree_bodyadr[woken].tolist()
-        is_awake[woken] = ~self._is_closed[bodies]  # as before
+        is_awake[woken] = ~self._bodies.is_closed[bodies]  # as before
         moving = self._moving.bodies
-        if (self._is_closed[moving] & is_awake[self._tree[moving]]).any():
+        if (self._bodies.is_closed[moving] & is_awake[self._tree[moving]]).any():
             self._open_all()  # woken past the simulation, as by a force on a joint
         if woken:
             groups = self._sleeping.find(self.simulation.data, is_awake)
@@ -320,7 +301,7 @@ class CollisionCulling(Device):
                 if body in self.passengers:
                     self._put_down(body, groups)
                 elif groups.of_body[body] >= 0:
-                    self._open(groups.members(int(groups.of_body[body])))
+                    self._bodies.open(groups.members(int(groups.of_body[body])))
             is_awake[woken] = True
         return bodies
 
@@ -393,47 +374,28 @@ class CollisionCulling(Device):
 
     def _take_along(self, body: int, carrier: int) -> None:
         """Close a part that something carries; on the belt it takes its velocity and has no weight."""
-        model = self.simulation.model
         self.passengers[body] = carrier
         self._movers = None
-        model.body_contype[body] = model.body_conaffinity[body] = 0
+        self._bodies.carry(body, is_weightless=carrier == self._belt)
         if carrier == self._belt:
-            model.body_gravcomp[body] = 1.0
             self._velocities[self._dofs[body]] = 0.0, -self._conveyor.speed, 0.0, 0.0, 0.0, 0.0
 
     def _put_down(self, body: int, groups: Groups) -> None:
         """Open a part again, and what carries it."""
         group = int(groups.of_body[self.passengers.pop(body)])
         self._movers = None
-        self.simulation.model.body_gravcomp[body] = self._gravcomp[body]
-        self._open(np.array([body]))
+        self._bodies.open(np.array([body]))
         if group >= 0:
-            self._open(groups.members(group))
-
-    def _open(self, bodies: Numbers) -> None:
-        model = self.simulation.model
-        self._is_closed[bodies] = False
-        model.body_contype[bodies], model.body_conaffinity[bodies] = self._contype[bodies], self._conaffinity[bodies]
-
-    def _close(self, bodies: Numbers) -> None:
-        model = self.simulation.model
-        self._is_closed[bodies] = True
-        model.body_contype[bodies] = model.body_conaffinity[bodies] = 0
+            self._bodies.open(groups.members(group))
 
     def _open_all(self) -> None:
         """Open everything, as at the start of a run."""
         if self.simulation.model is not self._model:
             self._look_up()
         self.passengers.clear()
-        self._open(np.arange(len(self._is_closed)))
-        self.simulation.model.body_gravcomp[:] = self._gravcomp
-        self._allow_contacts(True)
+        self._bodies.open(np.arange(len(self._bodies.is_closed)))
+        self._bodies.allow_contacts(True)
         self._due = self._review_due = 0
         self._every, self._excess = 1, 0.0
         self._reference = np.zeros(0)
         self._forget()
-
-    def _allow_contacts(self, allowed: bool) -> None:  # noqa: FBT001
-        option = self.simulation.model.opt
-        if allowed == bool(option.disableflags & _NO_CONTACTS):
-            option.disableflags ^= _NO_CONTACTS

@@ -107,6 +107,12 @@ class Movers:
             found[kin.rows, column] = near[column]
         return found
 
+    def until_groups(self, times: Vectors, groups: Groups) -> Vectors:
+        """Return the time [s] in which anything could reach each group, of the `times` of rows and columns."""
+        times = times + self.never
+        left = times[: self.free, : len(groups.boxes)].min(axis=0, initial=np.inf)
+        return np.asarray(np.minimum.reduceat(left, groups.first_box))
+
 
 class MovingBodies:
     """Bodies of a model that can move, and those that can carry a part.

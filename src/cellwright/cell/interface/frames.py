@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from cellwright.cell.devices.logical_camera import TfFrame, body_poses
+from cellwright.cell.devices.logical_camera import TfFrame
+from cellwright.cell.devices.scene import body_poses
 from cellwright.cell.model.arm import GRIPPER, JOINTS, WRIST_3_T_TOOL
 from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, BIN_YAW, load_point
 from cellwright.config.trial.trial import PictureCameraConfig, Trial

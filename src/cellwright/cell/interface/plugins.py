@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from cellwright.cell.devices.logical_camera import ModelSnapshot
+from cellwright.cell.devices.scene import ModelSnapshot
 from cellwright.cell.interface.devices import CellDevices
 from cellwright.config.trial.sensors import SENSOR_TYPES
 from cellwright.config.trial.trial import PictureCameraConfig, PluginDevice, SensorConfig

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cellwright.cell.devices.logical_camera import ModelSnapshot
+from cellwright.cell.devices.scene import ModelSnapshot
 from cellwright.cell.interface.plugins import SensorPlugin
 from cellwright.config.trial.trial import SensorConfig
 from cellwright.engine.sensor import Reading, Sensor

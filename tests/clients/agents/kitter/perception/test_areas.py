@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.logical_camera import Frustum, LogicalCamera
+from cellwright.cell.devices.logical_camera import LogicalCamera
+from cellwright.cell.devices.scene import Frustum
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.perception import (
     BELT,
