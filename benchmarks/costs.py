@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -23,8 +23,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
-from cellwright.recording.format.run_log import RunLog
-from cellwright.running.run import RecordOptions, RunOptions, run_cell
+from cellwright.running.run import RunOptions, run_cell
 
 BEGIN, STEPS, REPEATS = 20, 3000, 5
 """Simulation time [s] of the snapshot, steps from there, and repeats."""
@@ -109,13 +108,10 @@ def _log(until: float, repeats: int) -> Iterator[Figure]:
         file = Path(folder, "run.jsonl")
         cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
 
-        def worked(log: Callable[[], RunLog | None]) -> float:
-            options = RunOptions(until=until, log=log())
-            return processor_time(lambda: run_cell(cell, KitterAgent(), options))
+        def worked(log: Path | None) -> float:
+            return processor_time(lambda: run_cell(cell, KitterAgent(), RunOptions(until=until), record=log))
 
-        bare, more = best_in_turn(
-            min(repeats, 3), lambda: worked(lambda: None), lambda: worked(lambda: RunLog(file, about={}))
-        )
+        bare, more = best_in_turn(min(repeats, 3), lambda: worked(None), lambda: worked(file))
         size = file.stat().st_size / 1024
     yield Figure("a run of the agent with a log / without", more / bare, note=f"{until:g} s, {size:.1f} KiB written")
 
@@ -126,14 +122,14 @@ def _recording(until: float, repeats: int) -> Iterator[Figure]:
         file = Path(folder, "run.mcap")
         cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
 
-        def worked(options: RunOptions) -> float:
-            return processor_time(lambda: run_cell(cell, KitterAgent(), options))
+        def worked(options: RunOptions, record: Path | None = None) -> float:
+            return processor_time(lambda: run_cell(cell, KitterAgent(), options, record=record))
 
         bare, subscribed, recorded = best_in_turn(
             min(repeats, 3),
             lambda: worked(RunOptions(until=until)),
             lambda: worked(RunOptions(until=until, listen=["all"])),
-            lambda: worked(RunOptions(until=until, record=RecordOptions([file]))),
+            lambda: worked(RunOptions(until=until), file),
         )
         rate = file.stat().st_size / 1024 / until
     yield Figure("a run of the agent recorded / without", recorded / bare, note=f"{until:g} s, {rate:.0f} KiB each")

@@ -25,9 +25,9 @@ def test_restarted_run_ends_at_same_time(tmp_path: Path) -> None:
             tempo.set_speed(None)
 
     tempo = RateControl(1.0)
-    with Session(cell, serve=ServerOptions(port=0), rate=tempo, until=1.5, log=tmp_path / "a.jsonl") as session:
+    with Session(cell, serve=ServerOptions(port=0), rate=tempo, record=tmp_path / "a.jsonl") as session:
         session.on_poll.append(poll)
-        result = session.run()
+        result = session.run(until=1.5)
     assert isinstance(result, RunResult)
     assert times[2] > 0.0
     assert times[3] < times[2] + 0.3, "it counts from 0 again"

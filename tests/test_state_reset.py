@@ -29,7 +29,7 @@ from cellwright.recording.replay.verify import Answer, recorded_steps, verify
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.services import RobotServices
-from cellwright.running.run import CellTarget, ServerOptions, Session
+from cellwright.running.run import CellTarget, RunOptions, ServerOptions, Session
 from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError
 from cellwright.viewer.services.simulation_requests import OK, STATE, TIME
@@ -125,9 +125,15 @@ def test_stamps_of_requests_are_in_time_that_goes_on() -> None:
     assert stamp_of(results.messages[-1]) >= start + NANOSECONDS * 7 // 10
 
 
-def served(target: Any, work: Callable[[SocketTransport], Result], **more: Any) -> tuple[Result, Any]:
+def served(
+    target: Any, work: Callable[[SocketTransport], Result], *, lockstep: bool = False, **more: Any
+) -> tuple[Result, Any]:
     """Serve a target while a client in another thread works; return what it found, and the session's result."""
-    made = target if isinstance(target, Session) else Session(target, serve=ServerOptions(port=0), **more)
+    made = (
+        target
+        if isinstance(target, Session)
+        else Session(target, serve=ServerOptions(port=0, lockstep=lockstep), **more)
+    )
     with made as session, ThreadPoolExecutor(1) as pool:
         assert session.address is not None
         address = session.address
@@ -217,7 +223,7 @@ def test_wait_of_lockstep_client_lasts_over_reset() -> None:
         client.advance(0)
         return now
 
-    session = Session(cell, serve=ServerOptions(port=0), lockstep=True, rate=rate)
+    session = Session(cell, serve=ServerOptions(port=0, lockstep=True), rate=rate)
     now, _ = served(session, work)
     assert (now, cell.simulation.now) == (NANOSECONDS, nanoseconds(0.8))
 
@@ -332,6 +338,6 @@ def test_reset_clears_no_emergency_stop_and_moves_no_real_robot() -> None:
 
 
 def test_clock_cannot_go_on_where_restart_is_run_of_its_own() -> None:
-    session = Session(Cell(WHOLE), until=0.1)
+    session = Session(Cell(WHOLE), options=RunOptions(until=0.1))
     with session, pytest.raises(RejectedCommandError, match="without an agent of this process only"):
         session.reset(keeps_clock=True)

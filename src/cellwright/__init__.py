@@ -38,7 +38,9 @@ if TYPE_CHECKING:
     from cellwright.robot.node import RobotNode as RobotNode
     from cellwright.running.run import DescriptionWarning as DescriptionWarning
     from cellwright.running.run import Outcome as Outcome
+    from cellwright.running.run import Outputs as Outputs
     from cellwright.running.run import PageOptions as PageOptions
+    from cellwright.running.run import RecordOptions as RecordOptions
     from cellwright.running.run import RunOptions as RunOptions
     from cellwright.running.run import RunResult as RunResult
     from cellwright.running.run import ServerOptions as ServerOptions
@@ -64,7 +66,9 @@ _HOMES = {
     "NodeClient": "clients.client",
     "Recording": "recording.replay.opened",
     "Outcome": "running.run",
+    "Outputs": "running.run",
     "PageOptions": "running.run",
+    "RecordOptions": "running.run",
     "Pose": "util.pose",
     "Reading": "engine.sensor",
     "RobotNode": "robot.node",

@@ -22,7 +22,7 @@ from cellwright.engine.snapshot import (
     take_snapshot,
     write_checkpoint,
 )
-from cellwright.running.run import Session
+from cellwright.running.run import RunOptions, Session
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.support.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
@@ -317,7 +317,7 @@ def test_restore_within_tick_and_of_recorded_run_is_refused(tmp_path: Path) -> N
 
 
 def test_restored_run_of_session_ends_at_its_own_limit() -> None:
-    with Session(KITTING, until=3.0) as session:
+    with Session(KITTING, options=RunOptions(until=3.0)) as session:
         client = session.client()
         assert isinstance(client, Client)
         client.start_competition()

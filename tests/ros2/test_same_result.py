@@ -37,7 +37,7 @@ def work(client: Client) -> list[str]:
 
 def in_one_process() -> tuple[list[str], str]:
     """Return what a client saw, and the state hash."""
-    with cellwright.Session("lesson", until=5.0) as session:
+    with cellwright.Session("lesson", options=cellwright.RunOptions(until=5.0)) as session:
         session.client()
         seen = work(Client(session.transport("/agent")))
         return seen, str(session.result_by_now().state_hash)

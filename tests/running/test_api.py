@@ -114,7 +114,7 @@ def test_recording_of_run_trial_has_its_files(tmp_path: Path) -> None:
     options = cellwright.RunOptions(until=0.05)
     bare = cellwright.run_trial("lesson", None, options=options)
     result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
-    assert result.recordings == [tmp_path / "a.mcap"]
+    assert result.recordings == (tmp_path / "a.mcap",)
     with cellwright.open_recording(tmp_path / "a.mcap") as opened:
         recording = opened.recording
         assert recording.end is not None

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.variation import vary
-from cellwright.cli import options, output
+from cellwright.cli import options
 from cellwright.cli.main import ros_arguments
 from cellwright.cli.options import in_range, refuse
 from cellwright.cli.parameters import argument, flag, option
@@ -24,7 +24,7 @@ from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import camera_of
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
-from cellwright.running.run import CellTarget, PageOptions, RecordOptions
+from cellwright.running.run import CellTarget, PageOptions, RecordOptions, ServerOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ class CellArguments:
                 trial = vary(trial, trial.settings.seed if seed is None else seed)
             return self.cell(trial, console, competition=competition)
 
-        return CellTarget(make, lambda: options.paths(files), about)
+        return CellTarget(make, lambda: options.paths(files), about=about, is_varied=self.vary)
 
     def cell(self, trial: Trial, console: Console, *, competition: bool) -> Cell:
         """Return the cell of a trial; its refusals go to a console."""
@@ -188,9 +188,10 @@ class NetworkArguments(ServerArguments):
         ),
     ] = None
 
-    def ros2_options(self) -> Ros2Options | bool:
-        """Return the options of the node in ROS 2; False for no node."""
-        return ros2_options(ros2=self.ros2, discovery=self.ros2_range, names=self.ros2_names)
+    def options(self, *, lockstep: bool) -> ServerOptions:
+        """Return the options of the server."""
+        ros2 = ros2_options(ros2=self.ros2, discovery=self.ros2_range, names=self.ros2_names)
+        return ServerOptions(self.host, self.port, lockstep=lockstep, ros1=self.ros1, ros2=ros2)
 
 
 @dataclass(frozen=True)
@@ -298,17 +299,18 @@ def ros2_options(*, ros2: bool, discovery: str | None, names: str | None = None)
     return Ros2Options(discovery or RANGES[0], names or NAMES[0], tuple(ros_arguments))
 
 
-def record_options(paths: Sequence[Path] | None, *, is_varied: bool = False, **about: Any) -> RecordOptions | None:
-    """Return the options of the recording, with further facts about the run; None for no recording."""
-    if not paths:
-        return None
-    for path in paths:
+def record_options(
+    paths: Sequence[Path] | None, video: VideoOptions | None, log: Path | None = None, **about: Any
+) -> RecordOptions:
+    """Return the files that a run writes, with further facts about the run."""
+    for path in paths or ():
         kind = path.suffix.lower()
         if kind not in KINDS:
             refuse(f"--record {path}: give a file such as run.mcap, or run.bag for ROS 1 tools")
         options.output_file("--record", path, kind)
-    RecordingFiles(paths)
-    return RecordOptions(paths, about, is_varied=is_varied, report=output.warn)
+    if paths:
+        RecordingFiles(paths)
+    return RecordOptions(paths or (), about, options.output_file("--log", log, ".jsonl"), video)
 
 
 def _is_local(host: str) -> bool:

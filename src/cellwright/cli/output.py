@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 from rich.console import Console
@@ -18,7 +18,7 @@ from cellwright.util.files import write_atomic
 if TYPE_CHECKING:
     from cellwright.engine.loop import PaceFigures
     from cellwright.middleware.server import Server
-    from cellwright.running.run import Session
+    from cellwright.running.run import Outputs, Session
 
 _MAX_LENGTH = 10_000  # characters of a line
 
@@ -58,21 +58,24 @@ def write_result(file: Path, content: str | bytes) -> list[str]:
     return []
 
 
-def report_ready(session: Session) -> None:
+def report_ready(session: Session, note: str = "") -> None:
     """Print the name, the address and the rate of a served session, its node in ROS 1, and its domain in ROS 2."""
-    assert session.server is not None
-    line = ready_line(session.node.name, session.server, session.rate.speed)
-    if session.ros is not None:
-        line += f", ROS 1 at {session.ros.master.uri}"
-        line += "" if session.target.identity is None else f" as {session.target.identity.node}"
-    if session.ros2 is not None:
-        line += f", ROS 2 in domain {session.ros2.domain}"
-    session.on_message(line + session.target.ready_note())
+    serving = session.serving
+    assert serving is not None
+    line = ready_line(session.node.name, serving.server, session.rate.speed)
+    if serving.ros1 is not None:
+        line += f", ROS 1 at {serving.ros1.master.uri}"
+        line += "" if serving.ros1.identity.kind == "cell" else f" as {serving.ros1.identity.node}"
+    if serving.ros2 is not None:
+        line += f", ROS 2 in domain {serving.ros2.domain}"
+    session.outputs.on_message(line + note)
 
 
-def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
-    """Return the outputs of a session on the command line, as arguments of `Session`."""
-    return {"report": warn, "notice": notice, "on_message": partial(print_line, console)}
+def session_outputs(console: Console, notice: Callable[[str], None]) -> Outputs:
+    """Return the outputs of a session on the command line."""
+    from cellwright.running.run import Outputs  # slow to load
+
+    return Outputs(warn, notice, partial(print_line, console))
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

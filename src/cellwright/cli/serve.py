@@ -44,9 +44,8 @@ from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.wire.frames import WORLD_CHANGE
 from cellwright.rendering.camera import VIEWS, Camera
-from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session
+from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session, WorldOptions, cell_result
 from cellwright.running.run.observers import Pictures
-from cellwright.running.run.targets import cell_result
 from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence
 
 if TYPE_CHECKING:
@@ -104,15 +103,9 @@ class ServeArguments:
         """Return arguments of `Session` that all sessions of the command share."""
         ends_when_done = self.exit_on_completion or EXIT_ON_COMPLETION in os.environ
         return {
-            "until": options.until(self.until),
-            "lockstep": self.lockstep,
             "view": self.page.options() or False,
-            "ros1": self.network.ros1,
-            "ros2": self.network.ros2_options(),
-            "record": record_options(self.record, is_varied=self.cell.vary, agent="served"),
-            "video": self.video.options(),
-            "log": options.output_file("--log", self.log, ".jsonl"),
-            "options": RunOptions(ends_when_done=ends_when_done),
+            "record": record_options(self.record, self.video.options(), self.log, agent="served"),
+            "options": RunOptions(until=options.until(self.until), ends_when_done=ends_when_done),
         }
 
     @property
@@ -152,16 +145,15 @@ def serve(given: ServeArguments) -> None:
     rate, console = given.rate(), Console(stderr=given.as_json, highlight=False)
     target: CellTarget | None = given.cell.target(given.files, console, competition=not given.development)
     camera, picture = options.camera(given.camera), options.output_file("--picture", given.picture, ".png")
-    more = given.session_options()
+    server, more = given.network.options(lockstep=given.lockstep), given.session_options()
     worlds = WorldChange(partial(given.cell.cell, console=console, competition=False))
     status = DONE
     with closing(worlds):
         while target is not None:
             pace = RateControl(rate, paused=worlds.has_changed)
-            address = ServerOptions(given.network.host, worlds.port or given.network.port)
-            session = served_session(target, console, rate=pace, serve=address, **more)
-            if given.can_load_worlds:
-                worlds.follow(session)
+            loading = worlds.options() if given.can_load_worlds else None
+            served = replace(server, port=worlds.port or server.port, worlds=loading)
+            session = served_session(target, console, rate=pace, serve=served, **more)
             status = run_served(
                 session, console, as_json=given.as_json, picture=picture, camera=camera, verbose=given.verbose
             )
@@ -170,18 +162,16 @@ def serve(given: ServeArguments) -> None:
 
 
 def served_session(
-    target: CellTarget, console: Console, *, rate: RateControl, until: float | None, **more: Any
+    target: CellTarget, console: Console, *, rate: RateControl, serve: ServerOptions, options: RunOptions, **more: Any
 ) -> Session:
     """Return a session that serves a cell, and prints its events on a console; `more` are arguments of `Session`."""
-    progress = RunProgress(console, until=until, is_served=True)
+    progress = RunProgress(console, until=options.until, is_served=True)
     return Session(
         target,
         rate=rate,
-        until=until,
-        about={"agent": "served"},
-        observers=[progress, *more.pop("observers", ())],
-        on_ready=output.report_ready,
-        **output.session_outputs(console, partial(progress.line, style="yellow")),
+        serve=replace(serve, on_ready=output.report_ready),
+        options=replace(options, observers=[progress]),
+        outputs=output.session_outputs(console, partial(progress.line, style="yellow")),
         **more,
     )
 
@@ -268,24 +258,24 @@ class WorldChange:
         """End what the sessions share."""
         self._kept.close()
 
-    def follow(self, session: Session) -> None:
-        """Let a session, not opened yet, load worlds."""
+    def options(self) -> WorldOptions:
+        """Return the options with which the next session loads worlds."""
+        return WorldOptions(self.load, self._kept, self._ros2)
 
-        def load(trial: Trial) -> None:
-            assert session.address is not None
-            self._next, self.port = self._cell_of(trial), session.address[1]
-            polls = itertools.count(1)
+    def load(self, session: Session, trial: Trial) -> None:
+        """End a session soon, and keep the cell of a trial for the next one."""
+        assert session.address is not None
+        self._next, self.port = self._cell_of(trial), session.address[1]
+        polls = itertools.count(1)
 
-            def stop_soon() -> None:
-                if next(polls) == self._POLLS:
-                    session.stop.request(WORLD_CHANGE)
+        def stop_soon() -> None:
+            if next(polls) == self._POLLS:
+                session.stop.request(WORLD_CHANGE)
 
-            session.on_poll.append(stop_soon)
-
-        session.load_world = load
-        session.ros2, session.ros2_keeper = self._ros2, self._kept
+        session.on_poll.append(stop_soon)
 
     def take(self, session: Session) -> CellTarget | None:
         """Return the next cell as a target, once; None if the session ended for another reason, as by a signal."""
-        cell, self._next, self._ros2 = self._next, None, session.ros2
+        cell, self._next = self._next, None
+        self._ros2 = None if session.serving is None else session.serving.ros2
         return None if cell is None or session.stop.reason != WORLD_CHANGE else CellTarget(lambda: cell)

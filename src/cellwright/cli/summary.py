@@ -36,7 +36,7 @@ from cellwright.cli.output import ShowProgress, print_entry, print_files, progre
 from cellwright.cli.tables import FOLD, WHOLE, FittedTable, print_table, table
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
-from cellwright.running.run.targets import subscribe
+from cellwright.running.run.target import subscribe
 
 if TYPE_CHECKING:
     from cellwright.running.run import Session

@@ -21,8 +21,7 @@ from cellwright.cli.signals import keep_until_signal
 from cellwright.config.robot.robots import load_robot
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.evaluation.results.folder import PLAN_NAME, RESULTS_NAME
-from cellwright.running.run import PageOptions, RunOptions, ServerOptions
-from cellwright.running.run import session as sessions
+from cellwright.running.run import PageOptions, RunOptions, ServerOptions, loading, pages
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PAGE, PANEL
 from cellwright.viewer.web.connection import ServerConnection
@@ -54,17 +53,17 @@ def _kind_of_word(word: str) -> TargetKind:
     path = Path(word)
     if any(os.path.exists(path / name) for name in (PLAN_NAME, RESULTS_NAME)):
         return TargetKind.EVALUATION
-    if path.suffix.lower() in sessions.RECORDINGS:
+    if path.suffix.lower() in loading.RECORDINGS:
         return TargetKind.RECORDING
     if _ADDRESS.fullmatch(word) and not os.path.exists(path):
         return TargetKind.ADDRESS
-    return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
+    return TargetKind.ROBOT if loading.is_robot(word) else TargetKind.TRIAL
 
 
 def view_served(address: tuple[str, int], page_settings: PageOptions, console: Console) -> None:
     """Show the node of a server until a signal comes, also when the server has gone and come back meanwhile."""
     title = f"{served_name(address)} · Cellwright"
-    keep_until_signal(lambda: sessions.open_page(address, page_settings, title, partial(output.print_line, console)))
+    keep_until_signal(lambda: pages.open_page(address, page_settings, title, partial(output.print_line, console)))
 
 
 def served_name(address: tuple[str, int]) -> str:
@@ -148,7 +147,7 @@ def view(
             cell = CellArguments().target(words, console, competition=False)
             rate = RateControl(1.0, paused=True)
             shown = served_session(
-                cell, console, rate=rate, until=None, serve=here, view=page, options=RunOptions(ends_when_done=False)
+                cell, console, rate=rate, serve=here, view=page, options=RunOptions(ends_when_done=False)
             )
             raise typer.Exit(run_served(shown, console))
     raise typer.Exit(DONE)

@@ -20,9 +20,10 @@ from cellwright.clients.client import Client
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.running.remote.hosting import RemoteAgent
-from cellwright.running.run import Outcome, RunOptions, Session, run_cell
-from cellwright.running.run import session as sessions
-from cellwright.running.run.targets import cell_result
+from cellwright.running.run import Outcome, RunOptions, ServerOptions, Session, run_cell
+from cellwright.running.run import serving as servings
+from cellwright.running.run.result import cell_result
+from cellwright.running.run.target import panel_of
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.viewer.web.connection import ServerConnection
 from tests.cli.conftest import CommandLine
@@ -61,12 +62,20 @@ class NoPage:
 @pytest.fixture(autouse=True)
 def no_page(monkeypatch: pytest.MonkeyPatch) -> NoPage:
     page = NoPage()
-    monkeypatch.setattr(sessions, "open_page", lambda *_, **__: page)
+    monkeypatch.setattr(servings, "open_page", lambda *_, **__: page)
     return page
 
 
-def looked_at(cell: Cell, *, speed: float | None = None, lockstep: bool = False, until: float | None = None) -> Session:
-    return Session(cell, view=True, rate=RateControl(speed), lockstep=lockstep, until=until, about={"agent": "sends"})
+def looked_at(
+    cell: Cell,
+    *,
+    speed: float | None = None,
+    lockstep: bool = False,
+    until: float | None = None,
+    restart_refusal: str = "",
+) -> Session:
+    here = ServerOptions(port=0, lockstep=lockstep, restart_refusal=restart_refusal)
+    return Session(cell, view=True, rate=RateControl(speed), serve=here, options=RunOptions(until=until))
 
 
 def server_of(session: Session) -> Server:
@@ -185,10 +194,8 @@ def test_run_that_cannot_restart_reports_reason(cell: Cell, apart: bool, reason:
         with pytest.raises(CellwrightError, match=reason):
             control(link, action="reset")
 
-    with looked_at(cell) as crowd:
-        crowd.restart_refusal = AGENT_IN_OWN_PROCESS if apart else ""
-        with looking(crowd, ask):
-            pass
+    with looked_at(cell, restart_refusal=AGENT_IN_OWN_PROCESS if apart else "") as crowd, looking(crowd, ask):
+        pass
 
 
 def test_page_stays_after_run_and_disables_controls(no_page: NoPage) -> None:
@@ -235,7 +242,9 @@ def test_collisions_are_on_panel_during_and_after_run() -> None:
     with Session(cell, view=True, options=RunOptions(ends_when_done=False)) as crowd:
         with looking(crowd, look):
             result = cell_result(crowd.run(IntoThePost()))
-        state = crowd.target.panel({})["collisions"]
+        shown = panel_of(crowd.target)
+        assert shown is not None
+        state = shown.panel({})["collisions"]
     assert state["count"] == len(result.collisions) > 0
     assert [each["end"] for each in state["latest"]] == [each.end for each in result.collisions]
 
@@ -260,7 +269,7 @@ def test_failed_page_start_leaves_no_server(monkeypatch: pytest.MonkeyPatch) -> 
     def refuse(*_: object, **__: object) -> None:
         raise UsageError("page cannot start")
 
-    monkeypatch.setattr(sessions, "open_page", refuse)
+    monkeypatch.setattr(servings, "open_page", refuse)
     with pytest.raises(UsageError, match="page cannot start"), looked_at(Cell(KITTING)):
         pass
 

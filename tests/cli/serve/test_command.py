@@ -168,10 +168,8 @@ def test_served_cell_changes_to_another_trial_on_request(tmp_path: Path) -> None
 def test_next_world_is_taken_unless_session_was_stopped(is_stopped: bool) -> None:
     """A signal between the request and the change ends all."""
     worlds = WorldChange(lambda trial: Cell(trial, competition=False))
-    with Session("lesson", serve=ServerOptions(port=0)) as session:
-        worlds.follow(session)
-        assert session.load_world is not None
-        session.load_world(load_trial("lesson"))
+    with Session("lesson", serve=ServerOptions(port=0, worlds=worlds.options())) as session:
+        worlds.load(session, load_trial("lesson"))
         if is_stopped:
             session.stop.request("stopped by a signal")
         else:

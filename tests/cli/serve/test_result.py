@@ -26,11 +26,11 @@ def answer_of(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool
             cell.step()
 
     answers: dict[str, Any] = {}
-    with Session(cell, serve=ServerOptions(port=0), until=0.2, on_ready=begin) as session:
+    with Session(cell, serve=ServerOptions(port=0, on_ready=begin)) as session:
         assert session.server is not None
         monkeypatch.setattr(session.server, "offer", answers.__setitem__)
         offer_result(session)
-        session.run()
+        session.run(until=0.2)
     answer: dict[str, Any] = answers[RESULT]({})
     return answer
 

@@ -33,7 +33,7 @@ def work(client: Client) -> None:
 
 @pytest.mark.slow
 def test_lockstep_has_state_hash_of_run_in_one_process(domain: Ground) -> None:
-    with cellwright.Session("lesson", until=2.0) as session:
+    with cellwright.Session("lesson", options=cellwright.RunOptions(until=2.0)) as session:
         session.client()
         work(Client(session.transport("/agent")))
         expected = session.result_by_now()

@@ -42,8 +42,8 @@ class ServedCell:
     """A served cell; `result` is there when it is over."""
 
     def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
-        here = ServerOptions(port=0)
-        self.session = Session(cell, serve=here, lockstep=lockstep, rate=speed, options=options)
+        here = ServerOptions(port=0, lockstep=lockstep)
+        self.session = Session(cell, serve=here, rate=speed, options=options)
         self.session.__enter__()
         self.result: SessionResult | None = None
         self.thread = threading.Thread(target=self._run)

@@ -19,7 +19,7 @@ from pathlib import Path
 from cellwright.clients.agents.kitter.agent import KitterAgent
 from cellwright.cell.cell import Cell
 from cellwright.running.run import load_trial
-from cellwright.running.run import RecordOptions, RunOptions, run_cell
+from cellwright.running.run import RunOptions, run_cell
 
 ticks = os.open(sys.argv[2], os.O_WRONLY | os.O_CREAT)
 
@@ -31,9 +31,8 @@ def note(cell):
     sys.stdout.flush()
 
 cell = Cell(load_trial("lesson"))
-run_cell(cell, KitterAgent(), RunOptions(
-    speed=1.0, record=RecordOptions([Path(sys.argv[1])]), at=[(Fraction(1, 100), note)]  # it is not over too soon
-))
+options = RunOptions(speed=1.0, at=[(Fraction(1, 100), note)])  # it is not over too soon
+run_cell(cell, KitterAgent(), options, record=sys.argv[1])
 """
 TICK = 2_000_000
 """Duration of a tick [ns]."""

@@ -14,7 +14,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.trial import Trial
 from cellwright.recording.format.run_log import RunLog
-from cellwright.running.run import RunOptions, RunResult, run_cell
+from cellwright.running.run import RecordOptions, RunResult, run_cell
 from cellwright.util.files import read_json_lines
 from tests.support.cells import KITTING
 from tests.support.waiting import TIMEOUT
@@ -48,7 +48,7 @@ def logged(
 ) -> tuple[RunResult, list[dict[str, Any]]]:
     reported = [] if report is None else report
     log = RunLog(path, about={"agent": "delivers"}, report=reported.append)
-    return run_cell(Cell(trial, seed=5), Delivers(), RunOptions(log=log)), read_json_lines(
+    return run_cell(Cell(trial, seed=5), Delivers(), record=RecordOptions(log=log)), read_json_lines(
         path
     ) if path.is_file() else []
 
@@ -90,7 +90,7 @@ def test_log_does_not_change_run(tmp_path: Path) -> None:
     listeners = list(cell.competition.on_effect)
     plain = run_cell(cell, Delivers())
     assert plain.state_hash == result.state_hash
-    run_cell(cell, Delivers(), RunOptions(log=RunLog(tmp_path / "b.jsonl")))
+    run_cell(cell, Delivers(), record=tmp_path / "b.jsonl")
     assert cell.competition.on_effect == listeners
 
 

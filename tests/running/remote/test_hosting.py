@@ -13,8 +13,8 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import AgentError, find_agent
 from cellwright.running.remote.hosting import AgentProcess, RemoteAgent
-from cellwright.running.run import Outcome, RunResult, ServerOptions, Session, run_cell
-from cellwright.running.run.targets import cell_result
+from cellwright.running.run import Outcome, RunOptions, RunResult, ServerOptions, Session, run_cell
+from cellwright.running.run.result import cell_result
 from tests.support.cells import KITTING
 from tests.support.processes import Process
 from tests.support.quick_children import QUICK_AGENTS
@@ -83,8 +83,8 @@ def hosted(
     agent: str, *, lockstep: bool = False, rate: float | None = None, until: float | None = None, **more: Any
 ) -> RunResult:
     """Return the result of a run whose agent works in a process of its own."""
-    here = ServerOptions(port=0)
-    with Session(Cell(KITTING), serve=here, lockstep=lockstep, rate=rate, until=until) as session:
+    here = ServerOptions(port=0, lockstep=lockstep)
+    with Session(Cell(KITTING), serve=here, rate=rate, options=RunOptions(until=until)) as session:
         return cell_result(session.run(RemoteAgent(agent, **more)))
 
 

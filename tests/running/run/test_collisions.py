@@ -18,7 +18,7 @@ from cellwright.recording.format.format import PANEL
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
-from cellwright.running.run.result import MAX_SHOWN, Collision, CollisionWatch
+from cellwright.running.run.collisions import MAX_SHOWN, Collision, CollisionWatch
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN
 from tests.support.cells import ARM_ONLY
@@ -44,7 +44,7 @@ class IntoThePost:
 def test_arm_held_up_by_post_is_reported(tmp_path: Path) -> None:
     log = RunLog(tmp_path / "run.jsonl")
     cell = Cell(ARM_ONLY)
-    result = run_cell(cell, IntoThePost(), RunOptions(log=log, ends_when_done=False))
+    result = run_cell(cell, IntoThePost(), RunOptions(ends_when_done=False), record=RecordOptions(log=log))
     collisions = [each for each in result.collisions if each.deviation > 0.02]
     assert {each.obstacle for each in collisions} == {"camera frame 2"}
     (first, *_) = collisions
@@ -60,9 +60,7 @@ def test_arm_held_up_by_post_is_reported(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_recorded_panel_has_collisions_and_outcome(tmp_path: Path) -> None:
-    result = run_cell(
-        Cell(ARM_ONLY), IntoThePost(), RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False)
-    )
+    result = run_cell(Cell(ARM_ONLY), IntoThePost(), RunOptions(ends_when_done=False), record=tmp_path / "run.mcap")
     with RecordingFile(tmp_path / "run.mcap") as recording:
         panels = [json.loads(TYPES.from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
     counts = [panel["collisions"]["count"] for panel in panels[1:]]  # the first one is from before the run
@@ -97,7 +95,7 @@ class Nowhere:
 
 
 def test_arm_without_contact_has_no_collision() -> None:
-    assert run_cell(Cell(ARM_ONLY), Nowhere()).collisions == []
+    assert run_cell(Cell(ARM_ONLY), Nowhere()).collisions == ()
 
 
 def test_obstacle_that_is_a_clone_has_its_name() -> None:

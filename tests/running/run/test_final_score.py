@@ -14,7 +14,7 @@ from cellwright.recording.plots.reading.plot_data import load_plot_data
 from cellwright.recording.replay.exported import write_mcap
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run import Session
-from cellwright.running.run.targets import cell_result
+from cellwright.running.run.result import cell_result
 from cellwright.viewer import filming
 from tests.support.cells import KITTING
 
@@ -57,7 +57,7 @@ def recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(filming, "Video", Captions)
     monkeypatch.setattr(actions, "Video", Captions)
     path = tmp_path / "run.mcap"
-    with Session(cellwright.Cell(KITTING), record=path, video=VideoOptions(tmp_path / "run.mp4")) as session:
+    with Session(cellwright.Cell(KITTING), record=[path, tmp_path / "run.mp4"]) as session:
         assert cell_result(session.run(Delivers())).score.total == POINTS
     with cellwright.open_recording(path) as run:
         kit = next(time for time, event in run.events() if event["kind"] == "kit")

@@ -13,7 +13,16 @@ from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import EVENT, PANEL, STATE_HASH
 from cellwright.recording.format.reader import RecordingFile
-from cellwright.running.run import Outcome, Program, RecordOptions, RunOptions, Session, load_trial, run_cell
+from cellwright.running.run import (
+    CellTarget,
+    Outcome,
+    Program,
+    RecordOptions,
+    RunOptions,
+    Session,
+    load_trial,
+    run_cell,
+)
 from tests.support.cells import KITTING
 
 
@@ -30,9 +39,9 @@ class Delivers:
 def test_recording_of_run_has_score(tmp_path: Path) -> None:
     options = RecordOptions([tmp_path / "a.mcap", tmp_path / "a.bag"], {"agent": "delivers"})
     cell = Cell(KITTING, seed=3)
-    result = run_cell(cell, Delivers(), RunOptions(record=options))
+    result = run_cell(cell, Delivers(), record=options)
     assert result.is_recorded
-    assert result.recordings == [tmp_path / "a.mcap", tmp_path / "a.bag"]
+    assert result.recordings == (tmp_path / "a.mcap", tmp_path / "a.bag")
     assert result.state_hash == run_cell(Cell(KITTING, seed=3), Delivers()).state_hash
     with RecordingFile(tmp_path / "a.mcap") as recording:
         facts = recording.header.facts
@@ -61,8 +70,9 @@ def test_recording_has_start_and_sources_of_run(tmp_path: Path) -> None:
         trial = load_trial("lesson")
     cell, start = Cell(trial), tmp_path / "start.npz"
     run_cell(cell, None, RunOptions(until=0.1, checkpoints=[(Fraction("0.05"), start)]))
-    options = RecordOptions([tmp_path / "a.mcap"], sources=sources, files=[find_trial("lesson")], is_varied=True)
-    run_cell(cell, None, RunOptions(until=0.2, start=start, record=options, checkpoints=[(Fraction("0.15"), start)]))
+    target = CellTarget(lambda: cell, lambda: [find_trial("lesson")], is_varied=True, sources=sources)
+    options = RunOptions(until=0.2, start=start, checkpoints=[(Fraction("0.15"), start)])
+    Session(target, record=tmp_path / "a.mcap", options=options).run()
     with RecordingFile(tmp_path / "a.mcap") as recording:
         name = "bundled/config/trial/catalogue/lesson.yaml"
         assert recording.sources == {name: find_trial("lesson").read_bytes()}

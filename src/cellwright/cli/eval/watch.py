@@ -13,7 +13,7 @@ from cellwright.cli.main import TRY_AGAIN
 from cellwright.cli.output import print_line
 from cellwright.cli.signals import keep_until_signal
 from cellwright.running.run import PageOptions
-from cellwright.running.run.session import open_page_of
+from cellwright.running.run.pages import open_page_of
 from cellwright.viewer.web.start import WebPage
 
 _PROGRAM = "cellwright.running.evaluation.outputs.page"

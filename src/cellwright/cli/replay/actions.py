@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -19,7 +20,6 @@ from cellwright.cli.summary import RunProgress
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.ros2.host import Ros2Options
 from cellwright.recording.format.format import COMMAND, FRAME, PANEL, STATE_HASH
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay import verify
@@ -35,7 +35,7 @@ from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import VideoOptions, period_of
 from cellwright.rendering.video_pace import VideoPace
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
-from cellwright.running.run import PageOptions, ServerOptions, Session, versions
+from cellwright.running.run import PageOptions, RunOptions, ServerOptions, Session, versions
 from cellwright.running.run.playback import PlaybackTarget
 from cellwright.util.errors import MessageError, UsageError
 
@@ -229,8 +229,6 @@ def play_recording(
     rate: RateControl,
     serve: ServerOptions,
     view: PageOptions | None = None,
-    ros1: bool = False,
-    ros2: Ros2Options | bool = False,
 ) -> None:
     """Play a recording until it is over, or a signal stops it."""
 
@@ -241,13 +239,10 @@ def play_recording(
     session = Session(
         target,
         rate=rate,
-        serve=serve,
+        serve=replace(serve, on_ready=output.report_ready),
         view=view or False,
-        ros1=ros1,
-        ros2=ros2,
-        observers=[RunProgress(console, status=status)],
-        on_ready=output.report_ready,
-        **output.session_outputs(console, partial(print_line, console, style="yellow")),
+        options=RunOptions(observers=[RunProgress(console, status=status)]),
+        outputs=output.session_outputs(console, partial(print_line, console, style="yellow")),
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()

@@ -226,11 +226,12 @@ def _play(
         console,
         rate=RateControl(rate),
         serve=ServerOptions(
-            given.server.host, given.server.port if playback.has_clients else 0
-        ),  # a page finds any port
+            given.server.host,
+            given.server.port if playback.has_clients else 0,  # a page finds any port
+            ros1=playback.ros1,
+            ros2=ros2_options(ros2=playback.ros2, discovery=playback.ros2_range),
+        ),
         view=page,
-        ros1=playback.ros1,
-        ros2=ros2_options(ros2=playback.ros2, discovery=playback.ros2_range),
     )
 
 

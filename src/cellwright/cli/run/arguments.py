@@ -3,9 +3,10 @@
 import logging
 import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import (
@@ -31,7 +32,7 @@ from cellwright.cli.arguments import (
 from cellwright.cli.parameters import flag, option
 from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.rendering.backend import requested_backend
-from cellwright.running.run import Program, RunOptions
+from cellwright.running.run import Program, RunOptions, Session
 from cellwright.running.run.observers import Pictures, Quality
 
 SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
@@ -172,7 +173,13 @@ class RunArguments:
     ] = None
     verbose: Annotated[bool, flag("--verbose -v", "Print the agent's log messages.", OUTPUT)] = False
 
-    def run_options(self) -> RunOptions:
-        """Return the options of the run alone."""
+    def run_options(self, *observers: Callable[[Session], AbstractContextManager[Any]]) -> RunOptions:
+        """Return the options of the run with its observers."""
         saved = [options.timed_file("--checkpoint", text, ".npz") for text in self.checkpoint or ()]
-        return RunOptions(listen=self.viewing.listen or (), checkpoints=saved, start=self.resume)
+        return RunOptions(
+            until=self.until,
+            listen=self.viewing.listen or (),
+            checkpoints=saved,
+            start=self.resume,
+            observers=observers,
+        )

@@ -27,9 +27,8 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import joined_name
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
-from cellwright.running.run import Outcome, RunResult, ServerOptions, Session
+from cellwright.running.run import Outcome, RunResult, ServerOptions, Session, cell_result
 from cellwright.running.run.observers import Pictures
-from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import CellwrightError, UsageError
 
 AGENT_IN_OWN_PROCESS = "the agent runs in its own process; end the run and start it again"
@@ -140,25 +139,18 @@ def _session(given: RunArguments, files: Sequence[str], pictures: Pictures, cons
     progress = RunProgress(console, until=options.until(given.until), verbose=given.verbose)
     page, over, lockstep = given.viewing.page.options(), given.process.over, given.process.lockstep
     rate = options.speed(given.speed or ("max" if page is None and (over is None or lockstep) else "1"))
-    session = Session(
-        given.cell.target(files, console, competition=not given.development, agent=given.agent),
-        until=given.until,
-        rate=rate if page is None else RateControl(rate),
-        lockstep=lockstep,
-        serve=ServerOptions(port=0) if over else False,
-        view=page or False,
-        ros1=over == "ros1",
-        ros2=over == "ros2",
-        record=record_options(given.record, is_varied=given.cell.vary, agent=given.agent),
-        video=given.video.options(),
-        log=options.output_file("--log", given.log, ".jsonl"),
-        about={"agent": given.agent},
-        observers=[pictures, progress],
-        options=given.run_options(),
-        **output.session_outputs(console, partial(progress.line, style="yellow")),
+    served = ServerOptions(
+        port=0, lockstep=lockstep, ros1=over == "ros1", ros2=over == "ros2", restart_refusal=AGENT_IN_OWN_PROCESS
     )
-    session.restart_refusal = AGENT_IN_OWN_PROCESS if over else ""
-    return session
+    return Session(
+        given.cell.target(files, console, competition=not given.development, agent=given.agent),
+        rate=rate if page is None else RateControl(rate),
+        serve=served if over else False,
+        view=page or False,
+        record=record_options(given.record, given.video.options(), given.log, agent=given.agent),
+        options=given.run_options(pictures, progress),
+        outputs=output.session_outputs(console, partial(progress.line, style="yellow")),
+    )
 
 
 def _wait_for_restart(session: Session, on_message: Callable[[str], None], *, keeps: bool) -> bool:

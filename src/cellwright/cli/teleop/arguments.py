@@ -24,7 +24,7 @@ from cellwright.cli.parameters import argument, flag, option
 from cellwright.robot.interface import NODE
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
-from cellwright.running.run.robots import RobotWindow
+from cellwright.running.run.observers import RobotWindow
 
 _SAFETY = "Safety"
 """Heading for options in the help."""

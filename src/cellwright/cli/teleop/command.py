@@ -3,6 +3,7 @@
 import time
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import typer
 from rich.console import Console
@@ -19,7 +20,6 @@ from cellwright.middleware.ros1.host.ros1 import node_name
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.ros2_control import ros2_control_xacro
-from cellwright.running.run import ServerOptions
 from cellwright.running.run.robots import RobotTarget
 
 
@@ -71,15 +71,11 @@ def teleop(given: TeleopArguments) -> None:
     timestep = 1 / options.physics_rate(given.rate)
     settings = RobotSettings(given.motion, timestep, given.self_collision)
     safety, window = given.safety.settings(), given.window()
-    more = {
+    more: dict[str, Any] = {
         "until": options.until(given.until),
-        "lockstep": given.lockstep,
-        "serve": ServerOptions(given.network.host, given.network.port),
+        "serve": given.network.options(lockstep=given.lockstep),
         "view": given.page.options() or False,
-        "ros1": given.network.ros1,
-        "ros2": given.network.ros2_options(),
-        "record": record_options(given.record),
-        "video": given.video.options(),
+        "record": record_options(given.record, given.video.options()),
     }
     if given.check:
         raise typer.Exit(run_motion_check(RobotNode(load(output.warn), settings), console, as_json=given.as_json))

@@ -1,7 +1,7 @@
 """Run of a robot controller node: its session, its progress and its result."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
@@ -16,8 +16,9 @@ from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.engine.rate_control import RateControl
 from cellwright.robot.node import RobotNode
-from cellwright.running.run import Session, SessionResult, versions
-from cellwright.running.run.robots import RobotTarget, RobotWindow
+from cellwright.running.run import RunOptions, ServerOptions, Session, SessionResult, versions
+from cellwright.running.run.observers import RobotWindow
+from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import UsageError
 
 
@@ -27,6 +28,8 @@ def robot_session(
     progress: RunProgress,
     *,
     speed: float | None,
+    serve: ServerOptions,
+    until: float | None = None,
     window: RobotWindow | None = None,
     **more: Any,
 ) -> Session:
@@ -34,9 +37,9 @@ def robot_session(
     return Session(
         target,
         rate=RateControl(speed),
-        observers=[progress] if window is None else [window, progress],
-        on_ready=output.report_ready,
-        **output.session_outputs(console, progress.notice),
+        serve=replace(serve, on_ready=lambda session: output.report_ready(session, target.ready_note())),
+        options=RunOptions(until=until, observers=[progress] if window is None else [window, progress]),
+        outputs=output.session_outputs(console, progress.notice),
         **more,
     )
 
@@ -60,7 +63,7 @@ def run_robot(
             with progress_bar(console, f"drawing {snapshot}", 1.0) as show:
                 window.save(node, show)  # after the summary, since it takes a while
         except UsageError as error:
-            result.error = result.error or str(error)
+            result = replace(result, error=result.error or str(error))
         else:
             if not as_json:
                 output.print_entry(console, "picture", str(snapshot))

@@ -128,7 +128,7 @@ class RemoteAgent(Program):
 
     Example:
         ```python
-        with Session("lesson", serve=ServerOptions(port=0), lockstep=True) as session:
+        with Session("lesson", serve=ServerOptions(port=0, lockstep=True)) as session:
             result = session.run(RemoteAgent("my_robot.py:MyRobot"))
         ```
 
@@ -153,8 +153,9 @@ class RemoteAgent(Program):
             raise UsageError("agent: a RemoteAgent requires a session that serves clients; pass serve=True")
         if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
-        ros = session.ros or session.ros2
-        over = "socket" if ros is None else "ros2" if session.ros is None else "ros1"
+        assert session.serving is not None
+        ros1, ros2 = session.serving.ros1, session.serving.ros2
+        over, ros = ("ros1", ros1) if ros1 else ("ros2", ros2) if ros2 else ("socket", None)
         child = AgentProcess(
             self.agent,
             server.address,
@@ -180,7 +181,7 @@ class RemoteAgent(Program):
                 server.wait(_POLL_PERIOD)
                 has_connected = NODE in server.clients
             session.loop.pacer.begin()
-            outcome, error = session.target.loop(session)
+            outcome, error = session.state.pass_time()
         finally:
             session.on_poll.remove(check_agent)
             server.dismiss("the run is over", keep=names.is_viewer)

@@ -1,11 +1,20 @@
 """Session of a cell, a robot or a recording, from start to result."""
 
 from cellwright.running.run.agent_work import DRIVE, agent_traceback, call_agent, wait_for_kits
+from cellwright.running.run.cells import CellTarget
 from cellwright.running.run.headless import run_cell, run_trial
-from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
-from cellwright.running.run.result import Outcome, RunResult, SessionResult, final_outcome, versions
+from cellwright.running.run.loading import DescriptionWarning, load_robot, load_trial
+from cellwright.running.run.options import (
+    GRACE,
+    Outputs,
+    PageOptions,
+    RecordOptions,
+    RunOptions,
+    ServerOptions,
+    WorldOptions,
+)
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, cell_result, final_outcome, versions
 from cellwright.running.run.session import Program, Session
-from cellwright.running.run.targets import CellTarget, DescriptionWarning, load_robot, load_trial
 
 __all__ = [
     "DRIVE",
@@ -13,6 +22,7 @@ __all__ = [
     "CellTarget",
     "DescriptionWarning",
     "Outcome",
+    "Outputs",
     "PageOptions",
     "Program",
     "RecordOptions",
@@ -21,8 +31,10 @@ __all__ = [
     "ServerOptions",
     "Session",
     "SessionResult",
+    "WorldOptions",
     "agent_traceback",
     "call_agent",
+    "cell_result",
     "final_outcome",
     "load_robot",
     "load_trial",

@@ -13,14 +13,21 @@ from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial import gear2017
 from cellwright.config.trial.joining import TrialName, find_files
 from cellwright.config.trial.trial import ServoProfile, Trial
+from cellwright.running.run.cells import CellTarget
+from cellwright.running.run.loading import warn_of
 from cellwright.running.run.options import RecordOptions, RunOptions
-from cellwright.running.run.result import RunResult
-from cellwright.running.run.session import Session, warn_at_runtime
-from cellwright.running.run.targets import CellTarget, cell_result, warn_of
+from cellwright.running.run.result import RunResult, cell_result
+from cellwright.running.run.session import Session
 from cellwright.util.errors import UsageError
 
 
-def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
+def run_cell(
+    cell: Cell,
+    agent: Agent | None,
+    options: RunOptions | None = None,
+    *,
+    record: str | Path | RecordOptions | None = None,
+) -> RunResult:
     """Run a cell from the start until it is over.
 
     Example:
@@ -33,6 +40,7 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
         cell: the cell; it is reset to time 0.
         agent: works the cell; None for no agent: the run lasts until `options.until`.
         options: further options of the run.
+        record: a file to write of the run, as for `Session`.
 
     Returns:
         The result; it holds what the agent raises.
@@ -42,7 +50,7 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
         UnknownNameError: a topic to listen to does not exist.
         CheckpointError: the checkpoint to start from cannot be read, or is of another cell.
     """
-    with Session(cell, options=options) as session:
+    with Session(cell, record=record, options=options) as session:
         return cell_result(session.run(agent))
 
 
@@ -136,11 +144,8 @@ class CellOfTrial:
         """Run the trial headless; see `run_trial`."""
         files = [] if isinstance(self.trial, Trial) else find_files(self.trial)
         lines: list[object] = []
-        target = CellTarget(lambda: self.make(lines.append), lambda: files)
-        recorded = None
-        if record is not None:
-            about = {"agent": _name_of(agent)}
-            recorded = RecordOptions([Path(record)], about, is_varied=self.is_varied, report=warn_at_runtime)
+        target = CellTarget(lambda: self.make(lines.append), lambda: files, is_varied=self.is_varied)
+        recorded = RecordOptions([] if record is None else [Path(record)], {"agent": _name_of(agent)})
         with Session(target, record=recorded, options=options) as session:
             warn_of(lines, 4)
             return cell_result(session.run(agent))

@@ -3,127 +3,36 @@
 They load their modules when they are called, so that a plain run loads none.
 """
 
-import os
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
-from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene, SceneCapture
-from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
-from cellwright.running.run.options import RecordOptions
-from cellwright.running.run.targets import CellTarget, SessionState, at, cell_result, outcome_word
+from cellwright.rendering.video_options import HEIGHT, WIDTH
+from cellwright.running.run.cells import at
+from cellwright.running.run.options import reachable_address
 from cellwright.util.errors import RenderingError, UsageError
 
+if TYPE_CHECKING:
+    from cellwright.robot.node import RobotNode
+    from cellwright.running.run.session import Session
+
 _SCENE = 1  # number of the scene in a render process
-
-
-@contextmanager
-def keep_log(session: SessionState) -> Iterator[None]:
-    """Write the events of a run of a cell to the session's log as they happen."""
-    from cellwright.recording.format.run_log import RunLog
-
-    target, log = session.target, session.options.log
-    if not isinstance(target, CellTarget):
-        raise UsageError("log: only a cell has a log of events; leave it out for a robot or a recording")
-    cell = target.node
-    if log is None:
-        assert session.log is not None
-        log = RunLog(session.numbered_file(session.log), about=session.about, report=session.report)
-    session.on_reset.append(log.reset)
-    try:
-        with target.events(log, {"time": cell.simulation.time}):
-            yield
-            result = cell_result(session.result)
-            names = ("competition_state", "state_hash", "error", "simulated", "wall", "steps")
-            facts = {name: getattr(result, name) for name in names}
-            log.end(outcome_word(result), result.evidence, cell.simulation.now, facts)
-            log.lines.close()
-            result.is_complete = result.is_complete and log.lines.is_whole
-    finally:
-        session.on_reset.remove(log.reset)
-
-
-@contextmanager
-def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
-    """Record a run until it is over or broken off.
-
-    Raises:
-        UsageError: a file cannot be opened.
-    """
-    from cellwright.recording.format.files import RecordingFiles
-    from cellwright.recording.format.format import SOURCES, START
-    from cellwright.recording.format.recorder import Recorder
-
-    target = session.target
-    files = RecordingFiles([session.numbered_file(path) for path in record.paths], report=record.report)
-    sources = {} if record.sources is None else record.sources.files()
-    attachments = {f"{SOURCES}{name}": content for name, content in sources.items()}
-    if session.options.start is not None:
-        attachments[START] = session.options.start.read_bytes()
-    recorder = Recorder(
-        session.node,
-        files.path,
-        target.header(session, record),
-        attachments=attachments,
-        panel=lambda: target.recorded_panel(record),
-        stamp=target.stamp,
-        report=record.report,
-    )
-    recorder.renew_header = partial(target.header, session, record)
-    end = {"outcome": "broken off"}
-    try:
-        with target.recorded_events(session, recorder, record):
-            yield
-        assert session.result is not None
-        end = target.recorded_end(session.result)
-    finally:
-        recorder.end(end)
-        files.finish(recorder.paths)
-    result = session.result
-    result.recordings, result.is_recorded = files.written, recorder.is_whole and files.is_whole
-    result.is_complete = result.is_complete and result.is_recorded
-
-
-@contextmanager
-def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
-    """Take a video of a run; simulation time waits for it, unless it follows the wall clock.
-
-    Raises:
-        RenderingError: the file cannot be written.
-    """
-    numbered = replace(options, file=session.numbered_file(options.file))
-    waits = session.lockstep or session.rate.speed is None
-    film = session.target.film(numbered, waits=waits, report=session.report)
-    film.expect(_latest_end(session), session.notice)
-    film.start()
-    try:
-        yield
-    finally:
-        made = film.finish()
-    assert session.result is not None
-    session.result.videos.append(made)
-    session.result.is_complete = session.result.is_complete and film.is_whole
-
-
-def _latest_end(session: SessionState) -> int | None:
-    """Return the simulation time [ns] at which the run ends at the latest; None if it has no end."""
-    ends = [session.stop.deadline]
-    if isinstance(session.target, CellTarget) and (limit := session.target.node.trial.time_limit) is not None:
-        ends.append(nanoseconds(limit))
-    return None if (end := min(ends)) == NEVER else end
 
 
 class Quality(StrEnum):
@@ -160,7 +69,7 @@ class Pictures:
         """Files requested but not written."""
 
     @contextmanager
-    def __call__(self, session: SessionState) -> Iterator[None]:
+    def __call__(self, session: Session) -> Iterator[None]:
         """Take the pictures of one run."""
         cell = session.node
         self.written, self.missed = [], []
@@ -208,10 +117,47 @@ class Pictures:
         self._on_miss(reason)
 
 
-def has_desktop() -> bool:
-    """Return whether this machine has a desktop on which a browser can be opened."""
-    return (
-        os.name == "nt"
-        or os.uname().sysname == "Darwin"
-        or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    )
+@dataclass(frozen=True)
+class RobotWindow:
+    """Observer that shows a robot in MuJoCo's window while a session runs.
+
+    Attributes:
+        sliders: show a slider for each joint.
+        snapshot: file for a picture of the robot at the end.
+    """
+
+    is_shown: bool = True
+    sliders: bool = False
+    snapshot: Path | None = None
+
+    @contextmanager
+    def __call__(self, session: Session) -> Iterator[None]:
+        """Keep the window open.
+
+        Raises:
+            WindowError: no window can be opened.
+        """
+        node, server = session.node, session.server
+        if not self.is_shown or server is None:
+            yield
+            return
+        from cellwright.robot.services import RobotServices
+        from cellwright.viewer.window import Window
+
+        RobotServices(node).offer_state(server)
+        window = Window(node.world.model, reachable_address(server.address), sliders=self.sliders)
+        try:
+            yield
+        finally:
+            window.close()
+
+    def save(self, node: RobotNode, progress: Progress | None = None) -> None:
+        """Write the picture, if one is requested; it takes some seconds.
+
+        Raises:
+            UsageError: the file cannot be written.
+        """
+        if self.snapshot is not None:
+            from cellwright.robot.pictures import save_robot_picture
+
+            save_robot_picture(self.snapshot, node.world, node.simulation.data, progress=progress)

@@ -1,54 +1,82 @@
-"""Options of a session: the run itself, its server, its page and its recording."""
+"""Options of a session: the run itself, its server, its page, its files, and the lines it prints."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from fractions import Fraction
 from ipaddress import ip_address
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from cellwright.cell.cell import Cell
-from cellwright.config.parsing.sources import Sources
+from cellwright.config.trial.trial import Trial
+from cellwright.rendering.video_options import VideoOptions
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
+    from cellwright.middleware.ros2.host import Ros2, Ros2Options
     from cellwright.recording.format.run_log import RunLog
 
 GRACE = 2.0
 """Simulation time [s] that an agent may go on after the competition is done, to notice it."""
 
 
+def warn_at_runtime(line: str) -> None:
+    """Issue a line as a `RuntimeWarning`."""
+    warnings.warn(line, RuntimeWarning, stacklevel=2)
+
+
 @dataclass(frozen=True)
 class RecordOptions:
-    """Options of a recording.
+    """Files that a session writes of each run. A second run has files of its own: `run_2.mcap`.
 
     Example:
-        >>> options = RecordOptions([Path("run.mcap"), Path("run.bag")], {"agent": "my robot"})
-        >>> [path.suffix for path in options.paths]
-        ['.mcap', '.bag']
+        >>> options = RecordOptions.of(["run.mcap", "run.jsonl"])
+        >>> options.paths, options.log
+        ((PosixPath('run.mcap'),), PosixPath('run.jsonl'))
 
     Attributes:
-        paths: files to write: `.mcap`, or `.bag` for the tools of ROS 1.
-        about: further facts of the caller about the run, such as the agent's name.
-        sources: the files that the trial was read from, so that the recording needs no other.
-        files: those files that were named, in their order.
-        is_varied: whether the seed varied the trial after it was read.
-        report: receives a line about a file that can no longer be written.
+        paths: recordings: `.mcap`, or `.bag` for the tools of ROS 1.
+        about: further facts of the caller about the run, such as the agent's name: for recordings and log.
+        log: a file for the events of each run of a cell (`run.jsonl`), or a log that is open already.
+        video: a video.
     """
 
-    paths: Sequence[Path]
+    paths: Sequence[Path] = ()
     about: Mapping[str, Any] = field(default_factory=dict)
-    sources: Sources | None = None
-    files: Sequence[Path] = ()
-    is_varied: bool = False
-    report: Callable[[str], None] = lambda _line: None
+    log: Path | RunLog | None = None
+    video: VideoOptions | None = None
+
+    @classmethod
+    def of(cls, files: str | Path | Sequence[str | Path]) -> Self:
+        """Return the options for files, by their suffixes: `.jsonl` a log, `.mp4` a video, any other a recording.
+
+        Raises:
+            UsageError: two logs or two videos, or the extra `video` is not installed.
+        """
+        by_suffix: dict[str, list[Path]] = {".jsonl": [], ".mp4": [], "": []}
+        for path in map(Path, [files] if isinstance(files, str | Path) else files):
+            suffix = path.suffix.lower()
+            by_suffix[suffix if suffix in by_suffix else ""].append(path)
+        logs, videos, paths = by_suffix.values()
+        for kind in (logs, videos):
+            if len(kind) > 1:
+                raise UsageError(f"record: {kind[1]}: {kind[0]} is of this kind already; leave one out")
+        return cls(tuple(paths), log=logs[0] if logs else None, video=VideoOptions(videos[0]) if videos else None)
+
+    @property
+    def has_files(self) -> bool:
+        """True if a run writes any file."""
+        return bool(self.paths) or self.log is not None or self.video is not None
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Options of a run besides its cell and its agent.
+    """Options of a run besides its target and its agent; most are for cells.
 
     Example:
         >>> import cellwright
@@ -64,8 +92,7 @@ class RunOptions:
         at: actions at given simulation times [s], such as taking a picture.
         on_progress: called ten times a simulated second.
         checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
-        log: receives events, to write them to disk as they happen.
-        record: how the run is recorded, if it is.
+        observers: called with the session when a run starts; each returns a context manager, left when it is over.
         start: a checkpoint to start from, instead of time 0. The agent starts from its beginning all the same.
     """
 
@@ -77,13 +104,27 @@ class RunOptions:
     on_progress: Callable[[Cell], None] | None = None
     checkpoints: Sequence[tuple[Fraction, Path]] = ()
     start: Path | None = None
-    log: RunLog | None = None
-    record: RecordOptions | None = None
+    observers: Sequence[Callable[[Any], AbstractContextManager[Any]]] = ()
+
+
+@dataclass(frozen=True)
+class WorldOptions:
+    """Options of a session that another one with another trial may follow.
+
+    Attributes:
+        load: called with the session and the trial; ends the session soon.
+        kept: keeps the node of ROS 2 beyond the session.
+        ros2: the node that the session before has left there.
+    """
+
+    load: Callable[[Any, Trial], None]
+    kept: ExitStack
+    ros2: Ros2 | None = None
 
 
 @dataclass(frozen=True)
 class ServerOptions:
-    """Address at which a session serves clients.
+    """Options of the server of a session, for clients in other processes, in ROS too.
 
     Example:
         >>> import cellwright
@@ -95,10 +136,41 @@ class ServerOptions:
     Attributes:
         host: address to listen at.
         port: port to listen at; 0: any that is free; None: 11399, or one of the next where it is in use.
+        lockstep: advance simulation time only on a client's request.
+        ros1: also be a node of ROS 1.
+        ros2: also be a node of ROS 2; the options hold its range, and arguments for rclpy.
+        on_ready: called with the session when clients can connect and time is about to pass.
+        restart_refusal: reason why clients may not start the run again; empty if they may.
+        worlds: how another trial can be loaded; None if that is not possible.
     """
 
     host: str = LOOPBACK
     port: int | None = None
+    lockstep: bool = False
+    ros1: bool = False
+    ros2: bool | Ros2Options = False
+    on_ready: Callable[[Any], object] = lambda _session: None
+    restart_refusal: str = ""
+    worlds: WorldOptions | None = None
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Receivers of the lines for people.
+
+    Attributes:
+        report: receives a line about a file or an address that is not as it should be.
+        notice: receives a line about clients and ROS meanwhile; None: as `report`.
+        on_message: receives a line such as the address of the page.
+    """
+
+    report: Callable[[str], None] = warn_at_runtime
+    notice: Callable[[str], None] | None = None
+    on_message: Callable[[str], None] = print
+
+    def note(self, line: str) -> None:
+        """Pass on a line about clients and ROS."""
+        (self.notice or self.report)(line)
 
 
 @dataclass(frozen=True)

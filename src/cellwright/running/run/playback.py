@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cellwright.cell.interface import rows as cell
 from cellwright.engine.loop import SimulationLoop
@@ -14,20 +16,8 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
 from cellwright.robot import interface as robot
-from cellwright.running.run.targets import SessionState, Target
-from cellwright.util.errors import UsageError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextlib import ExitStack
-
-    from cellwright.recording.format.format import RecordingHeader
-    from cellwright.rendering.video_options import VideoOptions
-    from cellwright.running.run.options import RecordOptions
-    from cellwright.viewer.filming import VideoRecorder
-
-_NO_RECORDING = "record: a recording cannot be recorded again; copy its file"
-_NO_VIDEO = "video: a session cannot film a recording; use `cellwright replay FILE --video OUT.mp4`"
+from cellwright.running.run.options import RunOptions
+from cellwright.running.run.target import RunControls, Served, Target
 
 
 class PlaybackTarget(Target):
@@ -39,11 +29,11 @@ class PlaybackTarget(Target):
         at_end: whether playback then stops, pauses or repeats.
     """
 
-    acts, stopped, has_end = "view the recording", "the recording has ended", True
+    acts, stopped = "view the recording", "the recording has ended"
     node: Recorded
     # supplies the time; frames are those of the recording
-    identity = Identity(REPLAY_NODE, "recording", makes_frames=False)
-    controller_names = MappingProxyType({**cell.CONTROLLER_NAMES, **robot.CONTROLLER_NAMES})
+    identity: Identity | None = Identity(REPLAY_NODE, "recording", makes_frames=False)
+    controller_names: Mapping[str, str] = MappingProxyType({**cell.CONTROLLER_NAMES, **robot.CONTROLLER_NAMES})
 
     def __init__(
         self,
@@ -53,67 +43,42 @@ class PlaybackTarget(Target):
         last: int | None = None,
         at_end: AtEnd = AtEnd.STOP,
     ) -> None:
-        super().__init__(lambda: None)
         self._recording, self._first, self._last, self._at_end = recording, first, last, at_end
         self._opened: RecordingFile | None = None
 
-    def open(self, session: SessionState) -> None:
-        """Open the recording at its start.
-
-        Raises:
-            UsageError: the session is to record or film it.
-        """
-        if session.record is not None:
-            raise UsageError(_NO_RECORDING)
-        if session.video is not None:
-            raise UsageError(_NO_VIDEO)
+    def open(self, controls: RunControls) -> None:
+        """Open the recording at its start."""
         recording = self._recording
         if isinstance(recording, Path):
             recording = self._opened = RecordingFile(recording)
-        self.node = Recorded(recording, report=session.report)
-        self.playing = Playing(self.node, session.rate, first=self._first, last=self._last, at_end=self._at_end)
+        self.node = Recorded(recording, report=controls.report)
+        self._stop = controls.stop
+        self.playing = Playing(self.node, controls.rate, first=self._first, last=self._last, at_end=self._at_end)
 
     def close(self) -> None:
         """Close the file that was opened here."""
         if self._opened is not None:
             self._opened.close()
 
-    def begin(self, session: SessionState, _run: ExitStack) -> None:
+    def begin(self, _options: RunOptions, _run: ExitStack) -> None:
         """Play up to the last time that a client requests."""
-        session.stop.limit(self.playing.last, "time is over")
+        self._stop.limit(self.playing.last, "time is over")
 
     def reset(self, *, keeps_clock: bool = False) -> None:  # noqa: ARG002 - its services offer no such reset
         """Go to its start."""
         self.playing.restart()
 
-    def pass_time(self, loop: SimulationLoop) -> None:
+    def play(self, loop: SimulationLoop) -> None:
         """Play until it is over, or until a request stops it."""
         self.playing.run(loop)
 
-    def offer(self, session: SessionState) -> None:
+    def offer(self, served: Served) -> None:
         """Offer the services of a server for pages and other viewers."""
-        assert session.server is not None
-        self._services.offer(session.server)
+        self._services.offer(served.server)
 
     def panel(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
         return self._services.panel(request)
-
-    def film(self, _options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:  # noqa: ARG002
-        """Refuse: `cellwright replay` films recordings.
-
-        Raises:
-            UsageError: always.
-        """
-        raise UsageError(_NO_VIDEO)
-
-    def header(self, _session: SessionState, _record: RecordOptions) -> RecordingHeader:
-        """Refuse: a recording is not recorded again.
-
-        Raises:
-            UsageError: always.
-        """
-        raise UsageError(_NO_RECORDING)
 
     @cached_property
     def _services(self) -> RecordingServices:

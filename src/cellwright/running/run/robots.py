@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from cellwright.config.parsing.sources import Sources
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.description import description
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf_file import read_text
-from cellwright.middleware.ros1.host.ros1 import robot_identity
+from cellwright.middleware.ros1.host.ros1 import Identity, robot_identity
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.robot.commander import CLEAR_STOP
 from cellwright.robot.interface import CONTROLLER_NAMES, NODE, ros_parameters
 from cellwright.robot.node import RobotNode, RobotSettings
-from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp, save_robot_picture
-from cellwright.robot.services import RobotServices
-from cellwright.running.run.options import RecordOptions, reachable_address
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp
 from cellwright.running.run.result import SessionResult
-from cellwright.running.run.targets import SessionState, Target, common_facts, source_facts
+from cellwright.running.run.target import Origin, RunControls, Served, Target, common_facts
 from cellwright.util.errors import CellwrightError, DescriptionError, RejectedCommandError
 from cellwright.viewer.services.robot_panel import RobotPanel
-from cellwright.viewer.window import Window
 
 if TYPE_CHECKING:
-    from cellwright.rendering.picture import Progress
     from cellwright.rendering.video_options import VideoOptions
     from cellwright.viewer.filming import VideoRecorder
 
@@ -41,6 +36,8 @@ class RobotTarget(Target):
     """A robot controller node.
 
     Args:
+        make: returns the node when the session opens: a new one, or an existing one.
+        node: its name in ROS.
         sim_time: whether messages carry simulation time.
 
     Raises:
@@ -48,14 +45,14 @@ class RobotTarget(Target):
     """
 
     acts, stopped = "drive the robot", "the node has stopped"
-    controller_names = MappingProxyType(CONTROLLER_NAMES)
+    controller_names: Mapping[str, str] = MappingProxyType(CONTROLLER_NAMES)
     node: RobotNode
 
     _was_loaded = False  # true if a program had loaded the robot before
 
     def __init__(self, make: Callable[[], RobotNode], *, node: str = NODE, sim_time: bool = False) -> None:
-        super().__init__(make)
-        self.identity = robot_identity(node, sim_time=sim_time)
+        self._make = make
+        self.identity: Identity | None = robot_identity(node, sim_time=sim_time)
 
     @classmethod
     def of(cls, robot: RobotNode | RobotConfig | Callable[[], RobotConfig], *, is_real_time: bool) -> RobotTarget:
@@ -72,14 +69,24 @@ class RobotTarget(Target):
         target._was_loaded = isinstance(robot, RobotNode | RobotConfig)
         return target
 
-    def open(self, session: SessionState) -> None:
-        """Create the node."""
-        super().open(session)
+    def open(self, controls: RunControls) -> None:  # noqa: ARG002 - a robot's run has no end of its own
+        """Make the node."""
+        self.node = self._make()
         self._panel = RobotPanel(self.node)
-        self.can_wait = not self.node.has_driver
-        self.stamp = lambda: self.node.commander.gate.arrived
 
-    def named_files(self) -> list[Path]:
+    def stamp(self) -> Callable[[], int]:
+        """Return the source of the time at which a command has arrived, as messages carry it [ns]."""
+        return lambda: self.node.commander.gate.arrived
+
+    def moves_real_robot(self) -> bool:
+        """Return True if a driver moves a real robot."""
+        return self.node.has_driver
+
+    def origin(self, collected: Sources) -> Origin:
+        """Return the files of the robot."""
+        return Origin(collected, self._named_files())
+
+    def _named_files(self) -> list[Path]:
         """Configuration file of the robot; none if the robot is not that of its file, as one changed by a program."""
         config = self.node.config
         if not self._was_loaded:
@@ -110,17 +117,28 @@ class RobotTarget(Target):
 
     def restart_refusal(self) -> str:
         """Return why the node may not start again: a real robot has to move."""
-        return REAL_ROBOT if self.node.has_driver else ""
+        return REAL_ROBOT if self.moves_real_robot() else ""
 
-    def end(self, _session: SessionState, _result: SessionResult) -> None:
+    def end(self, result: SessionResult, *, restarts: bool) -> SessionResult:  # noqa: ARG002 - a robot's run goes on
         """Release a real robot at once: the run is over."""
-        if self.node.has_driver:
+        if self.moves_real_robot():
             self.node.close()
         self.node.bus.refusals.flush()
+        return result
 
-    def refused(self) -> dict[str, str]:
+    def offer(self, served: Served) -> None:
+        """Offer the services for viewers."""
+        served.offer_simulation(
+            self,
+            self.node,
+            restart_refusal=self.restart_refusal,
+            refused=self._refused(),
+            has_clock=self.identity is None or self.identity.tells_time,
+        )
+
+    def _refused(self) -> dict[str, str]:
         """Refused actions on its time, with the reasons: the time of a real robot cannot be controlled."""
-        if self.node.has_driver:
+        if self.moves_real_robot():
             return dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot runs in real time")
         if not self.node.settings.sim_time:
             return {"speed": "messages carry wall time; another speed requires --sim-time"}
@@ -154,53 +172,16 @@ class RobotTarget(Target):
             lamp=robot_lamp(camera),
         )
 
-    def header(self, _session: SessionState, record: RecordOptions) -> RecordingHeader:
+    def header(self, about: Mapping[str, Any], origin: Origin) -> RecordingHeader:
         """Return the header of a recording: the facts that the node was made from."""
-        facts = {**common_facts(record), **self.node.made_with, **source_facts(record)}
+        facts = {**common_facts(about), **self.node.made_with, **origin.facts()}
         if self.node.config.xacro_arguments:
             facts["xacro_arguments"] = dict(self.node.config.xacro_arguments)
         return RecordingHeader("robot", self.node.name, facts)
 
-
-@dataclass(frozen=True)
-class RobotWindow:
-    """Observer that shows a robot in MuJoCo's window while a session runs.
-
-    Attributes:
-        sliders: show a slider for each joint.
-        snapshot: file for a picture of the robot at the end.
-    """
-
-    is_shown: bool = True
-    sliders: bool = False
-    snapshot: Path | None = None
-
-    @contextmanager
-    def __call__(self, session: SessionState) -> Iterator[None]:
-        """Keep the window open.
-
-        Raises:
-            WindowError: no window can be opened.
-        """
-        node, server = session.node, session.server
-        if not self.is_shown or server is None:
-            yield
-            return
-        RobotServices(node).offer_state(server)
-        window = Window(node.world.model, reachable_address(server.address), sliders=self.sliders)
-        try:
-            yield
-        finally:
-            window.close()
-
-    def save(self, node: RobotNode, progress: Progress | None = None) -> None:
-        """Write the picture, if one is requested; it takes some seconds.
-
-        Raises:
-            UsageError: the file cannot be written.
-        """
-        if self.snapshot is not None:
-            save_robot_picture(self.snapshot, node.world, node.simulation.data, progress=progress)
+    def recorded_panel(self, _about: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the panel content for a recording."""
+        return self.panel({})
 
 
 def urdf_text(config: RobotConfig) -> str:

@@ -314,9 +314,7 @@ def _serve(loaded: Loaded, given: argparse.Namespace, variables: Mapping[str, st
         CellTarget(make),
         console,
         rate=RateControl(speed),
-        until=None,
-        serve=ServerOptions(port=0),
-        ros1=True,
+        serve=ServerOptions(port=0, ros1=True),
         options=RunOptions(ends_when_done=EXIT_ON_COMPLETION in variables),
     )
     try:

@@ -25,7 +25,7 @@ from cellwright.cell.kitting.inventory import part_type
 from cellwright.cell.variation import vary
 from cellwright.clients.agents.agent import Agent, AgentError, find_agent
 from cellwright.config.parsing.overrides import Override
-from cellwright.config.parsing.sources import Sources, sources_collected
+from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.evaluation.execution.channel import SignedChannel, take_over_standard_streams
@@ -34,8 +34,16 @@ from cellwright.running.evaluation.execution.process import JobOrder
 from cellwright.running.evaluation.execution.replayed import ReplayedCommands
 from cellwright.running.evaluation.results.state import StateReporter
 from cellwright.running.remote.hosting import RemoteAgent
-from cellwright.running.run import Program, RecordOptions, RunOptions, ServerOptions, Session
-from cellwright.running.run.targets import cell_result
+from cellwright.running.run import (
+    CellTarget,
+    Outputs,
+    Program,
+    RecordOptions,
+    RunOptions,
+    ServerOptions,
+    Session,
+    cell_result,
+)
 from cellwright.util.errors import RecordingError, UsageError
 
 _BEFORE = ("init", "ready")
@@ -128,10 +136,14 @@ def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
             channel.send("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
             states.report()
 
-    log = make_log(order)
-    options = RunOptions(on_progress=progress, log=log, record=make_record(order, sources))
-    serve = ServerOptions(port=0) if order.over else False
-    with Session(cell, lockstep=bool(order.over), serve=serve, options=options, report=_warn) as session:
+    files = list(map(Path, order.files))
+    with Session(
+        CellTarget(lambda: cell, lambda: files, is_varied=order.vary, sources=sources),
+        serve=ServerOptions(port=0, lockstep=True) if order.over else False,
+        record=RecordOptions(make_record(order), {"agent": order.agent}, log=make_log(order)),
+        options=RunOptions(on_progress=progress),
+        outputs=Outputs(report=_warn),
+    ) as session:
         result = cell_result(session.run(program))
     timeline.look()
     states.report()
@@ -182,18 +194,17 @@ def make_log(order: JobOrder) -> RunLog | None:
         return None
 
 
-def make_record(order: JobOrder, sources: Sources) -> RecordOptions | None:
-    """Return how a job is recorded, if it is; without a recording the run counts all the same."""
+def make_record(order: JobOrder) -> list[Path]:
+    """Return the recording of a job, if it has one; without it the run counts all the same."""
     if not order.record:
-        return None
+        return []
     path = Path(order.record)
     try:
         path.open("wb").close()
     except OSError as error:
         _warn(f"{path}: cannot be written: {error.strerror or error}")
-        return None
-    files = list(map(Path, order.files))
-    return RecordOptions([path], {"agent": order.agent}, sources, files, is_varied=order.vary, report=_warn)
+        return []
+    return [path]
 
 
 def main() -> NoReturn:

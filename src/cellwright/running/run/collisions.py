@@ -1,0 +1,158 @@
+"""Collisions of a cell's arm during a run."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.model.arm import GRIPPER, JOINTS
+from cellwright.config.layout import ARM_JOINTS
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.viewer.services.names import MIN_DEVIATION
+
+PERIOD = Fraction(1, 20)
+"""Simulation time [s] between two checks of the contacts."""
+
+MIN_DURATION = 0.2
+"""Shorter contacts [s] are no collisions: the arm brushes a bin's rim as it takes a part."""
+
+GAP = 0.5
+"""A contact that comes again within this time [s] is the same collision: an arm that is held up rattles."""
+
+MAX_SHOWN = 20
+"""Number of collisions in a panel, the newest ones."""
+
+
+@dataclass(slots=True)
+class Collision:
+    """A contact of a link of the arm with an obstacle; the suction cup's own contacts do not count.
+
+    Attributes:
+        link: name of the link.
+        obstacle: name of the body that it hit, such as `camera frame 2`, `bin8` or a part.
+        begin: simulation time [s].
+        end: simulation time [s] of the last check at which they touched.
+        deviation: largest distance [m] of the tool from its setpoint meanwhile.
+    """
+
+    link: str
+    obstacle: str
+    begin: float
+    end: float
+    deviation: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """Simulation time [s] from the first touch to the last."""
+        return self.end - self.begin
+
+    def sentence(self) -> str:
+        """Return the collision in words.
+
+        Example:
+            >>> Collision("forearm_link", "camera frame 2", 12.3, 15.4, 0.041).sentence()
+            'forearm_link against camera frame 2, 12.3 to 15.4 s; the tool was held up 41 mm from its goal'
+        """
+        held_up = f"; the tool was held up {self.deviation * 1e3:.0f} mm from its goal"
+        text = f"{self.link} against {self.obstacle}, {self.begin:.1f} to {self.end:.1f} s"
+        return text + (held_up if self.deviation > MIN_DEVIATION else "")
+
+
+class CollisionWatch:
+    """Collision monitor of a cell's arm; it does not affect the run.
+
+    Args:
+        on_collision: called with each collision that is over.
+    """
+
+    def __init__(self, cell: Cell, on_collision: Callable[[Collision], None] = lambda _collision: None) -> None:
+        self._cell = cell
+        self._on_collision = on_collision
+        self._open: dict[tuple[int, int], Collision] = {}
+        self.collisions: list[Collision] = []
+        """Collisions that are over, in the order of their ends."""
+        model = cell.simulation.model
+        self._links = [int(model.body(joint.link).id) for joint in JOINTS]
+        self._joints = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
+        self._gripper = int(model.body(GRIPPER).id)
+        self._setpoint: mujoco.MjData | None = None
+        self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
+
+    def end(self) -> list[Collision]:
+        """Stop watching; return all collisions, including those that still last."""
+        self._watch.cancel()
+        self._close(float("inf"))
+        return self.collisions
+
+    def panel(self) -> dict[str, Any]:
+        """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` by their ends.
+
+        Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
+        """
+        over = [asdict(each) for each in self.collisions[-MAX_SHOWN:]]
+        lasting = [asdict(each) | {"end": None} for each in self._open.values() if each.duration >= MIN_DURATION]
+        latest = [each | {"deviation": round(each["deviation"], 3)} for each in (over + lasting)[-MAX_SHOWN:]]
+        return {"count": len(self.collisions) + len(lasting), "latest": latest}
+
+    def reset(self, _stood: int = 0) -> None:
+        """Forget all collisions: the run has started again."""
+        self._open.clear()
+        self.collisions = []
+
+    def rewind(self, time: int) -> None:
+        """Forget all collisions after `time` [ns]: the run goes back there."""
+        self._open.clear()
+        self.collisions = [each for each in self.collisions if each.end <= time / NANOSECONDS]
+
+    def _look(self, _index: int) -> None:
+        simulation = self._cell.simulation
+        data = simulation.data
+        touching: set[tuple[int, int]] = set()
+        if data.ncon:
+            bodies = simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
+            for one, other in bodies[np.isin(bodies, self._links).any(axis=1)].tolist():
+                touching.add((one, other) if one in self._links else (other, one))
+        now = simulation.time
+        if self._open:
+            self._close(now)
+        if touching:
+            deviation = self._deviation()
+            for link, body in touching:
+                names = self._name(link), _shown(self._name(body))
+                open_ = self._open.setdefault((link, body), Collision(*names, now, now))
+                open_.end, open_.deviation = now, max(open_.deviation, deviation)
+
+    def _name(self, body: int) -> str:
+        part = self._cell.parts.by_body.get(body)
+        return str(self._cell.simulation.model.body(body).name) if part is None else part.name
+
+    def _close(self, now: float) -> None:
+        for pair in [pair for pair, collision in self._open.items() if now - collision.end > GAP]:
+            collision = self._open.pop(pair)
+            if collision.duration >= MIN_DURATION:
+                self.collisions.append(collision)
+                self._on_collision(collision)
+
+    def _deviation(self) -> float:
+        """Return the distance [m] of the gripper link from its setpoint."""
+        cell = self._cell
+        assert cell.arm is not None
+        model = cell.simulation.first_model  # the arm is the same in all
+        if self._setpoint is None:
+            self._setpoint = mujoco.MjData(model)
+        self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
+        mujoco.mj_kinematics(model, self._setpoint)
+        cell.simulation.refresh()
+        offset = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
+        return float(np.linalg.norm(offset))
+
+
+def _shown(body: str) -> str:
+    """Return the words for a body of the model that is no link of the arm."""
+    if body == "world":
+        return "floor"
+    return body.replace("_frame", " frame").replace("frame_", "frame ").replace("_belt", " belt")
