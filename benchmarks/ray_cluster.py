@@ -22,6 +22,7 @@ from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from benchmarks.evaluation import FINALS, MIN_GAIN, REPEATS, Mover
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.execution.process import usable_processors
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import Job
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
@@ -74,11 +75,12 @@ def _times(jobs: list[Job], most: int) -> tuple[float, float]:
     ends: list[float] = []
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, ResultsFile(Path(folder)) as store:
         begin = time.perf_counter()
-        engine = RayRunner(store, "local", jobs, most=most, on_result=lambda _: ends.append(time.perf_counter()))
-        problem = engine.check_agent(jobs[0].agent)
+        options = RunnerOptions(on_result=lambda _: ends.append(time.perf_counter()))
+        runner = RayRunner(store, "local", jobs, options, most=most)
+        problem = runner.check_agent(jobs[0].agent)
         begun = time.perf_counter()
-        if problem or engine.failure or not engine.run(jobs):
-            raise UsageError(problem or engine.failure or ", ".join(engine.unjudged))
+        if problem or runner.failure or not runner.run(jobs):
+            raise UsageError(problem or runner.failure or ", ".join(runner.unjudged))
         end = time.perf_counter()
         evaluation.refuse_failures(store)
     return begun - begin + end - ends[-1], ends[-1] - begun

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from benchmarks import evaluation, ray_cluster
 from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import Job
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
@@ -16,11 +15,11 @@ from tests.support.quick_children import QUICK_WORKERS
 
 
 class Local(LocalRunner):
-    """The engine of this machine, with the arguments of that on Ray."""
+    """The runner of this machine, with the arguments of that on Ray."""
 
-    def __init__(self, store: ResultsFile, address: str, jobs: list[Job], *, most: int, **options: Any) -> None:
+    def __init__(self, store: ResultsFile, address: str, jobs: list[Job], options: RunnerOptions, *, most: int) -> None:
         assert address == "local"
-        super().__init__(store, workers=most, **options)
+        super().__init__(store, options, workers=most)
 
 
 class Refused(Local):
@@ -29,8 +28,8 @@ class Refused(Local):
 
 
 @pytest.fixture(autouse=True)
-def local_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Use the local engine."""
+def local_runner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Use the local runner."""
     monkeypatch.setattr(ray_cluster, "RayRunner", Local)
 
 

@@ -9,7 +9,7 @@ from typing import IO
 
 import pytest
 
-from cellwright.util.process import ChildProcess
+from cellwright.util.process import ChildProcess, json_lines
 from tests.support.waiting import TIMEOUT, wait_until
 
 ECHO = """
@@ -24,8 +24,8 @@ DEAF = "import sys, time; print('ready', flush=True); time.sleep(600)"
 
 def test_child_gets_lines_and_ends_with_its_stdin() -> None:
     child = ChildProcess([sys.executable, "-c", ECHO], stderr=tempfile.TemporaryFile())  # noqa: SIM115
-    child.send("for you")
-    assert child.ready_line(TIMEOUT) == "ready for you"
+    child.send({"for": "you"})
+    assert child.ready_line(TIMEOUT) == 'ready {"for": "you"}'
     assert child.is_running
     wait_until(lambda: child.last_output() == "the last", "what it wrote to its stderr")
     child.end(TIMEOUT)
@@ -39,6 +39,10 @@ def test_lines_to_ended_process_are_dropped() -> None:
     child.send("something")
     assert child.ready_line() == ""
     child.end(0.0)
+
+
+def test_messages_end_with_half_a_line() -> None:
+    assert list(json_lines([b'{"a": 1}\n', b"[2]\n", b'{"b": '])) == [{"a": 1}, [2]]
 
 
 def test_child_that_ignores_end_of_stdin_is_killed() -> None:

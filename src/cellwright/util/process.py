@@ -7,6 +7,7 @@ status. A closed terminal does not end a cell that is served.
 import atexit
 import errno
 import io
+import json
 import os
 import select
 import signal
@@ -14,10 +15,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, ClassVar
+from typing import IO, Any, BinaryIO, ClassVar, TextIO
 
 from cellwright._package import FOLDER
 
@@ -217,6 +218,34 @@ def own_program(module: str, *arguments: str) -> list[str]:
     return [sys.executable, "-P", "-c", code, str(Path(FOLDER).parent), *arguments]
 
 
+def json_lines(stream: Iterable[bytes]) -> Iterator[Any]:
+    """Yield the messages of another process, each a line of JSON, until its stream ends, if need be within a line."""
+    with suppress(ValueError):  # half a line: it was killed while it wrote
+        for line in stream:
+            yield json.loads(line)
+
+
+def send_json(stream: TextIO, message: object) -> None:
+    """Write a message as a line of JSON."""
+    stream.write(json.dumps(message, allow_nan=False) + "\n")
+    stream.flush()
+
+
+def take_over_standard_streams() -> tuple[BinaryIO, TextIO]:
+    """Return stdin and stdout for messages alone; all else reads nothing and writes to stderr from here on.
+
+    A package that prints, or asks at the terminal, would damage the lines of JSON. Stdin has no buffer: whoever reads
+    one line leaves the rest.
+    """
+    lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
+    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    empty = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(empty, 0)
+    os.close(empty)
+    os.dup2(2, 1)
+    return lifeline, channel
+
+
 class ChildProcess:
     """A program in a process of its own, with pipes to its stdin and from its stdout.
 
@@ -271,10 +300,10 @@ class ChildProcess:
         """True if it has not ended yet."""
         return self._process.poll() is None
 
-    def send(self, line: str) -> None:
-        """Write a line to its stdin; the line is lost if the process has ended."""
+    def send(self, message: object) -> None:
+        """Write a message to its stdin, a line of JSON; it is lost if the process has ended."""
         with suppress(OSError):
-            self._stdin.write(f"{line}\n".encode())
+            self._stdin.write(f"{json.dumps(message)}\n".encode())
             self._stdin.flush()
 
     def ready_line(self, timeout: float | None = None) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, make_jobs
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
@@ -38,13 +39,8 @@ def judge(folder: Path) -> Judge:
     def evaluate(program: str, seeds: int = 1, workers: int = 1, **limits: float) -> list[Result]:
         results: list[Result] = []
         with ResultsFile(folder / "out") as store:
-            evaluation = LocalRunner(
-                store,
-                limits=RunLimits(**limits),  # type: ignore[arg-type]
-                workers=workers,
-                on_result=results.append,
-            )
-            evaluation.run(tiny_jobs(folder, program, seeds))
+            options = RunnerOptions(RunLimits(**limits), on_result=results.append)  # type: ignore[arg-type]
+            LocalRunner(store, options, workers=workers).run(tiny_jobs(folder, program, seeds))
         return results
 
     return evaluate

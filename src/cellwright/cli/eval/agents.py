@@ -18,6 +18,7 @@ from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import usable_processors
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.outputs import gradebook
 from cellwright.running.evaluation.outputs.report import report
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, agent_digest, make_jobs
@@ -129,13 +130,9 @@ def _run(
     with EvalProgress(console, jobs, title=title, label=lambda each: f"{names[each.agent]}, {each.name}") as progress:
         evaluation = LocalRunner(
             store,
-            limits=given.limits.limits(),
+            RunnerOptions(given.limits.limits(), given.record, progress.take, progress.show_jobs, progress.show_fault),
             workers=usable_processors() if given.workers is None else given.workers,
             stop_after=_STOP_AFTER,
-            records=given.record,
-            on_result=progress.take,
-            on_progress=progress.show_jobs,
-            on_fault=progress.show_fault,
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)

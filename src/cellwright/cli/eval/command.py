@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
-from typing import Any
 
 from rich.console import Console
 
@@ -19,7 +18,7 @@ from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.execution.process import usable_processors
-from cellwright.running.evaluation.execution.runner import Runner, Running
+from cellwright.running.evaluation.execution.runner import Runner, RunnerOptions, Running
 from cellwright.running.evaluation.outputs.tracking import Tracking, parameters_of
 from cellwright.running.evaluation.plan.job import Job, log_name, make_jobs, repeated
 from cellwright.running.evaluation.results.folder import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
@@ -126,14 +125,15 @@ def _work(
             if warning := tracking.update():
                 progress.show_fault(warning)
 
-        common: dict[str, Any] = {"limits": given.limits.limits(), "records": given.record or given.record_failed}
-        common |= {"on_result": take, "on_progress": show_jobs, "on_fault": progress.show_fault}
+        recorded = given.record or given.record_failed
+        watched = RunnerOptions(given.limits.limits(), recorded, take, show_jobs, progress.show_fault)
         evaluation: Runner
         workers = given.workers
         if given.ray is None:
-            evaluation = LocalRunner(store, workers=usable_processors() if workers is None else workers, **common)
+            most = usable_processors() if workers is None else workers
+            evaluation = LocalRunner(store, watched, workers=most)
         else:
-            evaluation = RayRunner(store, given.ray, jobs, most=workers, **common)
+            evaluation = RayRunner(store, given.ray, jobs, watched, most=workers)
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
         for notice in store.notices:

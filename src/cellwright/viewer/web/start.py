@@ -58,7 +58,7 @@ class WebPage(ChildProcess):
         self._is_closing = False
         super().__init__([sys.executable, "-P", "-m", program])
         options = {"source": dict(source), "host": host, "port": port, "token": token, "title": title}
-        self.send(json.dumps(options))
+        self.send(options)
         try:
             answer = json.loads(self.ready_line())
         except ValueError:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, RunLimits, make_jobs
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
@@ -122,7 +123,7 @@ def evaluate(folder: Path) -> Evaluate:
     def run(program: str, over: str, **limits: float) -> Result:
         trial = EvaluatedTrial("tiny", (folder / "tiny.yaml",), 6.0, 6.0, 500.0)
         with ResultsFile(folder / "out") as store:
-            evaluation = LocalRunner(store, limits=RunLimits(**limits))  # type: ignore[arg-type]
+            evaluation = LocalRunner(store, RunnerOptions(RunLimits(**limits)))  # type: ignore[arg-type]
             assert evaluation.run(make_jobs([trial], f"hiding.py:{program}", [1], vary=False, over=over))
             (result,) = store.results.values()
         left = [int(number) for number in Path("left.txt").read_text().split()]

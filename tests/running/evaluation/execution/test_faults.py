@@ -15,7 +15,7 @@ import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import WorkerProcess
-from cellwright.running.evaluation.execution.runner import Running
+from cellwright.running.evaluation.execution.runner import RunnerOptions, Running
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from tests.running.evaluation.conftest import tiny_jobs
@@ -117,7 +117,9 @@ def evaluate(folder: Path) -> Evaluate:
         found = Evaluated()
         with ResultsFile(folder / "out") as store:
             evaluation = LocalRunner(
-                store, workers=workers, on_result=found.results.append, on_fault=found.faults.append, on_progress=look
+                store,
+                RunnerOptions(on_result=found.results.append, on_fault=found.faults.append, on_progress=look),
+                workers=workers,
             )
             found.is_complete = evaluation.run(tiny_jobs(folder, program, seeds, "faulty.py"))
             found.unjudged, found.failure = evaluation.unjudged, evaluation.failure
@@ -261,7 +263,7 @@ def test_machine_without_room_for_any_process_ends_evaluation(
 def test_check_of_agent_that_is_killed_is_no_refusal(folder: Path, evaluate: Evaluate) -> None:
     faults: list[str] = []
     with ResultsFile(folder / "out") as store:
-        evaluation = LocalRunner(store, on_fault=faults.append)
+        evaluation = LocalRunner(store, RunnerOptions(on_fault=faults.append))
         assert evaluation.check_agent("faulty.py:KilledWhenMade") == ""
         assert evaluation.failure == "killed by SIGKILL from outside"
     assert faults == ["check of the agent: killed by SIGKILL from outside"] * 3

@@ -12,7 +12,7 @@ import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED
-from cellwright.running.evaluation.execution.runner import Running
+from cellwright.running.evaluation.execution.runner import RunnerOptions, Running
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, RunLimits, make_jobs
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
@@ -94,7 +94,7 @@ def test_jobs_of_long_trials_run_first(folder: Path) -> None:
     results: list[Result] = []
     with ResultsFile(folder / "out") as store:
         jobs = make_jobs(trials, "programs.py:GiveUp", [1], vary=False)
-        assert LocalRunner(store, on_result=results.append).run(jobs)
+        assert LocalRunner(store, RunnerOptions(on_result=results.append)).run(jobs)
     assert [result.trial for result in results] == ["endless", "long", "short", "ended"]
 
 
@@ -163,7 +163,7 @@ def test_program_that_is_lost_alike_is_not_run_again(
     results: list[Result] = []
     with ResultsFile(folder / "out") as store:
         limited = RunLimits(**limits)  # type: ignore[arg-type]
-        evaluation = LocalRunner(store, limits=limited, stop_after=1, on_result=results.append)
+        evaluation = LocalRunner(store, RunnerOptions(limited, on_result=results.append), stop_after=1)
         evaluation.run([*tiny_jobs(folder, program, 3), *tiny_jobs(folder, "Deliver")])
     outcomes = [each.outcome for each in results]
     assert (outcomes[0], outcomes[-1]) == (outcome, "done")
@@ -237,7 +237,7 @@ def test_interrupted_evaluation_keeps_results_and_leaves_no_process(folder: Path
 
     jobs = tiny_jobs(folder, "Deliver") + tiny_jobs(folder, "Hang")
     with ResultsFile(folder / "out") as store:
-        evaluation = LocalRunner(store, on_result=results.append, on_progress=interrupt_later)
+        evaluation = LocalRunner(store, RunnerOptions(on_result=results.append, on_progress=interrupt_later))
         with pytest.raises(KeyboardInterrupt):
             evaluation.run(jobs)
         assert [each.outcome for each in store.results.values()] == ["done"]
@@ -283,7 +283,7 @@ def test_missing_trial_loses_only_its_own_run(folder: Path) -> None:
 def test_stopped_evaluation_reports_unfinished_jobs(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver", seeds=2)
     with ResultsFile(folder / "out") as store:
-        evaluation = LocalRunner(store, on_result=lambda _: evaluation.stop())
+        evaluation = LocalRunner(store, RunnerOptions(on_result=lambda _: evaluation.stop()))
         assert not evaluation.run(jobs)
         assert [evaluation.is_settled(job) for job in jobs] == [True, False]
         assert LocalRunner(store).run(jobs)
@@ -291,7 +291,7 @@ def test_stopped_evaluation_reports_unfinished_jobs(folder: Path) -> None:
 
 def test_zero_workers_are_refused(folder: Path) -> None:
     with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="workers must be at least 1"):
-        LocalRunner(store, limits=RunLimits(), workers=0)
+        LocalRunner(store, workers=0)
 
 
 def test_evaluation_without_jobs_has_no_results(folder: Path) -> None:
@@ -310,7 +310,7 @@ def test_full_disk_ends_evaluation_and_keeps_results(folder: Path, monkeypatch: 
 
     with ResultsFile(folder / "out") as store:
         monkeypatch.setattr("cellwright.running.evaluation.results.results_file.os.fsync", full)
-        evaluation = LocalRunner(store, on_result=results.append)
+        evaluation = LocalRunner(store, RunnerOptions(on_result=results.append))
         assert not evaluation.run(tiny_jobs(folder, "Deliver", 3))
         assert evaluation.failure == f"{store.path}: No space left on device"
         assert [result.points for result in results] == [6.0]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, make_jobs
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile, read_results
@@ -34,7 +35,7 @@ def evaluate(folder: Path) -> Evaluate:
 
     def run(program: str, seeds: int = 1, *, records: bool = False, **protection: object) -> list[Result]:
         with ResultsFile(folder / "out") as store:
-            evaluation = LocalRunner(store, records=records)
+            evaluation = LocalRunner(store, RunnerOptions(records=records))
             assert evaluation.run(jobs_of(folder, program, seeds, **protection)), (
                 evaluation.failure,
                 evaluation.faults,

@@ -10,6 +10,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.rendering.scene.scene import decode_frame, encode_scene
 from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import RunLimits, log_name
 from cellwright.running.evaluation.results.folder import plan_of, plan_text
 from cellwright.running.evaluation.results.merge import merge
@@ -112,7 +113,7 @@ def test_state_that_cannot_be_written_is_reported_and_result_counts(folder: Path
     faults: list[str] = []
     with ResultsFile(folder / "out") as store:
         (job,) = tiny_jobs(folder, "GiveUp")
-        assert LocalRunner(store, on_fault=faults.append).run([job])
+        assert LocalRunner(store, RunnerOptions(on_fault=faults.append)).run([job])
         assert store.results[job.key].outcome == "gave_up"
     assert faults == ["tiny seed 1: its last state cannot be written: File exists"]
 

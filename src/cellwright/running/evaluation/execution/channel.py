@@ -9,7 +9,7 @@ import json
 import os
 import threading
 from collections.abc import Iterator
-from typing import IO, Annotated, Any, BinaryIO, TextIO
+from typing import IO, Annotated, Any, TextIO
 
 import msgspec
 from msgspec import Meta, Struct
@@ -141,21 +141,3 @@ def _message(line: bytes, key: bytes) -> Message:
 
 def _sign(key: bytes, text: bytes) -> str:
     return hmac.digest(key, text, "sha256").hex()[:_SIGNATURE]
-
-
-def send(channel: TextIO, kind: str, content: object) -> None:
-    """Send an unsigned line, of a process that runs no program: an object with `content` as its only value."""
-    with _sending:
-        channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
-        channel.flush()
-
-
-def take_over_standard_streams() -> tuple[BinaryIO, TextIO]:
-    """Return stdin and stdout for the channel alone; all else reads nothing and writes to stderr from here on."""
-    lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
-    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    empty = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(empty, 0)
-    os.close(empty)
-    os.dup2(2, 1)
-    return lifeline, channel

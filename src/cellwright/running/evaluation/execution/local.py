@@ -6,7 +6,7 @@ What the machine does to a run is no result of it. The run is repeated at once, 
 import errno
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +17,8 @@ from cellwright.running.evaluation.execution.channel import Report
 from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED, OwnTime, Usage, usage_below
 from cellwright.running.evaluation.execution.process import NO_MEMORY, JobOrder, WorkerProcess
 from cellwright.running.evaluation.execution.replayed import first_difference
-from cellwright.running.evaluation.execution.runner import STARTS, Runner, Running
-from cellwright.running.evaluation.plan.job import MEBIBYTE, Job, RunLimits
+from cellwright.running.evaluation.execution.runner import STARTS, Runner, RunnerOptions, Running
+from cellwright.running.evaluation.plan.job import MEBIBYTE, Job
 from cellwright.running.evaluation.results.folder import LOGS, RECORDINGS
 from cellwright.running.evaluation.results.result import POINT_TOLERANCE, Lost, Result, ResultError
 from cellwright.running.evaluation.results.results_file import ResultsFile
@@ -49,19 +49,15 @@ class LocalRunner(Runner):
     def __init__(
         self,
         store: ResultsFile,
+        options: RunnerOptions | None = None,
         *,
-        limits: RunLimits | None = None,
         workers: int = 1,
         starts: int = STARTS,
         stop_after: int = 0,
-        records: bool = False,
-        on_result: Callable[[Result], None] = lambda _result: None,
-        on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
-        on_fault: Callable[[str], None] = lambda _line: None,
     ) -> None:
         if workers < 1:
             raise UsageError(f"workers must be at least 1 (got {workers})")
-        super().__init__(store, limits or RunLimits(), records, on_result, on_progress, on_fault)
+        super().__init__(store, options or RunnerOptions())
         self._workers = workers
         self._max_starts = starts
         self._stop_after = stop_after
@@ -93,7 +89,7 @@ class LocalRunner(Runner):
             self.failure = worker.machine_fault(ending)
             if not self.failure:
                 break
-            self._on_fault(f"check of the agent: {self.failure}")
+            self._options.on_fault(f"check of the agent: {self.failure}")
         if self.failure:
             return ""
         if worker.refused:
@@ -132,7 +128,7 @@ class LocalRunner(Runner):
                     self._enforce_limits()
                     for worker, job in list(self._running.items())[:1]:  # that which has run the longest
                         self._show_live(worker, job)
-                    self._on_progress([self._progress_of(worker, job) for worker, job in self._running.items()])
+                    self._options.on_progress([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
             self.failure = self._words_of(error)
         finally:
@@ -158,7 +154,7 @@ class LocalRunner(Runner):
             self._failed_starts += not self._running
             if error.errno not in _NO_ROOM or self._failed_starts >= self._max_starts:
                 raise
-            self._on_fault(f"{self._waiting[0].name}: no process could be started: {error.strerror}")
+            self._options.on_fault(f"{self._waiting[0].name}: no process could be started: {error.strerror}")
             self._workers = max(1, len(self._running))
             return False
         self._failed_starts = 0
@@ -167,7 +163,7 @@ class LocalRunner(Runner):
 
     def _begin(self, job: Job) -> None:
         log = self._beside(LOGS, job.log_name)
-        record = str(self._record_of(job)) if self._records or job.verify else ""
+        record = str(self._record_of(job)) if self._options.records or job.verify else ""
         order = replace(
             self._order(job.agent),
             files=[str(file) for file in job.trial.files],
@@ -214,7 +210,7 @@ class LocalRunner(Runner):
             self._claims[job] = result, worker.result
             self._waiting.appendleft(job)
             return
-        elif job.verify and not self._records:
+        elif job.verify and not self._options.records:
             self._record_of(job).unlink(missing_ok=True)
         if loses_points(result):
             self._keep_state(worker, job)
@@ -273,7 +269,7 @@ class LocalRunner(Runner):
             kind = Lost.NOT_REPRODUCED.value
             return Result.of(job, self._limits, outcome=kind, reason=difference, log=log, **figures)
         _verification_log(self._beside(LOGS, job.log_name)).unlink(missing_ok=True)
-        if not self._records:
+        if not self._options.records:
             self._record_of(job).unlink(missing_ok=True)
         return replace(claim, score=played.score, timeline=played.timeline, verified=True)
 
@@ -282,7 +278,7 @@ class LocalRunner(Runner):
         try:
             write_state(state_file(self._store.path.parent, job.log_name), job.name, worker.scene, worker.frame)
         except OSError as error:
-            self._on_fault(f"{job.name}: its last state cannot be written: {error.strerror or error}")
+            self._options.on_fault(f"{job.name}: its last state cannot be written: {error.strerror or error}")
 
     def _show_live(self, worker: WorkerProcess, job: Job) -> None:
         """Write the state of a run in progress, for pages that show this folder."""
@@ -297,7 +293,7 @@ class LocalRunner(Runner):
         if fault.endswith(NO_MEMORY):
             self._workers = max(1, self._workers - 1)
         if self._starts[job.key] < self._max_starts:
-            self._on_fault(f"{job.name}: {fault}; it starts again")
+            self._options.on_fault(f"{job.name}: {fault}; it starts again")
             self._waiting.appendleft(job)
         else:
             self.faults[job] = fault

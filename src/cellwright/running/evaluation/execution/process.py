@@ -1,7 +1,6 @@
 """Worker process of an evaluation: its start, its limits and its end, and the number of processors."""
 
 import errno
-import json
 import math
 import os
 import secrets
@@ -127,7 +126,7 @@ class WorkerProcess(GuardedProcess):
         except BaseException:
             self._folder.cleanup()
             raise
-        self.send(json.dumps(asdict(replace(order, key=self._key))))
+        self.send(asdict(replace(order, key=self._key)))
 
     @property
     def number(self) -> int:

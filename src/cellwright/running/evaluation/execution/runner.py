@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 from cellwright.running.evaluation.plan.job import Job, RunLimits
 from cellwright.running.evaluation.results.result import Result
@@ -24,11 +24,11 @@ class Running:
     points: float
 
 
-class Runner(ABC):
-    """Base of what runs the jobs of an evaluation: on this machine, or on a cluster.
+@dataclass(frozen=True, slots=True)
+class RunnerOptions:
+    """Limits and recordings of the runs, and who hears of them.
 
-    Args:
-        store: stores the results, and holds those of earlier evaluations.
+    Attributes:
         limits: limits of each run.
         records: record the runs.
         on_result: called with each new result.
@@ -36,21 +36,25 @@ class Runner(ABC):
         on_fault: called with a line about the machine, such as when it has ended a run that starts again.
     """
 
-    def __init__(
-        self,
-        store: ResultsFile,
-        limits: RunLimits,
-        records: bool,  # noqa: FBT001 (as all others, of the subclasses)
-        on_result: Callable[[Result], None],
-        on_progress: Callable[[Sequence[Running]], None],
-        on_fault: Callable[[str], None],
-    ) -> None:
+    limits: RunLimits = field(default_factory=RunLimits)
+    records: bool = False
+    on_result: Callable[[Result], None] = lambda _result: None
+    on_progress: Callable[[Sequence[Running]], None] = lambda _running: None
+    on_fault: Callable[[str], None] = lambda _line: None
+
+
+class Runner(ABC):
+    """Base of what runs the jobs of an evaluation: on this machine, or on a cluster.
+
+    Args:
+        store: stores the results, and holds those of earlier evaluations.
+        options: limits of the runs, and who hears of them.
+    """
+
+    def __init__(self, store: ResultsFile, options: RunnerOptions) -> None:
         self._store = store
-        self._limits = limits
-        self._records = records
-        self._on_result = on_result
-        self._on_progress = on_progress
-        self._on_fault = on_fault
+        self._options = options
+        self._limits = options.limits
         self._stopped = False
         self.failure = ""
         """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
@@ -93,7 +97,7 @@ class Runner(ABC):
         try:
             self._store.append(result)
         finally:
-            self._on_result(result)
+            self._options.on_result(result)
 
     def _words_of(self, error: OSError) -> str:
         return f"{error.filename or self._store.path}: {error.strerror or error}"

@@ -28,7 +28,7 @@ from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
-from cellwright.running.evaluation.execution.channel import SignedChannel, take_over_standard_streams
+from cellwright.running.evaluation.execution.channel import SignedChannel
 from cellwright.running.evaluation.execution.memory import limit_memory
 from cellwright.running.evaluation.execution.process import JobOrder
 from cellwright.running.evaluation.execution.replayed import ReplayedCommands
@@ -45,6 +45,7 @@ from cellwright.running.run import (
     cell_result,
 )
 from cellwright.util.errors import RecordingError, UsageError
+from cellwright.util.process import take_over_standard_streams
 
 _BEFORE = ("init", "ready")
 """States of a competition that has not started."""

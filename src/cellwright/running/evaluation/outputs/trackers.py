@@ -7,7 +7,7 @@ interrupted.
 
 from __future__ import annotations
 
-import json
+import io
 import os
 import re
 import sys
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
 
 from cellwright.util.errors import printable
+from cellwright.util.process import json_lines, send_json, take_over_standard_streams
 
 Status: TypeAlias = Literal["finished", "failed", "interrupted"]
 """Status of an evaluation: all runs have a result, the machine failed, or a signal ended it."""
@@ -239,18 +240,13 @@ def _words(error: Exception) -> str:
 
 def main() -> None:
     """Serve the tracker that is named last on the command line. All that its package prints goes to stderr."""
-    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    lines = os.fdopen(os.dup(0), encoding="utf-8")
-    with open(os.devnull, encoding="utf-8") as empty:
-        os.dup2(empty.fileno(), 0)
+    raw, channel = take_over_standard_streams()
 
     def answer(content: Mapping[str, str]) -> None:
         with suppress(OSError):  # the evaluation is gone
-            channel.write(json.dumps(content) + "\n")
-            channel.flush()
+            send_json(channel, content)
 
-    serve(TRACKERS[sys.argv[-1]], map(json.loads, lines), answer)
+    serve(TRACKERS[sys.argv[-1]], json_lines(io.BufferedReader(raw)), answer)  # type: ignore[type-var]  # a FileIO
 
 
 if __name__ == "__main__":

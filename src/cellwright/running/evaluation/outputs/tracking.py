@@ -11,7 +11,6 @@ import os
 import re
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -28,7 +27,7 @@ from cellwright.running.evaluation.results.result import Result
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.files import open_below, write_atomic
 from cellwright.util.plugins import is_installed
-from cellwright.util.process import ChildProcess, own_program
+from cellwright.util.process import ChildProcess, json_lines, own_program
 
 TRACKING_NAME = "tracking.json"
 """File beside the results with the runs of the trackers, so that the same command continues them."""
@@ -299,7 +298,7 @@ class TrackerProcess(ChildProcess):
     def ask(self, message: Mapping[str, Any]) -> None:
         """Send a message."""
         self._is_busy = True
-        self.send(json.dumps(message))
+        self.send(message)
 
     def answer(self, timeout: float) -> dict[str, str]:
         """Wait for the answer to the last message, at most `timeout` [s]."""
@@ -334,7 +333,6 @@ class TrackerProcess(ChildProcess):
             self.last_error = self.error or self.last_error
 
     def _listen(self, output: IO[bytes]) -> None:
-        with suppress(ValueError):  # half a line: the process was killed while it wrote
-            for line in output:
-                self._answers.put(json.loads(line))
+        for answer in json_lines(output):
+            self._answers.put(answer)
         self._answers.put(self._ended)

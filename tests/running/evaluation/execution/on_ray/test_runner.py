@@ -5,7 +5,6 @@ from __future__ import annotations
 import socket
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -23,9 +22,9 @@ def jobs_of(agent: str = "programs.py:Deliver", trial: str = "tiny.yaml") -> lis
     )
 
 
-def made(jobs: list[Job], **options: Any) -> RayRunner:
+def made(jobs: list[Job]) -> RayRunner:
     with ResultsFile(Path("out")) as store:
-        return RayRunner(store, "auto", jobs, **options)
+        return RayRunner(store, "auto", jobs)
 
 
 @pytest.mark.parametrize("name", ["../elsewhere/programs.py", "{folder}/programs.py"])

@@ -7,21 +7,20 @@ not answer, and handles signals and stderr itself. The process ends when its std
 from __future__ import annotations
 
 import io
-import json
 import os
 import re
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, BinaryIO, NoReturn, TextIO
+from typing import Any, NoReturn, TextIO
 
-from cellwright.running.evaluation.execution.channel import send, take_over_standard_streams
 from cellwright.util.errors import one_line
 from cellwright.util.files import write_atomic
+from cellwright.util.process import json_lines, send_json, take_over_standard_streams
 
 _CONNECT_TIMEOUT = 10.0  # [s]
 _END_TIMEOUT = 5.0  # [s] that cancelled tasks may take to end
@@ -39,20 +38,20 @@ _WORDS = {
 def main() -> NoReturn:
     """Run the tasks of the orders from stdin, and exit."""
     raw, channel = take_over_standard_streams()
-    lines = io.BufferedReader(raw)  # type: ignore[type-var]  # a FileIO
-    setup = json.loads(lines.readline())
+    orders = json_lines(io.BufferedReader(raw))  # type: ignore[type-var]  # a FileIO
+    setup = next(orders)
     events: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_read, args=(lines, events), daemon=True).start()
+    threading.Thread(target=_read, args=(orders, events), daemon=True).start()
     if problem := _connect(setup["address"], setup["excluded"]):
-        send(channel, "refused", problem)
+        send_json(channel, {"refused": problem})
     else:
         _Tasks(channel, events, Path(setup["folder"]), setup["starts"]).serve()
     os._exit(0)
 
 
-def _read(lines: BinaryIO, events: SimpleQueue[Any]) -> None:
-    for line in lines:
-        events.put(json.loads(line))
+def _read(orders: Iterable[Any], events: SimpleQueue[Any]) -> None:
+    for order in orders:
+        events.put(order)
     events.put(None)
     time.sleep(_EXIT_TIMEOUT)
     os._exit(1)
@@ -124,7 +123,7 @@ class _Tasks:
         cpus = int(ray.cluster_resources().get("CPU", 0))  # type: ignore[no-untyped-call]
         if cpus != self._cpus:
             self._cpus = cpus
-            send(self._channel, "cpus", cpus)
+            send_json(self._channel, {"cpus": cpus})
 
     def _start(self, order: Mapping[str, Any]) -> None:
         key = order["key"]
@@ -152,7 +151,7 @@ class _Tasks:
             content["fault"] = str(error.cause) if error.cause else one_line(error)
         except Exception as error:
             content["fault"] = _WORDS.get(type(error).__name__) or one_line(error)
-        send(self._channel, "ended", content)
+        send_json(self._channel, {"ended": content})
 
 
 def _make_task() -> Callable[[Mapping[str, Any]], dict[str, Any]]:

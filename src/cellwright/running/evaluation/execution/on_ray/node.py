@@ -16,6 +16,7 @@ from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.execution.runner import RunnerOptions
 from cellwright.running.evaluation.plan.job import (
     EvaluatedTrial,
     RunLimits,
@@ -126,7 +127,7 @@ def _evaluation(limits: Mapping[str, Any], *, records: bool = False) -> Iterator
     listed = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     os.environ["PYTHONPATH"] = os.pathsep.join(each for each in listed if Path(each).resolve() != Path.cwd().resolve())
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, ResultsFile(Path(folder)) as store:
-        yield LocalRunner(store, limits=RunLimits(**limits), starts=1, records=records), store
+        yield LocalRunner(store, RunnerOptions(RunLimits(**limits), records), starts=1), store
 
 
 def _raise_fault(evaluation: LocalRunner) -> None:

@@ -3,13 +3,12 @@
 What a node does to a run is no result of it. Ray repeats the run, up to `STARTS` starts.
 """
 
-import json
 import math
 import os
 import re
 import signal
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from importlib.util import find_spec
@@ -17,14 +16,14 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import IO, Any
 
-from cellwright.running.evaluation.execution.runner import STARTS, Runner, Running
-from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, RunLimits, agent_digest, key_facts
+from cellwright.running.evaluation.execution.runner import STARTS, Runner, RunnerOptions
+from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, agent_digest, key_facts
 from cellwright.running.evaluation.results.folder import LOGS
 from cellwright.running.evaluation.results.result import Result, ResultError
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.seal import KEY_VARIABLE
 from cellwright.util.errors import UsageError
-from cellwright.util.process import ChildProcess, own_program
+from cellwright.util.process import ChildProcess, json_lines, own_program
 
 _CONNECT_TIMEOUT = 60.0  # [s] until the cluster has accepted the copy of the current folder
 _PERIOD = 0.2  # [s] between two looks at `stop`
@@ -53,15 +52,11 @@ class RayRunner(Runner):
         store: ResultsFile,
         address: str,
         jobs: Sequence[Job],
+        options: RunnerOptions | None = None,
         *,
-        limits: RunLimits | None = None,
         most: int | None = None,
-        records: bool = False,
-        on_result: Callable[[Result], None] = lambda _result: None,
-        on_progress: Callable[[Sequence[Running]], None] = lambda _running: None,
-        on_fault: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        super().__init__(store, limits or RunLimits(), records, on_result, on_progress, on_fault)
+        super().__init__(store, options or RunnerOptions())
         if find_spec("ray") is None:
             raise UsageError("--ray: needs the package ray; pip install 'cellwright[ray]'")
         agent = jobs[0].agent
@@ -118,7 +113,7 @@ class RayRunner(Runner):
                 ended = self._receive(_PERIOD).get("ended", {})
                 if (key := ended.get("key")) in running:
                     self._finish(running.pop(key), ended)
-                self._on_progress(())
+                self._options.on_progress(())
         except OSError as error:
             self.failure = self._words_of(error)
         finally:
@@ -155,7 +150,7 @@ class RayRunner(Runner):
             ended = self._receive(_PERIOD).get("ended", {})
             if time.monotonic() > late:
                 late = math.inf
-                self._on_fault(f"the cluster has started nothing for {patience:g} s; it may have no free CPU")
+                self._options.on_fault(f"the cluster has started nothing for {patience:g} s; it may have no free CPU")
         return ended
 
     def _finish(self, job: Job, ended: Mapping[str, Any]) -> None:
@@ -182,14 +177,14 @@ class RayRunner(Runner):
             "seed": job.seed,
             "vary": job.vary,
             "limits": asdict(self._limits),
-            "records": self._records,
+            "records": self._options.records,
             "over": job.over,
             "verify": job.verify,
         }
 
     def _order(self, content: Mapping[str, Any]) -> None:
         assert self._driver is not None
-        self._driver.send(json.dumps(content))
+        self._driver.send(content)
 
     def _receive(self, timeout: float) -> Mapping[str, Any]:
         """Return the next message of the driver; empty if there is none within `timeout` [s], or if it has ended."""
@@ -239,9 +234,8 @@ class _Driver(ChildProcess):
                 os.killpg(self._process.pid, signal.SIGKILL)
 
     def _listen(self, output: IO[bytes]) -> None:
-        with suppress(ValueError):  # half a line: it was killed while it wrote
-            for line in output:
-                self.messages.put(json.loads(line))
+        for message in json_lines(output):
+            self.messages.put(message)
         self.messages.put(None)
 
 
