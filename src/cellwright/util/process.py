@@ -234,7 +234,7 @@ def send_json(stream: TextIO, message: object) -> None:
 def take_over_standard_streams() -> tuple[BinaryIO, TextIO]:
     """Return stdin and stdout for messages alone; all else reads nothing and writes to stderr from here on.
 
-    A package that prints, or asks at the terminal, would damage the lines of JSON. Stdin has no buffer: whoever reads
+    A package that prints, or asks at the terminal, would damage the lines of JSON. Stdin has no buffer: a reader of
     one line leaves the rest.
     """
     lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
