@@ -10,8 +10,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellwright.recording.plots import charts
-from cellwright.recording.plots.charts import INK, SETTINGS
+from cellwright.recording.plots import bars, curves
+from cellwright.recording.plots.style import INK, SETTINGS
 from cellwright.recording.plots.tracks import PlotData
 from cellwright.util.errors import UsageError, printable
 from cellwright.util.files import write_atomic
@@ -125,21 +125,21 @@ def _panels(data: PlotData, name: str) -> list[_Panel]:
     match name:
         case "score" if data.score is not None and len(data.score.times):
             found = data.score
-            return [_Panel(1.35, lambda axes: charts.draw_score(axes, found, data))]
+            return [_Panel(1.35, lambda axes: curves.draw_score(axes, found, data))]
         case "trays" if data.tray_parts:
-            return [_Panel(0.17 * charts.tray_rows(data) + 0.1, lambda axes: charts.draw_trays(axes, data))]
+            return [_Panel(0.17 * bars.tray_rows(data) + 0.1, lambda axes: bars.draw_trays(axes, data))]
         case "joints":
             return _joints(data)
         case "tool" if any(len(each.times) for each in data.tools):
             tools = [each for each in data.tools if len(each.times)]
             return [
-                _Panel(1.9 if data.collisions else 1.25, lambda axes: charts.draw_height(axes, tools, data.collisions)),
+                _Panel(1.9 if data.collisions else 1.25, lambda axes: curves.draw_height(axes, tools, data.collisions)),
                 _Panel(
-                    _FROM_ABOVE, lambda axes: charts.draw_from_above(axes, tools, data.collisions), is_over_time=False
+                    _FROM_ABOVE, lambda axes: curves.draw_from_above(axes, tools, data.collisions), is_over_time=False
                 ),
             ]
-        case "commands" if charts.command_rows(data):
-            return [_Panel(0.17 * charts.command_rows(data) + 0.1, lambda axes: charts.draw_commands(axes, data))]
+        case "commands" if bars.command_rows(data):
+            return [_Panel(0.17 * bars.command_rows(data) + 0.1, lambda axes: bars.draw_commands(axes, data))]
         case _:
             return []
 
@@ -151,11 +151,11 @@ def _joints(data: PlotData) -> list[_Panel]:
         for group, tracks in data.joints.items()
         for unit in dict.fromkeys(track.unit for track in tracks if len(track.times))
     ]
-    moving = [each for each in groups if any(track.travel >= charts.STILL for track in each[1])] or groups[:1]
+    moving = [each for each in groups if any(track.travel >= curves.STILL for track in each[1])] or groups[:1]
     drawn = []
     for group, tracks in moving:
         is_one = len(tracks) == 1
         title = f"{group}: {tracks[0].name}" if is_one and len(data.joints[group]) > 1 else group
-        draw = partial(charts.draw_joints, group=title, tracks=tracks, collisions=data.collisions)
+        draw = partial(curves.draw_joints, group=title, tracks=tracks, collisions=data.collisions)
         drawn.append(_Panel(0.9 if is_one else 1.7, draw))
     return drawn

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.charts import MAX_PARTS, draw_trays, tray_rows
+from cellwright.recording.plots.bars import MAX_PARTS, draw_trays, tray_rows
 from cellwright.recording.plots.tracks import PlotData, TrackedTrayPart
 from tests.recording.plots.plot_data import AGV_1, AGV_2, cell
 

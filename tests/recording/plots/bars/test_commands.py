@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.charts import MAX_COMMANDS, command_rows, draw_commands
+from cellwright.recording.plots.bars import MAX_COMMANDS, command_rows, draw_commands
 from cellwright.recording.plots.tracks import CommandTrack
 from tests.recording.plots.plot_data import robot
 

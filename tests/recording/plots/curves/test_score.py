@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.charts import draw_score
+from cellwright.recording.plots.curves import draw_score
 from cellwright.recording.plots.tracks import Mark, PlotData, ScoreTrack
 from tests.recording.plots.plot_data import cell
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.recording.plots.charts import thinned
+from cellwright.recording.plots.style import thinned
 
 
 @given(st.integers(1, 4000), st.integers(1, 50), st.integers(0, 2**32 - 1), st.booleans())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.charts import draw_from_above, draw_height
+from cellwright.recording.plots.curves import draw_from_above, draw_height
 from cellwright.recording.plots.tracks import Span, ToolTrack
 
 TIMES = np.linspace(0.0, 10.0, 101)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.charts import SIZE_OF_NAMES, name_at_the_end
+from cellwright.recording.plots.style import SIZE_OF_NAMES, name_at_the_end
 
 
 @pytest.mark.slow

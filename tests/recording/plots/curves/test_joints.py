@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.charts import MAX_JOINTS, draw_joints, joints_to_draw
+from cellwright.recording.plots.curves import MAX_JOINTS, draw_joints, joints_to_draw
 from cellwright.recording.plots.tracks import JointTrack, Span
 
 TIMES = np.linspace(0.0, 10.0, 101)
