@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from cellwright.recording.plots.style import COLOURS, FAINT, SETTINGS
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -18,6 +17,7 @@ from rich.text import Text
 
 from benchmarks.benchmarks import BenchmarkResult, Curve, Figure, OnProgress
 from cellwright.cli.output import progress_bar
+from cellwright.recording.plots.style import COLOURS, FAINT, SETTINGS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as MatplotlibFigure

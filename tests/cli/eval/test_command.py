@@ -7,7 +7,6 @@ import json
 import signal
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,7 +21,6 @@ from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.runner import Running
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.results.folder import other_agents
 from cellwright.running.evaluation.results.summary import Threshold
 from tests.cli.conftest import CommandLine
 from tests.running.evaluation.made_results import CRASHED, LOST, result
@@ -374,10 +372,3 @@ def test_changed_or_mistyped_program_goes_on_in_its_folder(tiny: CommandLine) ->
     for agent in ("programs.py:Deliver", f"{Path.cwd()}/programs.py:Deliver"):
         ran = tiny(*work, agent)
         assert (ran.status, "have a result already" in ran.out) == (0, False)
-
-
-def test_class_folder_is_of_all_its_programs(tmp_path: Path) -> None:
-    runs = [replace(result(), agent=agent) for agent in ("b.py:B", "a.py:A")]
-    assert other_agents(tmp_path, runs, "a.py:A") == ["b.py:B"]
-    assert other_agents(tmp_path, runs, "kitter") == ["a.py:A", "b.py:B"]
-    assert other_agents(tmp_path, [], "kitter") == []

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.evaluation.outputs import tracking
-from cellwright.running.evaluation.outputs.trackers import serve
 from cellwright.running.evaluation.outputs.tracking import TrackerProcess, Tracking, final_metrics, parameters_of
 from cellwright.running.evaluation.results.summary import Repeat, Threshold
 from cellwright.util.errors import UnknownNameError, UsageError
@@ -170,17 +169,6 @@ def test_run_that_the_store_has_lost_is_replaced(local_trackers: Path, tmp_path:
 def test_damaged_file_of_runs_counts_as_none(text: str, tmp_path: Path) -> None:
     (tmp_path / "tracking.json").write_text(text, encoding="utf-8")
     assert Tracking([], tmp_path, PARAMETERS)._stored("1") == {}
-
-
-def test_password_in_address_is_not_printed() -> None:
-    answers: list[dict[str, str]] = []
-
-    class Fails:
-        def __init__(self) -> None:
-            raise OSError("no answer of http://me:secret@host:5000/api\nat all")
-
-    serve(Fails, iter([{"name": "", "group": "", "parameters": {}}]), answers.append)  # type: ignore[arg-type]
-    assert answers == [{"begun": "", "error": "no answer of http://host:5000/api at all"}]
 
 
 def test_variables_of_the_environment_come_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
