@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from cellwright.recording.replay.signals import Signals
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import MessageError, RecordingError, UnknownNameError
+
+Bodies: TypeAlias = str | Sequence[str]
+"""Bodies of a scene: a name, a pattern such as `*_link`, or several of them."""
 
 
 class Stamped(NamedTuple):
@@ -148,12 +151,11 @@ class Recording:
         """
         times: list[float] = []
         columns: list[list[Any]] = [[] for _ in fields]
-        getters = [attrgetter(field) for field in fields]
         for time, _, message in self.messages(topic, start=start, until=until):
             times.append(time)
-            for field, getter, column in zip(fields, getters, columns, strict=True):
+            for field, column in zip(fields, columns, strict=True):
                 try:
-                    column.append(getter(message))
+                    column.append(attrgetter(field)(message))
                 except AttributeError:
                     names = [name for name in getattr(message, "__dataclass_fields__", ()) if not name.startswith("_")]
                     raise UnknownNameError(f"field of {topic}", field, names) from None
@@ -280,12 +282,7 @@ class Recording:
         return tuple(found)
 
     def clearance(
-        self,
-        one: str | Sequence[str],
-        other: str | Sequence[str] | None = None,
-        *,
-        start: float | None = None,
-        until: float | None = None,
+        self, one: Bodies, other: Bodies | None = None, *, start: float | None = None, until: float | None = None
     ) -> Clearance:
         """Return the least distance between two groups of bodies in the recorded frames.
 
@@ -310,23 +307,12 @@ class Recording:
         return found
 
     def contacts(
-        self,
-        one: str | Sequence[str],
-        other: str | Sequence[str] | None = None,
-        *,
-        start: float | None = None,
-        until: float | None = None,
+        self, one: Bodies, other: Bodies | None = None, *, start: float | None = None, until: float | None = None
     ) -> tuple[Contact, ...]:
         """Return the contacts between two groups of bodies in the recorded frames, with `begin` and `end` [s].
 
         A contact that is over within the 40 ms between two frames is not found. Bodies of which the engine ignores
-        contacts, such as neighbouring links, count as others do.
-
-        Args:
-            one: a name, a pattern such as `*_part_*`, or several of them.
-            other: the same; None for all bodies that are not in the first group.
-            start: from this time [s] on.
-            until: before this time [s].
+        contacts, such as neighbouring links, count as others do. Arguments are those of `clearance`.
 
         Raises:
             UnknownNameError: the scene has no such body.
@@ -378,9 +364,7 @@ class Recording:
                 f"frames are 40 ms apart, from {self.begin:g} to {self.end:g} s"
             )
 
-    def _groups(
-        self, one: str | Sequence[str], other: str | Sequence[str] | None
-    ) -> tuple[frozenset[str], frozenset[str]]:
+    def _groups(self, one: Bodies, other: Bodies | None) -> tuple[frozenset[str], frozenset[str]]:
         """Return the names of two groups of bodies."""
         first = self._distances.select(one)
         rest = frozenset(self._distances.names) - first
