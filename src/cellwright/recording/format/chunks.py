@@ -111,6 +111,7 @@ class WriteQueue(Generic[R]):
 
     def take(self) -> Iterator[Messages | R]:
         """Take out what is queued, in order. What is added meanwhile is left for the next call."""
+        # Copied, then deleted: each is atomic, so what another thread adds in between stays behind the head.
         entries = self.entries[:]
         del self.entries[: len(entries)]
         channels, times, contents = entries[0::3], entries[1::3], entries[2::3]
@@ -191,6 +192,7 @@ def _places(heads: NDArray[np.void], places: NDArray[np.int64]) -> Iterator[tupl
     """Return the channels of these messages, each with times and offsets in the chunk of its messages, in order."""
     table = np.empty((len(heads), 2), "<u8")
     table[:, 0], table[:, 1] = heads["log_time"], places
+    # A stable sort: an index lists the messages of its channel as they stand in the chunk.
     order = np.argsort(heads["channel"], kind="stable")
     sorted_channels = heads["channel"][order]
     begins = np.flatnonzero(np.diff(sorted_channels)) + 1

@@ -182,7 +182,8 @@ class McapFile:
         """
         if self._is_deaf:
             return
-        waiting = self._waiting  # inlined: this runs thousands of times a second
+        # inlined: this runs thousands of times a second
+        waiting = self._waiting
         waiting.entries += (channel, time, data)
         waiting.added = added = waiting.added + MESSAGE_OVERHEAD + len(data)
         if added >= self._wake_at:
@@ -235,7 +236,8 @@ class McapFile:
         finally:
             try:
                 os.close(self._file)
-            except OSError as error:  # some file systems report only now that the disk is full
+            except OSError as error:
+                # some file systems report only now that the disk is full
                 self._failure = self._failure or f"{self.path}: may be incomplete: {error.strerror or error}"
 
     def _drain(self) -> None:

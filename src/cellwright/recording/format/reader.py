@@ -312,7 +312,8 @@ def recorded_frames(
     for message in recording.messages([FRAME], start=begin, until=until):
         data = frame_bytes(message.data)
         if before is None and not is_whole_frame(data):
-            continue  # a change whose whole frame is not here
+            # a change whose whole frame is not here
+            continue
         try:
             before = decode_frame(data, before)
         except MessageError as error:

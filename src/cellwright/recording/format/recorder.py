@@ -157,6 +157,7 @@ class Recorder:
 
         def on_message(message: Message) -> None:
             nonlocal newest, data, is_reported
+            # A message that is published again is the same object, and need not be encoded again.
             if message is not newest:
                 try:
                     data = write(message)
@@ -176,7 +177,8 @@ class Recorder:
     def _keep_frame(self, _index: int) -> None:
         self._simulation.refresh()
         frame = self._taker.frame(self._simulation.data, self._simulation.now)
-        if not np.isfinite(frame.poses).all():  # the simulation has become unstable and is about to end
+        # the simulation has become unstable and is about to end
+        if not np.isfinite(frame.poses).all():
             return
         is_whole = self._frames % _WHOLE_FRAMES == 0
         self._frames += 1

@@ -150,7 +150,9 @@ def scan_file(file: BinaryIO) -> Layout:
             break
         place += length
     if layout.chunks and not layout.is_complete:
-        layout.chunks[-1].counts.clear()  # its indexes may be truncated and lack channels
+        # its indexes may be truncated and lack channels
+        layout.chunks[-1].counts.clear()
+    # Some kilobytes can unpack to petabytes. Refused here, before a chunk is unpacked.
     if sum(each.size for each in layout.chunks) > MIN_UNPACKED + MAX_RATIO * size:
         raise RecordingError(f"unpacks to more than {MAX_RATIO} times its size; is this a recording?")
     layout.max_records = MIN_RECORDS + size
@@ -203,7 +205,8 @@ def _count(file: BinaryIO, length: int, layout: Layout) -> None:
 def _describe(opcode: int, fields: _Fields, layout: Layout, schemas: dict[int, str]) -> None:
     if opcode == Opcode.SCHEMA:
         number = fields.read2()
-        schemas[number] = _shown_name(fields.read_prefixed_string())  # the rest is not needed, and may be damaged
+        # the rest is not needed, and may be damaged
+        schemas[number] = _shown_name(fields.read_prefixed_string())
     elif opcode == Opcode.CHANNEL:
         channel = Channel.read(fields)
         layout.topics.pop(channel.id, None)
@@ -240,11 +243,13 @@ def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
 
 def _zstd(data: bytes, place: ChunkPlace) -> bytes:
     """Decompress piece by piece: the size that the data gives for itself is not trusted."""
-    import zstandard  # imported late: the command line starts without it
+    # imported late: the command line starts without it
+    import zstandard
 
     found = bytearray()
     reader = zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data)
     try:
+        # One piece more than the file admits to shows that its size was a lie.
         while len(found) <= place.size and (piece := reader.read(1 << 18)):
             found += piece
     except (zstandard.ZstdError, MemoryError) as fault:

@@ -103,7 +103,8 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.06)
     if across:
-        axes.invert_xaxis()  # y to the left of x, as seen from above
+        # y to the left of x, as seen from above
+        axes.invert_xaxis()
     _legend(axes)
 
 

@@ -98,7 +98,8 @@ def write_figure(figure: Figure, path: Path) -> None:
     kind = path.suffix.lower().removeprefix(".")
     made: dict[str, Any] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph ")  # a character that the font lacks is drawn as a box
+        # a character that the font lacks is drawn as a box
+        warnings.filterwarnings("ignore", "Glyph ")
         figure.savefig(buffer, format=kind, facecolor="white", metadata=made[kind], bbox_inches=_page(figure))
     write_atomic(path, buffer.getvalue())
 

@@ -58,10 +58,12 @@ def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
     """
     low, high = axes.get_ylim()
     box = axes.get_window_extent()
+    # The height of a line in units of the axis: points to pixels, then pixels to the share of the axis.
     min_gap = 1.35 * SIZE_OF_NAMES * axes.figure.dpi / 72.0 / max(box.height, 1.0) * (high - low)
     ordered = sorted(named, key=lambda each: each[1])
     heights = [value for _, value, _ in ordered]
-    for _ in range(200):  # each pushes its neighbours away until all fit
+    # each pushes its neighbours away until all fit
+    for _ in range(200):
         worst = 0.0
         for lower in range(len(heights) - 1):
             short = min_gap - (heights[lower + 1] - heights[lower])
@@ -98,6 +100,7 @@ def thinned(times: Array, values: Array, slices: int = _CURVE_SLICES) -> tuple[A
     is_gap = np.isnan(values)
     kept = [np.array([0, count - 1])]
     bounds = np.append(starts, count)
+    # The least and the largest value of a slice draw the same column of pixels as all of its points.
     for filled, pick in ((np.inf, np.argmin), (-np.inf, np.argmax)):
         whole = np.where(is_gap, filled, values)
         chosen = [low + int(pick(whole[low:high])) for low, high in pairwise(bounds)]
@@ -129,7 +132,8 @@ def label_marks(axes: Axes, marks: Sequence[Mark]) -> None:
         begin = mark.time - needed if is_late else mark.time
         row = next((row for row in range(_LABEL_ROWS) if free[row] <= begin), None)
         if row is None:
-            continue  # it is drawn without its label: no row has room
+            # it is drawn without its label: no row has room
+            continue
         free[row] = begin + needed + 0.01 * width
         axes.annotate(
             mark.label,

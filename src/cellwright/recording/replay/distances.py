@@ -118,6 +118,7 @@ class BodyDistances:
         found: Clearance | None = None
         for frame in frames:
             bounds = self._bounds(frame, pairs)
+            # From the smallest bound on: once a bound reaches the least distance so far, no later pair can be nearer.
             for index in np.argsort(bounds):
                 if bounds[index] >= least:
                     break
@@ -176,6 +177,8 @@ class BodyDistances:
         model, data = self._engine.model, self._engine.data
         turns = data.geom_xmat.reshape(-1, 3, 3)
         centres = data.geom_xpos + np.einsum("nij,nj->ni", turns, model.geom_aabb[:, :3])
+        # Half the extent of a turned box along a world axis is the sum of its own halves times the |cosines| (Arvo,
+        # Graphics Gems, 1990).
         halves = np.einsum("nij,nj->ni", np.abs(turns), model.geom_aabb[:, 3:])
         one, other = pairs.T
         gaps = np.abs(centres[one] - centres[other]) - halves[one] - halves[other]

@@ -238,7 +238,8 @@ def write_mcap(
         if path.exists() and path.samefile(recording.path):
             raise UsageError(f"{path}: is the recording itself; give another file")
         with replacement_path(path) as unfinished:
-            unfinished.touch()  # an error names the requested file, not the unfinished one
+            # an error names the requested file, not the unfinished one
+            unfinished.touch()
             failures: list[str] = []
             with McapFile(unfinished, report=failures.append, types=recording.types) as file:
                 missing = _write(recording, file, span, on_progress)
@@ -260,7 +261,8 @@ def _write(
         if topic.name != FRAME:
             try:
                 channels[topic.name] = file.channel(topic)
-            except CellwrightError as error:  # a type of a package that is not installed
+            except CellwrightError as error:
+                # a type of a package that is not installed
                 missing.append(f"{topic.name} is left out: {error}")
     try:
         scene = decode_scene(recording.scene or b"")
@@ -275,7 +277,8 @@ def _write(
     file.add(file.channel(MARKERS), span.begin, TYPES.to_cdr(markers.message))
     transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), FrameCursor(recording)
     cursor.seek(span.begin - 1)
-    offset = recording.header.clock_offset  # transforms are stamped as the messages are
+    # transforms are stamped as the messages are
+    offset = recording.header.clock_offset
 
     def write_frame(time: int) -> None:
         frame = cursor.frame()

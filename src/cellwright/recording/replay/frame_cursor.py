@@ -43,6 +43,7 @@ class FrameCursor:
             frames = list(self._source.messages((FRAME,), start=start, until=time + 1))
             if start <= self._source.begin or any(is_whole_frame(frame_bytes(each.data)) for each in frames):
                 break
+            # Frames hold changes to the one before, so the search goes back to a whole frame.
             back *= 4
         for each in frames:
             self.take(each)
@@ -54,7 +55,8 @@ class FrameCursor:
         for data in self._waiting:
             try:
                 self._frame = decode_frame(data, self._frame)
-            except MessageError:  # damaged: the frame before stays until the next whole one
+            except MessageError:
+                # damaged: the frame before stays until the next whole one
                 continue
         self._waiting = []
         return self._frame

@@ -340,6 +340,7 @@ class Recording:
         ]
         rows = np.array(found, np.float64).reshape(-1, 5)
         times, steps = rows[:, 0] / NANOSECONDS, np.diff(rows[:, 1:4], axis=0)
+        # Only between two frames that both show the body: one that comes into play has not moved there.
         known = (np.diff(times) > 0) & (rows[1:, 4] > 0) & (rows[:-1, 4] > 0)
         speeds = np.linalg.norm(steps[known], axis=1) / np.diff(times)[known]
         return times[1:][known], speeds

@@ -99,7 +99,8 @@ class Recorded(Device):
             try:
                 publisher = self.bus.advertise(name, topic.type, latch=topic.latch, rate=topic.rate, node=topic.node)
                 self._publishers[name] = publisher, source.types.message(topic.type)
-            except CellwrightError as error:  # a type of another version, or of a package that is not installed
+            except CellwrightError as error:
+                # a type of another version, or of a package that is not installed
                 report(f"{name} cannot be played: {error}")
         if CLOCK not in source.topics:
             self._publish_clock(clock_offset(source))
@@ -134,6 +135,7 @@ class Recorded(Device):
                 newest = self.source.newest(name, now)
                 if newest is None:
                     publisher.newest = None
+                # A viewer that stays connected should not get an unchanged scene or description at each seek.
                 elif publisher.newest is None or newest.data != self._latched[name]:
                     self._publish(publisher, message_class, newest)
         self.cursor.seek(now)
@@ -254,5 +256,6 @@ class Playing:
         self.rate.pause()
         while not loop.stop.is_requested and self.recorded.simulation.now >= self.last:
             loop.tick()
-            if self.recorded.simulation.now > self.last:  # a single step went past the end
+            # a single step went past the end
+            if self.recorded.simulation.now > self.last:
                 self.seek(self.last if self.rate.is_paused else self.first)

@@ -240,7 +240,8 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
     found = [path_inside(folder, name) for name in facts.names("files")]
     if not found:
         raise RecordingError("the recording lacks the files that it was made from; the run cannot be repeated")
-    missing = [each.name for each in found if not os.path.isfile(each)]  # false also for a name that no file can have
+    # false also for a name that no file can have
+    missing = [each.name for each in found if not os.path.isfile(each)]
     if missing:
         raise RecordingError(
             f"the recording lacks {missing[0]:.80}; it was cut short too early for the run to be repeated"

@@ -31,7 +31,8 @@ class RecordingServices:
         scene = self._recorded.source.scene
         try:
             self._bodies = len(decode_scene(scene or b"").bodies)
-        except MessageError:  # the recording is truncated before the scene, or damaged there
+        except MessageError:
+            # the recording is truncated before the scene, or damaged there
             scene, self._bodies = None, 1
         if scene is None:
             scene = encode_scene(Scene(self._recorded.name, ("world",), (), ()))

@@ -189,6 +189,7 @@ def verify(
                         break
                     verdict.hashes += 1
                     verdict.equal_until = now()
+                # Later frames follow from the first that differs, and would tell nothing more.
                 case SceneFrame() if verdict.moved is None:
                     simulation.refresh()
                     here = taker.frame(simulation.data, simulation.now)

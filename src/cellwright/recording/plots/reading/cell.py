@@ -133,6 +133,7 @@ class CompetitionReader:
 
     def _logged(self) -> list[tuple[float, float]]:
         """Return times [s] and points by the log; a run from a checkpoint begins with the points of the topic."""
+        # The log of a run from a checkpoint has no kits from before it; the topic has their points.
         began, before = min(self._samples, default=(0.0, 0.0))
         points = [(self._began, 0.0 if self._kits and began >= self._kits[0][0] else before)]
         for time, total in self._kits:

@@ -18,12 +18,8 @@ def load_plot_data(recording: RecordingFile) -> PlotData:
 
 
 def _cell(recording: RecordingFile) -> PlotData:
-    arm, gripper, path, trays = (
-        ArmStateReader(),
-        GripperReader(),
-        BodyPath(recording.scene, "vacuum_gripper_link"),
-        Trays(),
-    )
+    arm, gripper, trays = ArmStateReader(), GripperReader(), Trays()
+    path = BodyPath(recording.scene, "vacuum_gripper_link")
     competition, commands = CompetitionReader(), CommandReader()
     warning = _read(recording, (arm, gripper, path, trays, competition, commands))
     end = recording.end_time / SECOND

@@ -102,7 +102,8 @@ class SignedChannel:
     def send_at_once(self, kind: str, content: object) -> None:
         """Send a short message that bypasses the buffer; the process is about to end."""
         text = json.dumps({kind: content})
-        is_mine = _sending.acquire(timeout=1.0)  # a fork may have been made while another thread held it
+        # a fork may have been made while another thread held it
+        is_mine = _sending.acquire(timeout=1.0)
         try:
             os.write(self._stream.fileno(), f"{_sign(self._key, text.encode())} {text}\n".encode())
         finally:

@@ -115,7 +115,8 @@ class LocalRunner(Runner):
         try:
             while (self._waiting or self._running) and not self._stopped:
                 over = [each for each in self._running if each.is_over]
-                try:  # the next ones first: ending a process takes 20 ms, in which its processor would have no work
+                # the next ones first: ending a process takes 20 ms, in which its processor would have no work
+                try:
                     while self._waiting and len(self._running) - len(over) < self._workers and self._begin_next():
                         pass
                 finally:
@@ -151,6 +152,7 @@ class LocalRunner(Runner):
         try:
             self._begin(self._waiting[0])
         except OSError as error:
+            # While others run, their end makes room. A machine that starts none at all fails for good.
             self._failed_starts += not self._running
             if error.errno not in _NO_ROOM or self._failed_starts >= self._max_starts:
                 raise
@@ -247,6 +249,7 @@ class LocalRunner(Runner):
             else:
                 return result if result.is_done else replace(result, log=worker.last_lines())
         since = time.monotonic() - (worker.begun or worker.started)
+        # A worker ends itself at its limit too, and may be a moment ahead of the check here.
         if exceeded is None and ending == _SELF_ENDED and since >= self._longest - _CLOCK_TOLERANCE:
             exceeded = Lost.WALL_LIMIT, f"still running after {self._limits.wall:g} s"
         refused = " ".join(worker.refused.split())
@@ -291,6 +294,7 @@ class LocalRunner(Runner):
         """Let a job that the machine has ended run again, next, unless that was its last start."""
         self._starts[job.key] += 1
         if fault.endswith(NO_MEMORY):
+            # The same number of runs would want the same memory again.
             self._workers = max(1, self._workers - 1)
         if self._starts[job.key] < self._max_starts:
             self._options.on_fault(f"{job.name}: {fault}; it starts again")
@@ -311,6 +315,7 @@ class LocalRunner(Runner):
         result = Result.of(job, self._limits, reason=last, **content)
         result.check()
         earned = sum(kit["total"] for order in result.score.get("orders", ()) for kit in order["kits"])
+        # The sum and its parts come from one report, which the program may have forged.
         if abs(earned - result.points) > POINT_TOLERANCE:
             raise ResultError(f"points must be the {earned:g} of its kits (got {result.points:g})")
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):

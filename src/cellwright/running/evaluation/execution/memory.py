@@ -60,7 +60,8 @@ def usage_below(roots: Collection[int]) -> Mapping[int, Usage]:
         own = Usage(int(fields[_RSS]) * page, sum(map(int, fields[_TIMES])) / tick, members=(process,))
         is_held_up: bool | None = None
         above = process
-        for _ in range(len(found)):  # a process that ended meanwhile may have left a circle of reused ids
+        # a process that ended meanwhile may have left a circle of reused ids
+        for _ in range(len(found)):
             if above in total:
                 is_held_up = _has_work(process, fields) if is_held_up is None else is_held_up
                 counted = replace(own, memory=0) if above == process else own
@@ -114,6 +115,7 @@ class OwnTime:
     def take(self, now: float, usage: Usage) -> float:
         """Take the usage at a wall time [s], and return the time up to then."""
         passed, used = now - self._now, max(0.0, usage.processor - self._processor)
+        # Several processors may be used at once: more than the wall time must not count.
         self.value += min(passed, used) if usage.is_held_up else passed
         self._now, self._processor = now, usage.processor
         return self.value

@@ -177,6 +177,7 @@ class WorkerProcess(GuardedProcess):
         if self.result is not None:
             error = self.result.error.strip().rpartition("\n")[2]
             return f"the disk is full: {error}" if error.startswith(_DISK_FULL_TEXTS) else ""
+        # A program that ends itself must not have its run repeated as if the machine had ended it.
         if self.kills_itself or self.refused or self.invalid or ending not in _OUTSIDE:
             return ""
         return f"{ending} {NO_MEMORY if oom_kills() > self._oom_kills else 'from outside'}"
@@ -201,11 +202,13 @@ class WorkerProcess(GuardedProcess):
     def _kill(self) -> None:
         if sys.platform == "win32":
             command = ["taskkill", "/F", "/T", "/PID", str(self.number)]
-            with suppress(OSError):  # without that program, the processes of the agent are left behind
+            # without that program, the processes of the agent are left behind
+            with suppress(OSError):
                 subprocess.run(command, capture_output=True, check=False)  # noqa: S603 (a number)
             self._process.kill()
         else:
-            with suppress(ProcessLookupError, PermissionError):  # no process is left; macOS raises the second
+            # no process is left; macOS raises the second
+            with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.number, signal.SIGKILL)
 
     def _listen(self, output: IO[bytes]) -> None:

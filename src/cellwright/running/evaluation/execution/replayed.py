@@ -59,6 +59,7 @@ def first_difference(reported: Report, played: Report) -> str:
     if abs(reported.points - played.points) > POINT_TOLERANCE:
         return f"its commands alone earn {played.points:g} points, but {reported.points:g} were reported"
     words = {outcome.name.lower() for outcome in _OF_THE_CELL}
+    # How a program ends, such as by a crash, its commands do not show. What the cell decides, they do.
     if reported.outcome != played.outcome and (reported.outcome in words or played.outcome == "unstable"):
         return f"its commands alone end as {played.outcome}, but {reported.outcome} was reported"
     if _kits(reported.score) != _kits(played.score):

@@ -129,6 +129,7 @@ def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
     def progress(cell: Cell) -> None:
         nonlocal shown
         timeline.look()
+        # A program that never starts the competition would otherwise use all of its wall time.
         if cell.competition.state in _BEFORE and cell.simulation.time >= order.start:
             session.stop.limit(cell.simulation.now, "the competition was not started in time")
         now = time.monotonic()
@@ -219,7 +220,8 @@ def main() -> NoReturn:
     if order.memory:
         limit_memory(order.memory)
     if order.over:
-        tempfile.tempdir = sys.argv[2]  # of this process alone: the evaluation removes it, however the run ends
+        # of this process alone: the evaluation removes it, however the run ends
+        tempfile.tempdir = sys.argv[2]
         _hide_memory()
     _report_own_kills(channel)
     channel.send("begun", os.getpid())
@@ -235,7 +237,8 @@ def main() -> NoReturn:
         channel.send("refused", str(error))
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(0)  # does not wait for threads that the agent has left behind
+    # does not wait for threads that the agent has left behind
+    os._exit(0)
 
 
 def _hide_memory() -> None:
@@ -267,7 +270,8 @@ def _report_own_kills(channel: SignedChannel) -> None:
 def _end_with(lifeline: BinaryIO) -> None:
     lifeline.read(1)
     if sys.platform != "win32" and os.getpgrp() == os.getpid():
-        os.killpg(0, signal.SIGKILL)  # with the processes that the agent has started
+        # with the processes that the agent has started
+        os.killpg(0, signal.SIGKILL)
     os._exit(1)
 
 

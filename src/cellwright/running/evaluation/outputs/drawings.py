@@ -18,6 +18,7 @@ def histogram(values: Sequence[float], best: float) -> str:
     counts = [0] * bins
     for value in values:
         counts[min(bins - 1, max(0, round(value / best * (bins - 1)))) if best > 0 else 0] += 1
+    # A bin for each whole number of points as far as a reader can tell them apart.
     top, step = max(counts), width / bins
     bars = []
     for index, count in enumerate(counts):

@@ -122,6 +122,7 @@ def equal_runs(results: Mapping[str, Sequence[Result]]) -> dict[str, dict[str, i
     Only runs with points count: programs that do nothing end alike. A run without variation may be the same for all
     seeds; then it counts once.
     """
+    # A set for each state: two runs of one program in the same state are one hint.
     ended: dict[tuple[str, str], set[str]] = defaultdict(set)
     for agent, own in results.items():
         for each in own:

@@ -98,7 +98,8 @@ class EvaluationSource:
         self._evaluation = evaluation
         self._threshold = threshold
         self._clock = clock
-        self._lock = threading.RLock()  # a browser's click comes in a thread of its own
+        # a browser's click comes in a thread of its own
+        self._lock = threading.RLock()
         self._looked = clock() - _PERIOD
         self._selected = ""
         self._rows: Mapping[str, Row] = {}

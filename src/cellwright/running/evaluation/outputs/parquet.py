@@ -103,6 +103,7 @@ def parquet_table(results: Sequence[Result]) -> bytes:
     import pyarrow
     from pyarrow import parquet
 
+    # The key of a repetition follows from that of its run.
     repetitions = {repeated_key(result.key) for result in results}
     rows = [_row(result, is_repetition=result.key in repetitions) for result in results]
     schema = pyarrow.schema(_fields(COLUMNS), _metadata())
@@ -179,7 +180,8 @@ def _orders(result: Result) -> Iterator[dict[str, Any]]:
     for order in result.score.get("orders", ()):
         name = order["order_id"]
         sums = {"points": order.get("total"), "is_complete": order.get("complete")}
-        own = {"order": name, "announced": None, "completed": None}  # in the score, `announced` is no time
+        # in the score, `announced` is no time
+        own = {"order": name, "announced": None, "completed": None}
         yield {**order, **own, **sums, **times.pop(name, {})}
     yield from times.values()
 

@@ -155,7 +155,8 @@ def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     passed = "not judged"
     if summary.share is not None:
         passed = f"{summary.passed} of {summary.runs}, {range_text(summary.passed_interval, 100.0, ' %')}"
-    name = escape(summary.trial).replace(".", ".<wbr>")  # a long key may go on in the next line
+    # a long key may go on in the next line
+    name = escape(summary.trial).replace(".", ".<wbr>")
     return (
         f"<tr><td><b>{name}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"
         f'{share}<td class="n tight">{passed}</td>'
@@ -182,15 +183,8 @@ def _runs(results: Sequence[Result], threshold: Threshold | None, pictures: Mapp
 
 
 def _head(result: Result, threshold: Threshold | None) -> str:
-    kind = (
-        "fair"
-        if result.is_unjudged
-        else "bad"
-        if not result.is_done
-        else "fair"
-        if shortcoming(result, threshold)
-        else "good"
-    )
+    is_fair = result.is_unjudged or shortcoming(result, threshold)
+    kind = "bad" if not (result.is_done or result.is_unjudged) else "fair" if is_fair else "good"
     meter = (
         f'<div class="meter"><i class="{_grade(result.share)}" style="width:{max(0.0, result.share):.1%}"></i></div>'
     )

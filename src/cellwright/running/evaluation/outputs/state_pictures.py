@@ -35,7 +35,8 @@ def draw_worst(folder: Path, results: Sequence[Result], on_miss: Callable[[str],
         try:
             states[result.key] = read_state(state_file(folder, log_name(result.trial, result.seed, result.key)))
         except StateError:
-            continue  # such as of a run whose process ended at its start
+            # such as of a run whose process ended at its start
+            continue
     if not states:
         return {}
     from cellwright.rendering.worker import RenderWorker  # slow to load

@@ -82,6 +82,7 @@ def _number(text: str) -> float | None:
 def _scale(numbers: Sequence[float]) -> Callable[[float], float]:
     """Return the x [px] of a number; the axis is logarithmic if the numbers are of several orders of magnitude."""
     first, last = numbers[0], numbers[-1]
+    # Two values have no shape to show, and zero has no logarithm.
     is_logarithmic = len(numbers) > 2 and first > 0 and last / first >= _LOGARITHMIC_FROM
     place: Callable[[float], float] = math.log if is_logarithmic else float
     width = place(last) - place(first)

@@ -78,7 +78,8 @@ class MlflowTracker:
     def begin(self, order: RunOrder) -> str:
         """Begin or continue a run."""
         self._run = self._known(order.run) or self._new(order)
-        if not self._has_timeout:  # a file takes longer than a question
+        # a file takes longer than a question
+        if not self._has_timeout:
             del os.environ["MLFLOW_HTTP_REQUEST_TIMEOUT"]
         return self._run
 
@@ -229,7 +230,8 @@ def serve(tracker_class: type[Tracker], messages: Any, answer: Any) -> None:
             answer({"error": _words(error)})
         if "status" in message:
             return
-    tracker.end({}, step, (), "interrupted")  # the evaluation is gone, and has written no files
+    # the evaluation is gone, and has written no files
+    tracker.end({}, step, (), "interrupted")
 
 
 def _words(error: Exception) -> str:

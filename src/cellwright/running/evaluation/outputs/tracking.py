@@ -108,6 +108,7 @@ def _with_ends(name: str, value: float, interval: Interval | None) -> dict[str, 
 
 def _prefixes(trials: Iterable[str]) -> list[str]:
     """Return a different prefix for each trial, of letters, digits and underscores."""
+    # Both trackers sort metrics into groups by what stands before the slash.
     taken = list(_RESERVED)
     for trial in trials:
         letters = re.sub(r"\W", "_", trial, flags=re.ASCII)

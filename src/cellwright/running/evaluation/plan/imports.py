@@ -74,7 +74,8 @@ def _imports(node: ast.AST, file: Path, folders: Sequence[Path], package: str) -
     if package and places is folders:
         modules = [name for name in modules if name.partition(".")[0] == package]
     files = [found for name in modules for found in module_files(name, places)]
-    if any(name.endswith(".*") for name in modules):  # a package may list its modules in __all__
+    # a package may list its modules in __all__
+    if any(name.endswith(".*") for name in modules):
         files += [each for found in files if found.name == "__init__.py" for each in found.parent.glob("*.py")]
     return files
 
@@ -86,6 +87,7 @@ def _is_dynamic(node: ast.AST) -> bool:
         case ast.Attribute(ast.Name("sys"), "path"):
             return True
         case ast.Attribute(_, name):
-            return name in _DYNAMIC - {"exec"}  # a method of this name is another one
+            # a method of this name is another one
+            return name in _DYNAMIC - {"exec"}
         case _:
             return False

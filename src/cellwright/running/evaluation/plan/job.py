@@ -144,6 +144,7 @@ def key_facts(trial: EvaluatedTrial, program: str) -> dict[str, Any]:
         OSError: a file of the trial cannot be read.
     """
     texts = [*(file.read_bytes() for file in trial.files), trial.models.encode()]
+    # Whatever can change a result is part of its key, so that a result on disk is taken up only if it would come again.
     facts = {
         "trial": [hashlib.sha256(text).hexdigest() for text in texts],
         "agent": program,
@@ -174,6 +175,7 @@ def models_digest(trial: Trial) -> str:
     named = [shape.mesh for model in models for shape in model.shapes] + [model.mjcf for model in models]
     files = [file for file in named if file is not None]
     text = repr((trial.part_models, trial.furniture))
+    # Machines may have the files in other folders: names and contents count, not paths.
     for file in files:
         text = text.replace(repr(file), repr(file.name))
     digest = hashlib.sha256(text.encode())
@@ -199,12 +201,14 @@ def _sources(place: str) -> list[Path]:
         return _program([file], file.parent, file.parent.glob("*.py"))
     top = place.partition(".")[0]
     if not top.isidentifier():
-        return []  # no such module; the check of the agent reports it
+        # no such module; the check of the agent reports it
+        return []
     if top == Path(FOLDER).name:
         return []  # the digest of Cellwright covers it
     here = Path.cwd()
     local = Path(f"{top}.py")
-    if local.is_file():  # modules are found in the working folder
+    # modules are found in the working folder
+    if local.is_file():
         return _program(module_files(place, [here]), here, local.resolve().parent.glob("*.py"))
     spec = None if Path(top).is_dir() else importlib.util.find_spec(top)
     if spec is None or spec.origin is None:
@@ -230,7 +234,8 @@ def _cellwright_digest() -> str:
 
 def _sources_digest(files: Iterable[Path]) -> str:
     digest = hashlib.sha256()
-    for file in filter(Path.is_file, files):  # an editor's lock is a link without a target
+    # an editor's lock is a link without a target
+    for file in filter(Path.is_file, files):
         digest.update(f"{file.name}\0".encode())
         digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()

@@ -96,6 +96,7 @@ def check_effect(sweeps: Sequence[Sweep], trials: Sequence[Trial]) -> None:
     compared = list(map(_compared, trials))
     for number, sweep in enumerate(sweeps):
         first: dict[tuple[str, ...], Trial] = {}
+        # A key has no effect if all trials that differ in it alone are equal.
         others = [(*values[:number], *values[number + 1 :]) for values in combinations]
         if len(sweep.values) > 1 and all(
             first.setdefault(other, trial) == trial for other, trial in zip(others, compared, strict=True)

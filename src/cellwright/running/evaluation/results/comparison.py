@@ -139,6 +139,7 @@ class Comparison:
         fixed: list[float] = []
         for group in self._groups().values():
             values = [(value(pair.before), value(pair.after)) for pair in group]
+            # Such pairs are facts and no sample. As a sample they would hide the spread of the others.
             if _is_exact(group) or all(before == after for before, after in values):
                 fixed += [after - before for before, after in values]
             else:
@@ -275,7 +276,8 @@ def read_evaluation(path: Path) -> list[Result]:
     except (TypeError, ValueError, KeyError) as error:
         raise UsageError(f"{file}: not a summary of an evaluation; give the folder of an evaluation") from error
     for entry in entries:
-        for judgement in ("passed", "shortcoming"):  # they depend on the options of the evaluation
+        # they depend on the options of the evaluation
+        for judgement in ("passed", "shortcoming"):
             entry.pop(judgement, None)
     try:
         return [Result.from_json(entry) for entry in entries]

@@ -70,8 +70,10 @@ def other_agents(folder: Path, results: Iterable[Result], agent: str) -> list[st
     It is of the program of the folder's plan, or of all that have results if that one has none: a plan is written
     before its program is checked.
     """
+    # A second program in a folder would mix its results with those of the first.
     known = {result.agent for result in results}
-    with suppress(UsageError, OSError):  # a class has no plan, and a damaged one is written again
+    # a class has no plan, and a damaged one is written again
+    with suppress(UsageError, OSError):
         planned = str(read_plan(folder)["agent"])
         known = {planned} if planned in known else known
     return sorted(each for each in known if _program_of(each) != _program_of(agent))
@@ -100,7 +102,9 @@ def read_regular(path: Path) -> bytes:
 
 def refuse_device(path: Path) -> None:
     """Refuse a file that is a link or no regular file (`UsageError`); one that does not exist is none of both."""
-    if path.is_symlink():  # the program of a run may have put it there
+    # the program of a run may have put it there
+    if path.is_symlink():
         raise UsageError(f"{path}: it is a link, not a regular file; use another folder")
-    if path.exists() and not path.is_file():  # a device may be read without end
+    # a device may be read without end
+    if path.exists() and not path.is_file():
         raise UsageError(f"{path}: not a regular file; use another folder")

@@ -97,7 +97,8 @@ class ResultsReader:
             self.is_read = True
             return False
         *lines, _half = content.split(b"\n")
-        for line in lines or [content[:-1]]:  # no result is as long as a chunk
+        # no result is as long as a chunk
+        for line in lines or [content[:-1]]:
             self._take(line)
         self.is_read = self._begin + len(content) - whole >= state.st_size
         return True

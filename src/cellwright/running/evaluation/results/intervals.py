@@ -70,12 +70,14 @@ def score_interval(groups: Sequence[Sequence[float]], maximum: float) -> Interva
     if squared_error <= (1e-9 * maximum) ** 2:
         equal = _wilson(1.0, count, _NORMAL)[0]
         return mean * equal, mean * equal + maximum * (1.0 - equal)
+    # n runs that earn all or nothing have the squared error p (1 - p) / n. Solved for n, with the error that was seen.
     equivalent = max(count, share * (1.0 - share) * maximum**2 / squared_error)
     low, high = _wilson(share, equivalent, student_quantile(freedom))
     return low * maximum, high * maximum
 
 
 def _wilson(rate: float, count: float, quantile: float) -> Interval:
+    # E. B. Wilson, Probable Inference, the Law of Succession, and Statistical Inference, JASA 22 (1927).
     squared = quantile**2 / count
     centre = (rate + squared / 2.0) / (1.0 + squared)
     half = math.sqrt(rate * (1.0 - rate) * squared + squared**2 / 4.0) / (1.0 + squared)
@@ -93,6 +95,8 @@ def _mean(groups: Sequence[Sequence[float]]) -> float:
 def _error(groups: Sequence[Sequence[float]]) -> tuple[float, float]:
     """Return the squared standard error of the mean of all values, and its degrees of freedom."""
     count = sum(map(len, groups))
+    # The variance of each stratum weighs with the square of its share. Degrees of freedom: B. L. Welch, Biometrika 34
+    # (1947).
     terms = [(float(np.var(group, ddof=1)) * len(group) / count**2, len(group) - 1) for group in groups]
     total = sum(term for term, _ in terms)
     if total <= 0.0:

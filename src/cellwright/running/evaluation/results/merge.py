@@ -73,6 +73,7 @@ def merge(folders: Sequence[Path], out: Path) -> Merged:
             for key, result in results.items():
                 if result.counts_under(plan["limits"]):
                     found.setdefault(key, []).append((folder, result))
+        # In the order of the plan, so that merged results do not depend on which shard was first.
         first = {run["key"]: found[run["key"]][0] for run in plan["runs"] if run["key"] in found}
         for folder, result in first.values():
             _copy_files(folder, out, log_name(result.trial, result.seed, result.key))
@@ -130,7 +131,8 @@ def run_files(folder: Path, name: str) -> list[Path]:
     if state.is_symlink():
         files.append(state)  # readers refuse it
     elif state.is_file():
-        with suppress(OSError, ValueError, UsageError):  # the run counts without its last state
+        # the run counts without its last state
+        with suppress(OSError, ValueError, UsageError):
             files += [scene_file_of(state), state]
     return [file for file in files if os.path.lexists(file)]
 

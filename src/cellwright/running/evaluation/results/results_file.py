@@ -185,13 +185,15 @@ def _parse(content: bytes, path: Path) -> _Parsed:
     results: dict[str, Result] = {}
     faults: dict[int, str] = {}
     keys: dict[int, str] = {}
-    *lines, cut_short = content.split(b"\n")  # the process was killed while it wrote the last
+    # the process was killed while it wrote the last
+    *lines, cut_short = content.split(b"\n")
     for number, line in enumerate(lines, start=1):
         try:
             result = Result.from_line(line)
         except ResultError as error:
             faults[number], keys[number] = str(error), _key_of(line)
-            results.pop(keys[number], None)  # the run's newest line is damaged, so an older one does not count
+            # the run's newest line is damaged, so an older one does not count
+            results.pop(keys[number], None)
         else:
             results.pop(result.key, None)
             results[result.key] = result
@@ -223,11 +225,13 @@ def _lock(descriptor: int) -> bool:
             import msvcrt
 
             before = os.lseek(descriptor, 0, os.SEEK_CUR)
-            os.lseek(descriptor, 0x7FFF0000, os.SEEK_SET)  # far behind the end: a locked byte could not be read
+            # far behind the end: a locked byte could not be read
+            os.lseek(descriptor, 0x7FFF0000, os.SEEK_SET)
             try:
                 msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
             finally:
-                os.lseek(descriptor, before, os.SEEK_SET)  # where readers and writers expect to be
+                # where readers and writers expect to be
+                os.lseek(descriptor, before, os.SEEK_SET)
         else:
             import fcntl
 

@@ -34,6 +34,7 @@ def unsealed(line: bytes) -> bytes:
     Raises:
         SealError: the line was changed, or sealed with another key.
     """
+    # The seal stands at a fixed place, so that a line need not be parsed before it is believed.
     text, end = line[:-_LENGTH] + b"}", line[-_LENGTH:]
     if not (end.startswith(_BEFORE) and end.endswith(_AFTER)):
         raise SealError("it has no seal: Cellwright has not written it so")

@@ -68,10 +68,12 @@ class StateReporter:
         waits, seen = threading.Event(), -1
         while not waits.wait(_PERIOD):
             now = self._cell.simulation.now
+            # Unchanged since the last look, and not sent yet: the run hangs.
             if now == seen != self._sent:
                 try:
                     self._send_frame()
-                except (OSError, ValueError, IndexError):  # the evaluation has ended, or the cell grows just now
+                except (OSError, ValueError, IndexError):
+                    # the evaluation has ended, or the cell grows just now
                     continue
             seen = now
 

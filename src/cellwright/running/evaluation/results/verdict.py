@@ -96,6 +96,7 @@ def more_pairs(sampled: Sequence[tuple[float, float]], fixed: Sequence[float], m
         like_those = pairs[((np.arange(wanted) + 0.5) * count / wanted).astype(int)]
         return _judge(like_those, known, shift)[0] is not Verdict.INCONCLUSIVE
 
+    # Doubled until it is enough, then halved to a sixteenth: each try costs all sums.
     few, enough = count, 2 * count
     while not is_enough(enough):
         few, enough = enough, 2 * enough
@@ -128,6 +129,7 @@ def _judge(pairs: Values, known: float, shift: float) -> tuple[Verdict, float]:
     differences = after + shift - before
     if loss_chance(after + known, before) <= LEVEL:
         return Verdict.BETTER, chance
+    # A rare large loss may be missing among few pairs. So the worst one is taken for more frequent than it was.
     twice = np.append(differences, differences.min())
     gain = max(flip_chance(-differences), flip_chance(-twice))
     is_shown = gain <= LEVEL or bool((differences >= -_TINY).all())
@@ -168,6 +170,7 @@ def _binned_chance(sizes: Values, total: float) -> float:
         chances[middle - reach - step : middle + reach - step + 1] += inner / 2.0
         chances[middle - reach + step : middle + reach + step + 1] += inner / 2.0
         reach += step
+    # Each size is rounded by half a bin at most, and n such errors add up to about sqrt(n / 12) bins.
     last = math.floor(total / bin_size + math.sqrt(len(sizes)))  # equal sums count, whatever the rounding
     return min(1.0, float(chances[: max(0, middle + last + 1)].sum()))
 

@@ -128,6 +128,7 @@ class _Tasks:
     def _start(self, order: Mapping[str, Any]) -> None:
         key = order["key"]
         self._refs[key] = self._task.remote(order)
+        # Ray calls back in a thread of its own. The queue brings the end of a task to the one thread that writes.
         future = self._refs[key].future()
         future.add_done_callback(lambda done: self._events.put(lambda: self._end(key, done)))
 
@@ -142,7 +143,8 @@ class _Tasks:
             for name, file in content.pop("files", {}).items():
                 path = self._folder / name
                 path.parent.mkdir(exist_ok=True)
-                write_atomic(path, file)  # a page may read the scene of another run
+                # a page may read the scene of another run
+                write_atomic(path, file)
         except OSError as error:
             content["failure"] = f"{error.filename or self._folder}: {error.strerror or error}"
         except exceptions.RuntimeEnvSetupError as error:

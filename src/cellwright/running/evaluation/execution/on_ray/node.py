@@ -86,6 +86,7 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         return {"failure": str(error)}
     protection = {"over": order["over"], "verify": order["verify"]}
     job = make_jobs([trial], agent, [order["seed"]], vary=order["vary"], **protection)[0]
+    # An order may be that of a repetition, which differs by its key alone.
     if job.key != order["key"]:
         job = repeated(job)
     if job.key != order["key"]:
@@ -98,7 +99,8 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
             path.relative_to(folder).as_posix(): _content(folder, path) for path in run_files(folder, job.log_name)
         }
         if result.outcome in (Lost.DIED, Lost.REFUSED) and (problem := evaluation.check_agent(agent)):
-            return {"failure": problem}  # this node lacks a package that another one has
+            # this node lacks a package that another one has
+            return {"failure": problem}
     return {"result": result.as_json(), "files": files}
 
 

@@ -138,7 +138,8 @@ class RayRunner(Runner):
         end = time.monotonic() + _CONNECT_TIMEOUT
         while not (answer := self._receive(_PERIOD)) and not self.failure:
             if time.monotonic() > end:
-                self._driver.end(0.0)  # it does not read its stdin yet
+                # it does not read its stdin yet
+                self._driver.end(0.0)
                 return f"no answer within {_CONNECT_TIMEOUT:g} s; see {self._driver.log}, and start Ray there"
         return str(answer.get("refused", ""))
 
@@ -230,7 +231,8 @@ class _Driver(ChildProcess):
         """End it, and with it the Ray that it has started, if it was `local`."""
         super().end(timeout)
         if os.name == "posix":
-            with suppress(ProcessLookupError, PermissionError):  # nothing is left; macOS raises the second
+            # nothing is left; macOS raises the second
+            with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
 
     def _listen(self, output: IO[bytes]) -> None:
