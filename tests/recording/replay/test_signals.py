@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import Bool, String
 from cellwright.recording.format import format as names
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
@@ -25,8 +25,8 @@ def test_texts_and_booleans_are_signals_until_they_change(tmp_path: Path) -> Non
         file.describe(names.METADATA, RecordingHeader("cell", "small").metadata())
         state_channel, light_channel = file.channel(state), file.channel(light)
         for number, word in enumerate(words):
-            file.add(state_channel, number * SECOND, to_cdr(String(data=word)))
-            file.add(light_channel, number * SECOND, to_cdr(Bool(data=number == 1)))
+            file.add(state_channel, number * SECOND, TYPES.to_cdr(String(data=word)))
+            file.add(light_channel, number * SECOND, TYPES.to_cdr(Bool(data=number == 1)))
     with RecordingFile(tmp_path / "a.mcap") as recording:
         signals = Signals(recording)
         assert signals.names() == ("agv1 delivering", "agv1 ready to deliver", "lamp on")

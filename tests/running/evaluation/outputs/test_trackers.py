@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cellwright.running.evaluation.outputs.trackers import RunOrder, Status, serve
 
-ORDER = {"name": "", "group": "", "parameters": {}}
+ORDER: dict[str, Any] = {"name": "", "group": "", "parameters": {}}
 
 
 class Listed:
@@ -44,7 +45,7 @@ def test_password_in_address_is_not_printed() -> None:
 @pytest.mark.parametrize("has_end", [True, False])
 def test_failed_update_costs_no_other_and_a_lost_evaluation_is_an_interruption(has_end: bool) -> None:
     answers: list[dict[str, str]] = []
-    messages: list[dict[str, object]] = [ORDER, *({"metrics": {"a": 1.0}, "step": step} for step in (1, 2, 3))]
+    messages: list[dict[str, Any]] = [ORDER, *({"metrics": {"a": 1.0}, "step": step} for step in (1, 2, 3))]
     if has_end:
         messages.append({"metrics": {"b": 2.0}, "step": 4, "files": ["report.html"], "status": "finished"})
     serve(Listed, iter(messages), answers.append)
