@@ -20,7 +20,7 @@ from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.execution.process import usable_processors
 from cellwright.running.evaluation.execution.runner import Runner, RunnerOptions, Running
 from cellwright.running.evaluation.outputs.tracking import Tracking, parameters_of
-from cellwright.running.evaluation.plan.job import Job, log_name, make_jobs, repeated
+from cellwright.running.evaluation.plan.job import Job, make_jobs, repeated
 from cellwright.running.evaluation.results.folder import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
@@ -160,7 +160,7 @@ def _drop_recording(reports: Reports, result: Result) -> None:
     """Remove the recording of a run that passed."""
     if shortcoming(result, reports.threshold):
         return
-    file = (reports.out / RECORDINGS / log_name(result.trial, result.seed, result.key)).with_suffix(".mcap")
+    file = (reports.out / RECORDINGS / result.log_name).with_suffix(".mcap")
     try:
         file.unlink(missing_ok=True)
     except OSError as error:

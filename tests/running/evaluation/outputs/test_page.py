@@ -12,7 +12,6 @@ from cellwright.cell.cell import Cell
 from cellwright.rendering.scene.scene import decode_frame, decode_scene
 from cellwright.running.evaluation.outputs import page as pages
 from cellwright.running.evaluation.outputs.page import EvaluationSource
-from cellwright.running.evaluation.plan.job import log_name
 from cellwright.running.evaluation.results.follow import FollowedEvaluation
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.state import LIVE_NAME, StateReporter, state_file, write_state
@@ -55,7 +54,7 @@ class Watched:
         """Write the state of a run, or that of one in progress; return its time [ns]."""
         self._cell.simulation.step()
         self._reporter.report()
-        log = "" if each is None else log_name(each.trial, each.seed, each.key)
+        log = "" if each is None else each.log_name
         states = self.folder.path / "states"
         file = states / LIVE_NAME if each is None else state_file(self.folder.path, log)
         write_state(file, name, self._sent.scene, self._sent.frames[-1])

@@ -10,7 +10,6 @@ from cellwright.cell.cell import Cell
 from cellwright.rendering.backend import BACKEND, RAYS
 from cellwright.running.evaluation.outputs import state_pictures
 from cellwright.running.evaluation.outputs.state_pictures import MAX_PICTURES, draw_worst
-from cellwright.running.evaluation.plan.job import log_name
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.state import StateReporter, state_file, write_state
 from tests.rendering.test_png import decode
@@ -24,9 +23,7 @@ def with_state(results: list[Result], folder: Path) -> list[Result]:
     sent = Sent()
     StateReporter(Cell(KITTING), sent)
     for each in results:
-        write_state(
-            state_file(folder, log_name(each.trial, each.seed, each.key)), each.name, sent.scene, sent.frames[0]
-        )
+        write_state(state_file(folder, each.log_name), each.name, sent.scene, sent.frames[0])
     return results
 
 

@@ -11,7 +11,7 @@ from cellwright.cell.cell import Cell
 from cellwright.rendering.scene.scene import decode_frame, encode_scene
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.runner import RunnerOptions
-from cellwright.running.evaluation.plan.job import RunLimits, log_name
+from cellwright.running.evaluation.plan.job import RunLimits
 from cellwright.running.evaluation.results.folder import plan_of, plan_text
 from cellwright.running.evaluation.results.merge import merge
 from cellwright.running.evaluation.results.result import Result
@@ -50,7 +50,7 @@ def time_of(frame: str) -> int:
 
 
 def file_of(result: Result, folder: Path) -> Path:
-    return state_file(folder, log_name(result.trial, result.seed, result.key))
+    return state_file(folder, result.log_name)
 
 
 def test_state_is_read_as_written(tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ import viser
 
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import encode_scene
-from cellwright.running.evaluation.plan.job import log_name
 from cellwright.running.evaluation.results.follow import FollowedEvaluation, Row, event_lines, log_of, whole_result
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.state import (
@@ -252,7 +251,7 @@ class EvaluationSource:
         self._shown = row.result.key, row.number
         result = row.result
         try:
-            state = read_state(state_file(row.folder, log_name(result.trial, result.seed, result.key)))
+            state = read_state(state_file(row.folder, result.log_name))
         except StateError as error:
             self._picture = f"{_word(result.name)}: {_text(str(error))}"
             self._set(*_NOWHERE, None)

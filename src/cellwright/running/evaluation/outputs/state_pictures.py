@@ -6,7 +6,6 @@ from pathlib import Path
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.picture import PictureRequest, encode_png
-from cellwright.running.evaluation.plan.job import log_name
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.state import State, StateError, loses_points, read_state, state_file
 from cellwright.running.evaluation.results.summary import worst_first
@@ -33,7 +32,7 @@ def draw_worst(folder: Path, results: Sequence[Result], on_miss: Callable[[str],
     states: dict[str, State] = {}
     for result in worst_first(filter(loses_points, results))[:MAX_PICTURES]:
         try:
-            states[result.key] = read_state(state_file(folder, log_name(result.trial, result.seed, result.key)))
+            states[result.key] = read_state(state_file(folder, result.log_name))
         except StateError:
             # such as of a run whose process ended at its start
             continue

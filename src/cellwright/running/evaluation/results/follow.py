@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cellwright.running.evaluation.plan.job import log_name, repeated_key
+from cellwright.running.evaluation.plan.job import repeated_key
 from cellwright.running.evaluation.results.folder import LOGS, PLAN_NAME, RESULTS_NAME, read_plan
 from cellwright.running.evaluation.results.measures import parts
 from cellwright.running.evaluation.results.result import Result, ResultError
@@ -266,7 +266,7 @@ def whole_result(row: Row) -> Result:
 def log_of(row: Row, suffix: str) -> list[str]:
     """Return the last whole lines of a log of a run, such as `.log` or `.jsonl`; none if it cannot be read."""
     result = row.result
-    name = Path(log_name(result.trial, result.seed, result.key)).with_suffix(suffix)
+    name = Path(result.log_name).with_suffix(suffix)
     try:
         with open_below(row.folder, LOGS / name) as file:
             size = file.seek(0, os.SEEK_END)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cellwright.running.evaluation.plan.job import log_name
 from cellwright.running.evaluation.results.folder import (
     LOGS,
     PLAN_FORM,
@@ -76,7 +75,7 @@ def merge(folders: Sequence[Path], out: Path) -> Merged:
         # In the order of the plan, so that merged results do not depend on which shard was first.
         first = {run["key"]: found[run["key"]][0] for run in plan["runs"] if run["key"] in found}
         for folder, result in first.values():
-            _copy_files(folder, out, log_name(result.trial, result.seed, result.key))
+            _copy_files(folder, out, result.log_name)
         store.append(*(result for folder, result in first.values() if store.results.get(result.key) != result))
     return Merged(
         [result for _, result in first.values()],

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from typing import Any
 
-from cellwright.running.evaluation.plan.job import Job, RunLimits
+from cellwright.running.evaluation.plan.job import Job, RunLimits, log_name
 from cellwright.running.evaluation.results.form import Each, Maybe, find_misfit
 from cellwright.running.evaluation.results.seal import SealError, sealed, unsealed
 from cellwright.running.run import Outcome
@@ -150,6 +150,11 @@ class Result:
     def name(self) -> str:
         """Name of the run for people."""
         return f"{self.trial} seed {self.seed}"
+
+    @property
+    def log_name(self) -> str:
+        """Name of the file for its output, as of its job."""
+        return log_name(self.trial, self.seed, self.key)
 
     @property
     def is_done(self) -> bool:
