@@ -45,7 +45,7 @@ class EditsResults(Honest):
     def run(self, client):
         from dataclasses import replace
 
-        from cellwright.running.evaluation.results.result import read_results
+        from cellwright.running.evaluation.results.results_file import read_results
 
         super().run(client)
         edited = [replace(each, points=6.0) for each in read_results(Path("out")).values()]
