@@ -6,9 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from cellwright.rendering import engine_renderer
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.scene import Scene, SceneShape, ShapeLayer, ShapeType
+from cellwright.rendering.shading import LINE, TILE, background, to_screen
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.rendering.scenes_of_shapes import AT_HOME, ball_at, skip_without_opengl
@@ -87,3 +89,25 @@ def test_more_samples_smooth_edges_and_shadows(worker: RenderWorker) -> None:
     )
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > len(np.unique(rough.reshape(-1, 3), axis=0))
     assert np.abs(rough.astype(int) - smooth).mean() < 4
+
+
+def test_sky_on_a_cube_is_the_background_of_each_direction() -> None:
+    sky = engine_renderer._sky()
+    side = sky.shape[1]
+    assert sky.shape == (6 * side, side, 3)
+    row, column = 5, 20
+    x, up = (column + 0.5) / side * 2 - 1, 1 - (row + 0.5) / side * 2
+    height = up / math.sqrt(1 + x * x + up * up)
+    expected = to_screen(background(np.array([[0.0, 0.0, height]])))[0]
+    for face in (0, 1, 4, 5):
+        assert sky[face * side + row, column].tolist() == expected.tolist()
+    above, below = sky[2 * side : 3 * side], sky[3 * side : 4 * side]
+    assert not np.array_equal(above, below)
+
+
+def test_tile_has_lines_of_their_width_through_its_middle() -> None:
+    tile = engine_renderer._tile()
+    side = len(tile)
+    is_line = (tile[0] != 255).any(axis=1)
+    assert is_line.sum() / side == pytest.approx(LINE / TILE, abs=2 / side)
+    assert np.flatnonzero(is_line).mean() == pytest.approx(side / 2, abs=1)

@@ -11,7 +11,8 @@ import pytest
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import CastRenderer, PictureRequest
-from cellwright.rendering.worker import RenderingError, RenderWorker
+from cellwright.rendering.worker import RenderingError
+from cellwright.rendering.worker.client import RenderWorker
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
 from tests.support.quick_children import QUICK_DRAWING
 from tests.support.waiting import TIMEOUT

@@ -5,7 +5,11 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from cellwright.rendering.scene import Scene
+import numpy as np
+
+from cellwright.rendering.scene import Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
+from cellwright.util.pose import Pose
+from cellwright.viewer.web.page import Feature
 
 
 class Handle:
@@ -80,3 +84,45 @@ class FakePage:
     def _add(self, name: str, **properties: Any) -> Any:
         self.nodes[name] = Handle(self.nodes, name, **properties)
         return self.nodes[name]
+
+
+RED = (1.0, 0.0, 0.0, 1.0)
+
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+
+
+def box(body: int, layer: ShapeLayer = ShapeLayer.BOTH, half: float = 0.1) -> SceneShape:
+    return SceneShape(body, ShapeType.BOX, (half, half, half), Pose(), RED, layer)
+
+
+ALIKE = Scene(
+    "alike",
+    ("world", "arm/hand", "bin1|gear_1", "bin1|gear_2", "bin1|gear_3", "bin1|gear_4", "touched looks"),
+    (
+        SceneShape(0, ShapeType.PLANE, (5.0, 5.0, 0.1), Pose(), RED, ShapeLayer.LOOKS),
+        box(0),
+        box(1, ShapeLayer.LOOKS, 0.2),
+        box(1, ShapeLayer.TOUCH, 0.3),
+        *(box(body, ShapeLayer.BOTH, 0.02) for body in (2, 3, 4, 5)),
+        box(6, ShapeLayer.LOOKS, 0.4),
+    ),
+    (),
+)
+
+
+def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> SceneFrame:
+    """Frame with bodies by number (`b2=0.5`) at a distance along x; all others at the origin."""
+    poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (len(ALIKE.bodies), 1))
+    for name, x in places.items():
+        poses[int(name[1:]), 0] = x
+    shown = np.ones(len(poses), np.bool_)
+    shown[list(hidden)] = False
+    return SceneFrame(time, poses, shown)
+
+
+def page_with(feature: Feature, **about: Any) -> FakePage:
+    page = FakePage(ALIKE, **about)
+    feature.page = page  # type: ignore[assignment]
+    feature.on_scene(ALIKE)
+    return page

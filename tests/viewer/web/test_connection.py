@@ -19,7 +19,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
-from cellwright.viewer.web.connection import AwayError, ServerConnection, StatePoller
+from cellwright.viewer.web.connection import AwayError, NewFrame, NewScene, ServerConnection, StatePoller
 from tests.robot.robots import two_arms
 from tests.support.cells import KITTING
 from tests.support.waiting import TIMEOUT, wait_until
@@ -115,14 +115,14 @@ def test_poller_gets_scene_once_and_frames_after_it() -> None:
         poller = StatePoller(ServerConnection(server.address), lambda: {"contacts": True})
         poller.is_watched = True
         poller.start()
-        scene, about = poller.found.get(timeout=TIMEOUT)
-        assert isinstance(scene, Scene)
-        assert about["kind"] == "cell"
+        scene = poller.results.get(timeout=TIMEOUT)
+        assert isinstance(scene, NewScene)
+        assert scene.about["kind"] == "cell"
         for _ in range(3):
-            wall, frame, answer = poller.found.get(timeout=TIMEOUT)
-            assert isinstance(frame, SceneFrame)
-            assert "contacts" in answer
-            assert wall > 0
+            frame = poller.results.get(timeout=TIMEOUT)
+            assert isinstance(frame, NewFrame)
+            assert "contacts" in frame.answer
+            assert frame.wall > 0
         poller.close()
 
 
@@ -173,7 +173,7 @@ def test_poller_takes_invalid_answers_as_disconnect(answer: Any) -> None:
         server.offer("cellwright/frame", lambda _request: answer)
         poller = StatePoller(ServerConnection(server.address), dict)
         poller.start()
-        found = poller.found.get(timeout=TIMEOUT)
+        found = poller.results.get(timeout=TIMEOUT)
         assert isinstance(found, CellwrightError)
         poller.close()
 
@@ -198,15 +198,14 @@ def test_poller_drops_frames_of_another_scene_and_invalid_runs() -> None:
             server.offer("cellwright/frame", partial(answered, wrong))
             poller = StatePoller(ServerConnection(server.address), dict)
             poller.start()
-            scene, _about = poller.found.get(timeout=TIMEOUT)
-            assert isinstance(scene, Scene)
-            assert isinstance(poller.found.get(timeout=TIMEOUT), AwayError), wrong
+            assert isinstance(poller.results.get(timeout=TIMEOUT), NewScene)
+            assert isinstance(poller.results.get(timeout=TIMEOUT), AwayError), wrong
             server.offer("cellwright/frame", services.frame)
             poller.wake()
-            found = poller.found.get(timeout=TIMEOUT)
+            found = poller.results.get(timeout=TIMEOUT)
             while isinstance(found, AwayError):
-                found = poller.found.get(timeout=TIMEOUT)
-            assert isinstance(found[0], Scene | float), "it finds back"
+                found = poller.results.get(timeout=TIMEOUT)
+            assert isinstance(found, NewScene | NewFrame), "it finds back"
             poller.close()
 
 
@@ -240,6 +239,8 @@ def test_poller_asks_for_changes_and_for_whole_frame_after_connection_loss() -> 
         server.offer("cellwright/frame", note)
         poller._ask()
         assert is_whole_frame(sent[-1])
-        frames = [poller.found.get(timeout=TIMEOUT)[1] for _ in range(5)][1:]
+        results = [poller.results.get(timeout=TIMEOUT) for _ in range(5)]
+        frames = [each.frame for each in results if isinstance(each, NewFrame)]
+        assert len(frames) == 4
         assert all(frame.equals(frames[0]) for frame in frames)
         poller._link.close()

@@ -1,4 +1,4 @@
-"""Behaviour of viser that the panel relies on: it sends changes only."""
+"""Pieces of the panel, and the behaviour of viser that they rely on: it sends changes only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 import viser
+
+from cellwright.viewer.web import widgets
 
 GUI: dict[str, Callable[[Any], Any]] = {
     "html": lambda gui: gui.add_html("a"),
@@ -81,3 +83,14 @@ def test_node_set_to_same_value_queues_no_message(server: viser.ViserServer, que
         lines.points = np.full((1, 2, 3), value, np.float32)
         ball.color = (round(value), 0, 0)
         assert queued == []
+
+
+@pytest.mark.parametrize("piece", [widgets.text, widgets.big, widgets.title, widgets.dim, widgets.figures])
+def test_foreign_markup_is_escaped(piece: Callable[[str], str]) -> None:
+    assert "<script>" not in piece("<script>alert(1)</script>")
+    assert "&lt;script&gt;" in piece("<script>alert(1)</script>")
+
+
+@pytest.mark.parametrize(("share", "width"), [(-0.5, "0.0"), (0.25, "25.0"), (7.0, "100.0")])
+def test_bar_stays_within_its_ground(share: float, width: str) -> None:
+    assert f"width:{width}%" in widgets.bar(share, widgets.GREEN)

@@ -6,19 +6,21 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from queue import SimpleQueue
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from cellwright.clients.client.socket_transport import SocketConnection
 from cellwright.middleware.messages import TYPES, TypeSet, type_of
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
-from cellwright.rendering.scene import SceneFrame
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_frame, decode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RunEndedError, UnknownNameError
 from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
 
 T = TypeVar("T")
+
+log = logging.getLogger(__name__)
 
 _REQUEST = "_Request"
 _TIMEOUT = 10.0  # [s], timeout of the greeting
@@ -171,18 +173,36 @@ class ServerConnection:
                 raise AwayError(str(ended) or "the server has closed the connection") from None
 
 
-log = logging.getLogger(__name__)
+@dataclass(frozen=True, slots=True)
+class NewScene:
+    """New scene, and what the server says about it."""
+
+    scene: Scene
+    about: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class NewFrame:
+    """Frame that came at `wall` [s], with the answer that it was part of."""
+
+    wall: float
+    frame: SceneFrame
+    answer: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class NewPanel:
+    """Answer of the panel service."""
+
+    panel: dict[str, Any]
+
+
+PollResult: TypeAlias = NewScene | NewFrame | NewPanel | AwayError
+"""Result of a poll; an AwayError if the server did not answer."""
 
 
 class StatePoller:
-    """Poller for frames and panels of the page.
-
-    It puts results into the queue `found`, in order:
-
-    - (scene, metadata) for a new scene
-    - (wall time [s], frame, answer) for a frame
-    - a dict for a panel
-    - an AwayError
+    """Poller for frames and panels of the page; it puts results into the queue `results`, in order.
 
     Args:
         link: a connection that nothing else uses, so that no request waits for another.
@@ -190,7 +210,7 @@ class StatePoller:
     """
 
     def __init__(self, link: Connection, wants: Callable[[], dict[str, Any]]) -> None:
-        self.found: SimpleQueue[Any] = SimpleQueue()
+        self.results: SimpleQueue[PollResult] = SimpleQueue()
         self.is_watched = False
         """True while a browser is connected."""
         self._link = link
@@ -231,7 +251,7 @@ class StatePoller:
                     log.exception("invalid answer from %s:%d", *self._link.address)
                 self._newest = None
                 self._link.close()
-                self.found.put(error if isinstance(error, AwayError) else AwayError(str(error)))
+                self.results.put(error if isinstance(error, AwayError) else AwayError(str(error)))
                 pause = _AWAY
             spent = time.perf_counter() - started_at
             self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
@@ -254,11 +274,11 @@ class StatePoller:
             self._newest = int(answer["sequence"]), frame
         except (KeyError, TypeError, ValueError):
             raise MessageError(f"{FRAME}: answer has no frame") from None
-        self.found.put((time.perf_counter(), frame, answer))
+        self.results.put(NewFrame(time.perf_counter(), frame, answer))
         if self._has_panel and self.is_watched and (now := time.perf_counter()) >= self._panel_due:
             self._panel_due = now + _PANELS
             try:
-                self.found.put(self._link.ask(PANEL))
+                self.results.put(NewPanel(self._link.ask(PANEL)))
             except UnknownNameError:
                 self._has_panel = False
 
@@ -273,4 +293,4 @@ class StatePoller:
             raise MessageError(f"{SCENE}: answer has no scene")
         self._digest, self._bodies = digest, len(scene.bodies)
         metadata = answer.get("about")
-        self.found.put((scene, metadata if isinstance(metadata, dict) else {}))
+        self.results.put(NewScene(scene, metadata if isinstance(metadata, dict) else {}))

@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import AwayError, Connection, StatePoller
+from cellwright.viewer.web.connection import (
+    AwayError,
+    Connection,
+    NewFrame,
+    NewPanel,
+    NewScene,
+    PollResult,
+    StatePoller,
+)
 
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
 _MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
@@ -253,20 +261,20 @@ class Page:
     def _take_next(self, timeout: float) -> bool:
         """Handle the next result of the poller, waiting at most `timeout` [s]; return whether there was one."""
         try:
-            self._take(self._poller.found.get(timeout > 0.0, timeout))
+            self._take(self._poller.results.get(timeout > 0.0, timeout))
         except Empty:
             return False
         return True
 
-    def _take(self, found: Any) -> None:
-        match found:
-            case (Scene(), about):
-                self._begin(found[0], about)
+    def _take(self, result: PollResult) -> None:
+        match result:
+            case NewScene(scene, about):
+                self._begin(scene, about)
             case AwayError():
-                self._lose(str(found))
-            case dict():
-                self._each(lambda feature: feature.panel(found))
-            case (wall, frame, answer):
+                self._lose(str(result))
+            case NewPanel(panel):
+                self._each(lambda feature: feature.panel(panel))
+            case NewFrame(wall, frame, answer):
                 self._find_again()
                 self._interpolator.take(frame, run=int(answer.get("run", 0)), wall=wall)
                 with self.server.atomic():
@@ -319,12 +327,12 @@ class Page:
         self._poller.wake()
         while (left := end - time.perf_counter()) > 0:
             try:
-                found = self._poller.found.get(timeout=left)
+                result = self._poller.results.get(timeout=left)
             except Empty:
                 break
-            if isinstance(found, AwayError):
-                return str(found)
-            self._take(found)
+            if isinstance(result, AwayError):
+                return str(result)
+            self._take(result)
         return "the viewer was closed"
 
     def _find_again(self) -> None:

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.scene import Scene, SceneFrame
-from cellwright.viewer.web.connection import AwayError, ServerConnection
+from cellwright.viewer.web.connection import AwayError, NewFrame, NewPanel, NewScene, ServerConnection
 from cellwright.viewer.web.page import Feature, Page, TimelineFrame
 
 SCENE = Scene("a", ("world",), (), ())
 FRAME = SceneFrame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
-ANSWER = (0.0, FRAME, {"run": 0})
+ANSWER = NewFrame(0.0, FRAME, {"run": 0})
 
 
 class Sound(Feature):
@@ -72,9 +72,8 @@ def test_failing_feature_is_removed_and_others_stay(at: str, caplog: pytest.LogC
     with caplog.at_level(logging.ERROR):
         for _ in range(2):
             overlays = page._wants()
-            came: list[Any] = [(SCENE, {}), ANSWER, {"kind": "cell"}, AwayError("gone"), ANSWER]
-            for found in came:
-                page._take(found)
+            for result in (NewScene(SCENE, {}), ANSWER, NewPanel({"kind": "cell"}), AwayError("gone"), ANSWER):
+                page._take(result)
             page._show(TimelineFrame.of(FRAME, FRAME))
     assert broken.calls[-1] == at
     assert broken.calls.count(at) == 1, "it is asked nothing more"
