@@ -148,7 +148,8 @@ class EngineRenderer:
         (array,) = (each for each in (colour, depth) if each is not None)
         height, width = array.shape[:2]
         target = self._target
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, target)  # another renderer may have set its own
+        # Another renderer may have set its own.
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, target)
         if (target.offWidth, target.offHeight) != (width, height):
             mujoco.mjr_resizeOffscreen(width, height, target)
         area = mujoco.MjrRect(0, 0, width, height)
@@ -199,7 +200,8 @@ def _set_surroundings(spec: Any) -> None:
     ):
         height, width, _ = picture.shape
         spec.add_texture(name=name, type=kind, width=width, height=height, nchannel=3).data = picture.tobytes()
-    repeat = 2 / TILE  # the engine counts in half metres
+    # The engine counts in half metres.
+    repeat = 2 / TILE
     floor = spec.add_material(name="floor", texuniform=True, texrepeat=(repeat, repeat))
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
     for number, geom in enumerate([*spec.geoms]):

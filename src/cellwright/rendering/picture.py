@@ -187,6 +187,7 @@ def draw_band(
 
     `samples` is the number of rays along each side of a pixel in which surfaces meet.
     """
+    # Pixels share light with neighbours, so bands overlap; a band keeps only its own rows.
     wide = range(max(0, rows.start - _MARGIN), min(height, rows.stop + _MARGIN))
     start = wide.start * width  # pixel indices below count from here
     everywhere = np.arange(len(wide) * width)
@@ -206,6 +207,7 @@ def draw_band(
         directions = camera.directions(pixel_points(start + pixels, width, samples=samples), width, height)
         hits = shader.caster.cast(shader.eye, directions)
         seen = light_seen(shader, layers, np.repeat(pixels, samples * samples), hits, directions)
+        # The mean is taken of linear light: a mean of sRGB would darken edges.
         light[pixels - kept.start] = seen.reshape(len(pixels), samples * samples, 3).mean(axis=1)
     return light.reshape(len(rows), width, 3)
 

@@ -52,7 +52,8 @@ class RayCaster:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model = copy.copy(model)
         opacity = model.geom_rgba[:, 3]
-        drawn = np.isin(model.geom_group, sorted(SEEN)) & (opacity > 0)  # a geom's group is its layer in a scene
+        # A geom's group is its layer in a scene.
+        drawn = np.isin(model.geom_group, sorted(SEEN)) & (opacity > 0)
         translucent = drawn & (opacity < 1)
         # Rays pass through a geom without opacity; here only the group decides.
         self._model.geom_matid[:] = -1

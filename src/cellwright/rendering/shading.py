@@ -46,6 +46,7 @@ def disc_lamp(centre: ArrayLike, towards: ArrayLike, radius: float) -> NDArray[n
     across /= np.linalg.norm(across)
     upward = np.cross(axis, across)
     index = np.arange(SIDE * SIDE)
+    # Sunflower: with radii by the square root, and steps of the golden angle, each lamp has the same area of the disc.
     reach = radius * np.sqrt((index + 0.5) / len(index))
     angle = index * _GOLDEN_ANGLE
     offsets = reach[:, None] * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * upward)
@@ -55,6 +56,7 @@ def disc_lamp(centre: ArrayLike, towards: ArrayLike, radius: float) -> NDArray[n
 def sky(centre: ArrayLike, distance: float) -> NDArray[np.float64]:
     """Point lamps (SIDE * SIDE, 3) [m] all over the upper half of a sphere of radius `distance` about `centre` [m]."""
     index = np.arange(SIDE * SIDE)
+    # Slices of a sphere with equal heights have equal areas (Archimedes), so each lamp has the same part of the sky.
     height = (index + 0.5) / len(index)
     angle = index * _GOLDEN_ANGLE
     flat = np.sqrt(1 - height * height)
@@ -84,6 +86,7 @@ def openness(
         (len(rows) * width,) in 0..1; 0 where the surface faces away from the lamps, and for a miss.
     """
     shape = (len(rows), width)
+    # A pixel asks for one lamp, by its place in a square of SIDE x SIDE; then pixels of one surface share the answers.
     chosen = np.add.outer(np.array(rows) % SIDE * SIDE, np.arange(width) % SIDE).reshape(-1)
     facing = np.zeros(len(chosen), np.float32)
     seen = np.zeros(len(chosen), np.float32)

@@ -120,7 +120,8 @@ class Base(Device):
         moved = self.pose @ Pose.from_rpy((x, y, 0.0), (0.0, 0.0, turn))
         if any(abs(value) > MAX_DISTANCE for value in moved.position):
             raise RejectedCommandError(f"the base must stay within {MAX_DISTANCE:g} m of the origin")
-        length = math.hypot(*moved.quaternion)  # without this it would grow with every message
+        # Without this it would grow with every message.
+        length = math.hypot(*moved.quaternion)
         w, i, j, k = (value / length for value in moved.quaternion)
         self.place(Pose(moved.position, (w, i, j, k)))
 

@@ -83,7 +83,8 @@ class Commander(Device):
         self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
         self.why_held = ""
         if self._safety.start_disabled:
-            self.limiter.hold(self.applied)  # the first targets are approached slowly, as after any hold
+            # The first targets are approached slowly, as after any hold.
+            self.limiter.hold(self.applied)
 
     @property
     def applied(self) -> Array:
@@ -220,6 +221,7 @@ class Commander(Device):
         limiter, mimics = self.limiter, self.mimics
         if limiter.advance(self._seconds):
             if mimics.leaders:
+                # Followers obey the limited leaders, so that both agree while a leader is slowed down.
                 places = mimics.places(limiter.applied)
                 limiter.applied[mimics.followers] = limiter.desired[mimics.followers] = places
             self.driver.command(limiter.applied)

@@ -65,7 +65,8 @@ class NamedJoints:
     def _learn(self, names: list[str]) -> None:
         """Keep a list; a RejectedCommandError if it names a joint twice."""
         if len(set(names)) != len(names):
-            counts = Counter(names)  # in one pass: the message is untrusted, and physics waits
+            # In one pass: the message is untrusted, and physics waits.
+            counts = Counter(names)
             duplicate = next(name for name in names if counts[name] > 1)
             raise RejectedCommandError(f"{duplicate!r:.80} appears twice; give each name once")
         known = [(self._numbers[name], place) for place, name in enumerate(names) if name in self._numbers]

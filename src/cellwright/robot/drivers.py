@@ -172,7 +172,8 @@ class LiveDriver:
         if targets is not None:
             self._driver.command(targets)
             with self._lock:  # not before: a hold that failed is sent again
-                self._is_holding = is_failed and bool(self._fault)  # the failure may have been cleared meanwhile
+                # The failure may have been cleared meanwhile.
+                self._is_holding = is_failed and bool(self._fault)
         readings = self._checked(self._driver.read())
         with self._lock:
             self._readings = readings

@@ -134,6 +134,7 @@ class EePoses(Device):
         if not moving:
             return
         data = self._data
+        # The applied positions lag behind those of the arms where speeds are limited; a step starts from the arms' own.
         data.qpos[self._qpos] = commander.applied
         for arm, _ in moving:
             data.qpos[arm.solver.qpos] = arm.positions

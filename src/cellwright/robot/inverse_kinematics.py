@@ -122,6 +122,7 @@ class ArmSolver:
         position = data.qpos[self.qpos]
         posture = self._posture(position, jacobian, time)
         bound = np.minimum(self.limits.velocity * time, _UNBOUNDED)
+        # Half the gradient of the program above at dq is (J^T J + damping) dq - J^T step - damping posture.
         found, _, flag, _ = daqp.solve(
             jacobian.T @ jacobian + damping * self._identity,
             -(jacobian.T @ step) - damping * posture,
@@ -148,6 +149,7 @@ class ArmSolver:
 
     def _share(self, error: Array, time: float) -> float:
         """Return the share of the error for this step; the whole error shrinks in one straight motion."""
+        # d(error)/dt = -GAIN error, solved over the time of a step: the motion does not depend on the step's length.
         share = -math.expm1(-GAIN * time)
         for distance, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self.limits.caps, strict=True):
             if share * distance > speed * time:

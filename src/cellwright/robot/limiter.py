@@ -129,6 +129,7 @@ class TargetLimiter:
         is_first = np.count_nonzero(first) > 0
         slowly = first & self._wary[joints] if is_first else first
         if guarded and self._safety.clutch:
+            # The first target means the place where the joint is; later ones move it by the difference to the first.
             self._offsets[joints] = np.where(first, self.applied[joints] - targets, self._offsets[joints])
             targets = targets + self._offsets[joints]
         elif guarded and self._safety.start_guard is not None and is_first:

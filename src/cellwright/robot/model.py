@@ -125,14 +125,16 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
     option = spec.option
     option.timestep = float(timestep)
     option.gravity = (0.0, 0.0, 0.0)
-    option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # drives are constraints here: nothing needs damping
+    # Drives are constraints here: nothing needs damping.
+    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
     # The actuators exert nothing, joints have neither springs nor damping, and links meet only if they are asked to.
     option.disableflags |= int(_Disable.mjDSBL_ACTUATION | _Disable.mjDSBL_SPRING | _Disable.mjDSBL_DAMPER)
     if not is_touched:
         option.disableflags |= int(_Disable.mjDSBL_CONTACT)
-    option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
+    # Two are usual; up to fifty when many drives reach their limits at once.
+    option.iterations = 100
     builder = _RobotBuilder(spec, config, is_touched=is_touched, is_seen=is_seen)
     builder.build()
     moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _JOINT_TYPES)
@@ -222,6 +224,7 @@ class _RobotBuilder:
     def _inertia_of_shapes(self, link: Link) -> tuple[float, ...]:
         """Return the inertia of a link without mass: of a 1 kg box around its shapes for contact, or almost 0."""
         x, y, z = self._shapes.extent(link.shapes)
+        # A solid box has the inertia m / 12 (y^2 + z^2) about x, and so on; its products of inertia are 0.
         squares = (y * y + z * z, z * z + x * x, x * x + y * y)
         return (*(max(DEFAULT_MASS / 12 * square, _MIN_INERTIA) for square in squares), 0.0, 0.0, 0.0)
 
@@ -240,6 +243,7 @@ def _in_link_frame(inertial: Inertial) -> tuple[float, ...]:
     xx, yy, zz, xy, xz, yz = inertial.inertia
     if inertial.pose.quaternion == IDENTITY_QUATERNION:
         return inertial.inertia
+    # An inertia tensor turns as R I R^T; the engine takes its six numbers along the link's axes.
     rotation = np.array([inertial.pose.rotate(axis) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))]).T
     turned = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
     return tuple(turned[row, column] for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))

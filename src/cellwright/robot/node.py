@@ -104,7 +104,8 @@ class RobotNode:
             self.servos = JointServos(config.robot, settings.motion)
             self.driver: Driver = self.servos
             if driver is not None:
-                on_failure.pop_all()  # from here on its thread closes it
+                # From here on its thread closes it.
+                on_failure.pop_all()
                 self.driver = live = LiveDriver(config, driver)
                 on_failure.callback(live.close)
             clock = self.simulation.clock

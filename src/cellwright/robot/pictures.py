@@ -89,6 +89,8 @@ def camera_on(
 
 def _eye(across: NDArray[np.float64], deep: NDArray[np.float64], slope: float) -> tuple[float, float]:
     """Return the place of an eye that sees all points within `slope` to either side: across, and maximum depth [m]."""
+    # An eye at e and depth z sees a point (x, d) if |x - e| <= slope (d - z). The limits on e from both sides meet
+    # where z is largest: nearest to the robot.
     low, high = float(np.max(across - slope * deep)), float(np.min(across + slope * deep))
     return (low + high) / 2, (high - low) / (2 * slope)
 

@@ -117,7 +117,8 @@ class JointServos(Device):
         self._dof = model.jnt_dofadr[joints].copy()
         inputs = np.array([model.actuator(name).id for name in self.joints], dtype=np.intp)
         self._ctrl = as_slice(inputs)
-        model.dof_frictionloss[:] = UNLIMITED  # a joint without a drive does not move
+        # A joint without a drive does not move.
+        model.dof_frictionloss[:] = UNLIMITED
         model.dof_frictionloss[self._dof] = self._effort
         model.dof_solimp[:] = (_STIFFNESS, _STIFFNESS, 0.001, 0.5, 2.0)
         self._frequency = 1.0 / model.opt.timestep
@@ -127,14 +128,16 @@ class JointServos(Device):
         self._inputs, self._places, self._dofs = inputs[order], as_slice(self._qpos[order]), as_slice(self._dof[order])
         self._fastest, self._back = self._velocity[order], -self._velocity[order]
         self._led = MimicJoints([self._described[number] for number in order], self.lower[order], self.upper[order])
-        self._data = data = simulation.data  # these arrays stay the same objects as long as the simulation lives
+        # These arrays stay the same objects as long as the simulation lives.
+        self._data = data = simulation.data
         self._positions, self._velocities, self._controls = data.qpos, data.qvel, data.ctrl
         self._guess, self._accelerations = data.qacc_warmstart, data.qacc
         self._forces, self._constraint_efforts = (data.qfrc_applied, data.xfrc_applied), data.qfrc_constraint
         self._attainable = model.dof_frictionloss / model.dof_M0
         self._counts = (-1, -1)
         has_contacts = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
-        self._is_free = not (has_contacts or model.neq or model.ntendon)  # only drives and joint limits act
+        # Without these only drives and joint limits act.
+        self._is_free = not (has_contacts or model.neq or model.ntendon)
         lower, upper = self.lower[order], self.upper[order]
         # Efforts of all degrees of freedom and positions of joints, with the middles and half widths of their ranges.
         self._checked = np.zeros(model.nv + len(order))
@@ -180,7 +183,8 @@ class JointServos(Device):
 
     def read(self) -> JointArrays:
         """Return the current readings, with the efforts of the drives in the newest step."""
-        data, numbers = self._data, self._dof  # `take` is twice as fast as an index
+        # `take` is twice as fast as an index.
+        data, numbers = self._data, self._dof
         if data.nf:
             efforts = np.zeros(len(self._requested))
             rows, dofs = self._drives()
@@ -205,7 +209,8 @@ class JointServos(Device):
         if not is_within.all() and not self._saturate(np.flatnonzero(~is_within)):
             return False
         np.copyto(self._constraint_efforts, self._efforts)
-        data.nf = data.nefc = 0  # no constraints: the efforts are in `qfrc_constraint`
+        # No constraints: the efforts are in `qfrc_constraint`.
+        data.nf = data.nefc = 0
         mujoco.mj_Euler(model, data)
         return True
 
@@ -279,7 +284,8 @@ class JointServos(Device):
         if counts != self._counts:
             first, end = data.ne, data.ne + data.nf
             own = data.efc_type[first:end] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
-            end = first + int(own.sum())  # the friction of tendons follows that of joints
+            # The friction of tendons follows that of joints.
+            end = first + int(own.sum())
             self._counts, self._rows = counts, slice(first, end)
             self._dofs_of_rows = as_slice(data.efc_id[first:end].astype(np.intp))
         return self._rows, self._dofs_of_rows

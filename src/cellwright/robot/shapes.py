@@ -37,6 +37,7 @@ def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[st
     neighbours: list[tuple[int, int]] = []
     for joint in robot.joints:
         parent = group_of[joint.parent]
+        # Links without a moving joint between them are one rigid group; a moving joint makes two groups neighbours.
         if joint.name in moved:
             neighbours.append((parent, len(groups)))
             group_of[joint.child] = len(groups)
@@ -88,7 +89,8 @@ def put_floor_under(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     if len(corners):
         floor = model.geom(FLOOR).id
         model.geom_pos[floor, 2] = corners[:, 2].min()
-        model.geom_sameframe[floor] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else the engine uses the world's height
+        # Without this the engine uses the world's height.
+        model.geom_sameframe[floor] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
 
 
 def kinematics_of(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjData:

@@ -109,12 +109,14 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
             yield file
         return
     if is_there:
-        path.open("ab").close()  # a file without write permission is not replaced either
+        # A file without write permission is not replaced either.
+        path.open("ab").close()
     try:
         file = temporary.open("xb")
     except OSError:
         if not is_there:
-            path.open("xb").close()  # the error then names the given path, not the temporary one
+            # The error then names the given path, not the temporary one.
+            path.open("xb").close()
             path.unlink()
             raise
         with path.open("wb") as file:

@@ -207,7 +207,8 @@ def make_factory(name: str, found: Callable[..., T], error: type[CellwrightError
 def _import_module(name: str, error: type[CellwrightError]) -> object:
     folder = str(Path.cwd())
     if folder not in sys.path:
-        sys.path.insert(0, folder)  # an installed command does not search the current folder
+        # An installed command does not search the current folder.
+        sys.path.insert(0, folder)
     try:
         return importlib.import_module(name)
     except KeyboardInterrupt:
@@ -224,8 +225,10 @@ def _import_file(path: Path, error: type[CellwrightError]) -> object:
     if spec is None or spec.loader is None:
         raise error(f"{path}: not a Python file")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses and pickling look modules up by name
-    sys.path.insert(0, str(path.parent.resolve()))  # so that it can import its neighbours
+    # Dataclasses and pickling look modules up by name.
+    sys.modules[name] = module
+    # The file may import its neighbours.
+    sys.path.insert(0, str(path.parent.resolve()))
     try:
         spec.loader.exec_module(module)
     except KeyboardInterrupt:

@@ -157,7 +157,8 @@ class StandardStreams:
     def _keep(self, name: str) -> TolerantStream | None:
         stream: IO[str] = getattr(sys, name)
         buffer = getattr(stream, "buffer", None)
-        raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is no buffer
+        # With PYTHONUNBUFFERED there is no buffer.
+        raw = getattr(buffer, "raw", buffer)
         if not isinstance(stream, io.TextIOWrapper):
             return None  # replaced by other code
         if not isinstance(raw, io.RawIOBase):

@@ -37,7 +37,8 @@ _TIME_TO_CLOSE = 2.0  # [s]
 def main(arguments: Sequence[str]) -> int:
     """Show a robot; return the exit status."""
     host, port, file, *more = arguments
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the node; its end ends this process
+    # Ctrl-C on the terminal is for the node; its end ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     model = mujoco.MjModel.from_binary_path(file)
     import glfw  # here, since it needs a system library that may be missing
 
@@ -69,7 +70,8 @@ def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: boo
             _keep_up(window, picture, transport)
     finally:
         for thread in set(threading.enumerate()) - before:
-            thread.join(_TIME_TO_CLOSE)  # the process's end frees the window
+            # The process's end frees the window.
+            thread.join(_TIME_TO_CLOSE)
 
 
 def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> None:

@@ -46,7 +46,8 @@ def blur_colour(
         np.frombuffer(random.translate(table.astype(np.uint8).tobytes()), np.uint8).reshape(colour.shape)
         for table in (np.maximum(shifts, 0), np.maximum(-shifts, 0))
     )
-    blurred = np.minimum(colour, _WHITE - up)  # sums of single bytes, which never overflow
+    # Sums of single bytes, which never overflow.
+    blurred = np.minimum(colour, _WHITE - up)
     blurred += up
     np.maximum(blurred, down, out=blurred)
     blurred -= down
@@ -127,7 +128,8 @@ class PictureCamera(Sensor[Picture]):
         *,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        requested_backend()  # an unknown backend is refused now, not with the first picture
+        # An unknown backend is refused now, not with the first picture.
+        requested_backend()
         period = 1 / Fraction(repr(description.rate))
         latency = period if description.latency is None else Fraction(repr(description.latency))
         super().__init__(description.name, description.pose, period=period, latency=latency)

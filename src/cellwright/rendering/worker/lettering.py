@@ -42,7 +42,8 @@ def _ink(text: str, size: int) -> NDArray[np.uint8]:
     """Coverage of each pixel by letters (rows, columns), 0..255; all lines of text have the same rows."""
     font = _font(size)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # letters missing from the font become boxes
+        # Letters missing from the font become boxes.
+        warnings.simplefilter("ignore")
         font.set_text(f"{text}\u2009|jÅ", 0.0)  # the tallest letters at its end, clipped below
         font.draw_glyphs_to_bitmap(antialiased=True)
         image = np.asarray(font.get_image()).copy()

@@ -136,12 +136,14 @@ def main() -> None:
             return EngineRenderer(scene, description)
 
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # a driver's prints are no answer
+    # A driver's prints are no answer.
+    os.dup2(2, 1)
     requests: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
     Drawing(make, answers).work(requests)
     sys.stderr.flush()
-    os._exit(0)  # drivers clean up in an order of their own, and may hang
+    # Drivers clean up in an order of their own, and may hang.
+    os._exit(0)
 
 
 def _backends(names: list[str]) -> tuple[str, list[str]]:

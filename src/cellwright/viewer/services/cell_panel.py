@@ -129,7 +129,8 @@ class CellPanel:
         for order in found["orders"]:
             del order["time_taken"]
         if len(found["orders"]) < len(self._cell.trial.orders):
-            found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would reveal orders to come
+            # They would reveal orders to come.
+            found |= {"reachable": None, "best": None, "reachable_reason": ""}
         return found
 
     def _reach(self) -> AttainableScore:

@@ -212,7 +212,8 @@ class SimulationServices:
         self._control.control({"action": "step", "ticks": request.steps})
         pending = PendingResponse()
         self._pending.append(pending)
-        left = [rate.ticks_left]  # those of earlier calls come first
+        # Steps of earlier calls come first.
+        left = [rate.ticks_left]
 
         def count(_index: int) -> None:
             left[0] -= 1

@@ -280,7 +280,8 @@ class AccessGuard:
 
     def _counted(self, handler: Callable[..., Any]) -> Callable[..., Any]:
         async def counted(connection: Any) -> None:
-            self._count += 1  # in the one thread of the event loop
+            # Only the thread of the event loop counts, so this needs no lock.
+            self._count += 1
             try:
                 await handler(connection)
             except Exception:  # of a message that makes no sense; only its browser suffers

@@ -253,7 +253,8 @@ class CellPanels(Feature):
     def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Create the panels, once, if the page shows a cell."""
         if not self._is_up and cell_of(self.page.first_panel) is not None:
-            self._put_up()  # now, so that its tabs come first
+            # Put up now, so that its tabs come first.
+            self._put_up()
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show the state of the cell."""
@@ -318,7 +319,8 @@ class CellPanels(Feature):
         """Enable the controls, unless there is a reason not to."""
         self._why_not.content = widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else ""
         for handle in self._doing:
-            handle.visible = not reason  # viser disables no group of buttons
+            # viser disables no group of buttons.
+            handle.visible = not reason
 
     def _set_power(self, event: Any) -> None:
         if event.client is not None:  # not when it follows the belt

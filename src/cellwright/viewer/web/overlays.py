@@ -43,7 +43,8 @@ class Overlay(Feature):
 
     def on_scene(self, scene: Scene) -> None:
         """Offer the overlay, once, if this scene has something to draw."""
-        self.handles = {}  # those of the previous scene are removed with it
+        # Handles of the previous scene are removed with it.
+        self.handles = {}
         if self.is_in(scene) and self._box is None:
             with self.page.tab(TAB):
                 self._box = self.page.server.gui.add_checkbox(self.LABEL, initial_value=False, hint=self.HINT)

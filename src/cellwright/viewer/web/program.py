@@ -68,9 +68,11 @@ def show_page(make: Callable[[viser.ViserServer, Mapping[str, Any]], Page]) -> i
     Args:
         make: makes the page, from viser's server and from `source` in the options.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent; its end ends this process
+    # Ctrl-C on the terminal is for the parent; its end ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     out = _own_stdout()
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # errors of browsers do not belong on a terminal
+    # Errors of browsers do not belong on a terminal.
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
     warnings.filterwarnings("ignore", module="viser")  # such as of a browser that left during a message
     line = sys.stdin.readline()

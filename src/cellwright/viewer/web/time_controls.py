@@ -92,7 +92,8 @@ class TimeControls(Feature):
         self._clock.content = clock(now, control, self._pace.factor)
         reasons = control["refused"]
         for group, action in ((self._steps, "pause"), (self._speeds, "speed")):
-            group.visible = not reasons.get(action)  # viser disables no group of buttons
+            # viser disables no group of buttons.
+            group.visible = not reasons.get(action)
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
@@ -127,7 +128,8 @@ class TimeControls(Feature):
             )
             self._slider.on_update(self._seek)
         self._slider.visible = True
-        self._slider.min, self._slider.max = begin, last  # the server may have opened another recording
+        # The server may have opened another recording.
+        self._slider.min, self._slider.max = begin, last
         if time.perf_counter() - self._slid_at > _SETTLED:
             # viser sends only changes: the same value again would undo the browser's last move
             self._slider.value = round(min(max(now, begin), end), 1)

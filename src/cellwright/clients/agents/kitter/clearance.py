@@ -98,10 +98,12 @@ class Clearance:
         data.qpos[:] = joints
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
+        # The shapes have a margin: the engine reports those within it before they touch, with their distance.
         for contact in data.contact[: data.ncon] if data.ncon else ():
             if contact.dist >= least:
                 continue
             names = [self._names[geom] for geom in contact.geom]
+            # The cup may only meet what is below it: the normal of such a contact is nearly vertical.
             is_meant = _LOAD in names or (_GRIPPER in names and abs(contact.frame[2]) > _LEVEL)
             if touches and is_meant:
                 continue
@@ -135,6 +137,7 @@ class Clearance:
                 shape = {"type": "cylinder", "size": size, "position": place, "quaternion": [1.0, 0.0, 0.0, 0.0]}
                 names[_add(spec, body, shape, 0, _CELL | _BEAM | _ARM)] = _LOAD
             spec.add_exclude(bodyname1=body.name, bodyname2="wrist_2_link")
+        # The engine leaves out parent and child; links two joints apart meet at the short link between them.
         for one, other in zip(self._links, self._links[2:], strict=False):
             spec.add_exclude(bodyname1=one, bodyname2=other)
         self._model = spec.compile()
@@ -164,6 +167,7 @@ def places_along(path: Sequence[Sequence[float]]) -> Array:
     Both ends are among them.
     """
     knots = np.array(path, dtype=float)
+    # A stretch gets as many steps as the joint needs that moves farthest, measured in its own steps.
     steps = np.max(np.abs(np.diff(knots, axis=0)) / _STEPS, axis=1, initial=0.0)
     marks = np.concatenate(([0.0], np.cumsum(steps)))
     places = np.linspace(0.0, marks[-1], max(2, math.ceil(marks[-1]) + 1))

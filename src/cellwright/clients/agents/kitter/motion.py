@@ -30,6 +30,8 @@ FOLDED_HEIGHT = 1.12
 
 def ease_in_out(share: float) -> float:
     """Return the time at which a share of a path with a smooth start and stop is done, as a share of its duration."""
+    # Inverse of share = t^2 (3 - 2 t), the cubic that starts and stops at rest. With t = 1/2 - sin(u) it becomes
+    # share = (1 - sin(3 u)) / 2, by the formula of the triple angle.
     return 0.5 - math.sin(math.asin(1 - 2 * share) / 3)
 
 
@@ -70,6 +72,8 @@ def following_path(start: Pose, near: float, press: float, speed: float) -> Iter
     at full speed, and from there slowly to `press` [m].
     """
     x, y, z = start.position
+    # At constant acceleration the tool covers half of the belt's way in the run-up. The part comes `FOLLOW_LEAD` late,
+    # half the run-up: at its end both are at one place with one speed.
     run_up = 2 * FOLLOW_LEAD
     for step in range(1, round(FOLLOW_TIME / _FOLLOW_STEP) + 1):
         time = _FOLLOW_STEP * step
@@ -175,5 +179,7 @@ def station_pan(x: float, y: float, rail: float) -> float:
     """Return the pan [rad] that turns the arm's plane to a point of the world, from -pi/4 to 7 pi/4."""
     dx, dy = x - BASE_X, y - rail
     distance = max(math.hypot(dx, dy), SHOULDER_OFFSET + 0.01)
+    # The arm's plane passes the shoulder's axis at SHOULDER_OFFSET: a right triangle with this leg, and the distance as
+    # hypotenuse, has the angle between the plane and the point.
     pan = math.atan2(dy, dx) - math.asin(SHOULDER_OFFSET / distance)
     return pan + 2 * math.pi if pan < -math.pi / 4 else pan

@@ -165,6 +165,7 @@ def mean_pose(poses: Iterable[Pose]) -> Pose:
     for pose in known:
         px, py, pz = pose.position
         w, i, j, k = pose.quaternion
+        # q and -q are one rotation: all count on the half sphere of the first, so that they do not cancel out.
         sign = math.copysign(1.0, first_w * w + first_x * i + first_y * j + first_z * k)
         x, y, z = x + px, y + py, z + pz
         qw, qx, qy, qz = qw + sign * w, qx + sign * i, qy + sign * j, qz + sign * k
@@ -259,6 +260,7 @@ class TrackedBeltPart:
     def add(self, pose: Pose, time: float) -> None:
         """Add a sighting at a pose and time [s]."""
         x, y, z = pose.position
+        # Shifted to where the belt had it at time 0, sightings of all times can be averaged.
         self.at_zero.append(Pose((x, y + BELT_SPEED * time, z), pose.quaternion))
         del self.at_zero[:-MAX_BELT_SIGHTINGS]
         self._mean = None
@@ -323,6 +325,7 @@ class BeltWatch:
             if message.object_detected:
                 began = now
             elif began is not None:
+                # Beam and part meet at the part's two edges: its middle passed halfway between them.
                 self._take_crossing((began + now) / 2, BELT_SPEED * (now - began), y)
                 began = None
 

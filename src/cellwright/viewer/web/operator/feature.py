@@ -123,7 +123,8 @@ class Sliders:
         for handle in (*self._grips, *(slider for _, slider, _ in self._joints)):
             handle.disabled = not is_allowed
         for group in self._both:
-            group.visible = is_allowed  # viser disables no group of buttons
+            # viser disables no group of buttons.
+            group.visible = is_allowed
 
     def show(self, state: RobotState, now: float) -> None:
         """Move the sliders to the robot's state at `now` [s]."""
@@ -136,7 +137,8 @@ class Sliders:
             place = self._queue.robot.clamped(joint, measured)
             step = step_of(self._queue.robot.joints[joint])
             is_off = not abs(slider.value - place) <= step  # also if a browser sent NaN
-            is_touched = self._queue.joints.is_touched(joint, now)  # then its label has the measured position
+            # The label of a touched slider has the measured position.
+            is_touched = self._queue.joints.is_touched(joint, now)
             slider.label = f"{name} ({measured:.2f})" if is_off and is_touched else name
             if is_off and not is_touched:
                 slider.value = place
@@ -203,7 +205,8 @@ class Controls:
         hint = "Emergency stop: the robot holds at once"
         button = self._keep(gui.add_button("STOP", color="red", icon="hand-stop", order=_TOP, hint=hint))
 
-        def press(event: Any) -> None:  # in a thread of viser's, so it may block
+        # viser calls this in a thread of its own, so it may block.
+        def press(event: Any) -> None:
             refusal = stop()
             if refusal and event.client is not None:
                 event.client.add_notification(title="Not stopped yet", body=refusal, color="red")
@@ -309,7 +312,8 @@ class Operator(Feature):
     def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Start another scene: its handles went with the previous one."""
         self._handles = self._shown = None
-        self.panel(self.page.first_panel)  # now, so that its tab comes first
+        # Shown now, so that its tab comes first.
+        self.panel(self.page.first_panel)
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Start the operator if the panel is of a robot."""

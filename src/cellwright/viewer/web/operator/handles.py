@@ -43,7 +43,8 @@ class Handles:
         )
         queue = self._queue
 
-        async def act(event: Any) -> None:  # in the event loop, so that events keep their order
+        # viser calls this in the event loop, so that events keep their order.
+        async def act(event: Any) -> None:
             browser = int(event.client_id)
             if event.phase == "end":
                 queue.release(arm, browser)

@@ -109,7 +109,8 @@ class Hands:
         """Release a browser's handle."""
         held = self.holds.get(arm)
         if held is not None and held.browser == browser:
-            self._kept[arm] = None  # the other hands may stay held: this one keeps its target
+            # The other hands may stay held: this one keeps its target.
+            self._kept[arm] = None
             del self.holds[arm]
 
     def forget(self) -> bool:
