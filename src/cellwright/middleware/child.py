@@ -2,6 +2,9 @@
 
 One thread calls everything here: it starts the children and lives as long as the process, since a child is tied to the
 thread that starts it. No call waits longer than documented.
+
+A program of Cellwright ends with its stdin, and is a `ChildProcess` of `util/process.py`. Programs of ROS do not: the
+kernel ends them with this process, and their lines come to the one thread that serves.
 """
 
 from __future__ import annotations

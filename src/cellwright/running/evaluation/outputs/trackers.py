@@ -197,7 +197,7 @@ class WandbTracker:
 
 
 TRACKERS: Mapping[str, type[Tracker]] = {"mlflow": MlflowTracker, "wandb": WandbTracker}
-"""Classes of trackers, by the value of `--log`."""
+"""Classes of trackers, by the value of `--log`: MLflow for those with a server, W&B for those who train policies."""
 
 
 def serve(tracker_class: type[Tracker], messages: Any, answer: Any) -> None:
