@@ -25,7 +25,7 @@ from benchmarks.timing import percentile
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RealTimePacer
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Availability, publishes
+from cellwright.middleware.interface.table import ALWAYS, publishes
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryActionGoal,
@@ -135,7 +135,7 @@ def _bench_cell() -> Cell:
 
     builders: tuple[Callable[[], Message], ...] = image, cloud
     for (name, (kind, rate)), build in zip(PICTURES.items(), builders, strict=True):
-        Output(cell.bus, cell.simulation, publishes(name, kind, rate, Availability.ALWAYS, "")).sample(build)
+        Output(cell.bus, cell.simulation, publishes(name, kind, rate, ALWAYS, "", node="/gazebo")).sample(build)
     return cell
 
 

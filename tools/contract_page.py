@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Sequence
 
-from cellwright.cell.interface.rows import GEAR, PICTURES
+from cellwright.cell.interface.rows import GEAR, IN_COMPETITION, PICTURES
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import CompetitionMode, Endpoint, EndpointKind
+from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.middleware.messages import TYPES, short_name
 
 INTRODUCTION = """\
@@ -96,9 +96,9 @@ def _cells(row: Endpoint) -> dict[str, str]:
         "rate": row.rate_text,
         "latched": "yes" if row.latch else "",
         "QoS in ROS 2": row.qos.text,
-        "available": row.where.value,
+        "available": row.where.text,
         "meaning": row.about,
-        "in competition mode": "" if row.competition is CompetitionMode.SAME else row.competition.value,
+        "in competition mode": IN_COMPETITION[row.name].value if row.name in IN_COMPETITION else "",
     }
 
 

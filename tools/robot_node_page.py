@@ -50,7 +50,7 @@ def renewed(page: str) -> str:
 
 def _cells(row: Endpoint) -> tuple[str, ...]:
     rate = f"{row.rate_text}, latched" if row.latch else row.rate_text
-    return (f"`{row.name}`", f"`{row.type}`", rate, row.qos.text, row.where.value, row.about, row.source)
+    return (f"`{row.name}`", f"`{row.type}`", rate, row.qos.text, row.where.text, row.about, row.source)
 
 
 if __name__ == "__main__":

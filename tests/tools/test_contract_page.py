@@ -16,7 +16,7 @@ def test_interface_row_is_on_page() -> None:
     lines = contract_page().splitlines()
     for row in GEAR:
         matching = [line for line in lines if line.startswith(f"| `{row.name}` | `{row.type}` |")]
-        assert any(row.rate_text in line and row.where.value in line and row.about in line for line in matching), row
+        assert any(row.rate_text in line and row.where.text in line and row.about in line for line in matching), row
 
 
 def test_tables_have_equal_column_counts() -> None:

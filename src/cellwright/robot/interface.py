@@ -10,17 +10,21 @@ other joints.
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, Direction
-from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
+from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, Where, accepts, publishes
 
 NODE = "/sim_robot_controller_node"
 """Default name of the node in ROS: that of the vendor's general node."""
 
 TOPIC, SERVICE = EndpointKind.TOPIC, EndpointKind.SERVICE
-ALWAYS, ARMS, GRIPPERS = Availability.ALWAYS, Availability.ARMS, Availability.GRIPPERS
+ARMS = Where.when("with arms in the robot configuration", lambda robot: robot.config.arms)
+GRIPPERS = Where.when("with grippers in the robot configuration", lambda robot: robot.config.grippers)
+FREE_BASE = Where.when("without a fixed link", lambda robot: robot.config.fixed_link is None)
+SIMULATED_TIME = Where.when("with simulated time", lambda robot: robot.sim_time)
+EACH_CAMERA = Where("for each camera of the robot configuration", lambda robot: robot.cameras)
 JOINTS, POSES = "sensor_msgs/JointState", "geometry_msgs/PoseArray"
 TARGET_EE_POSES = "/io_teleop/target_ee_poses"
 
@@ -31,7 +35,7 @@ OWN = "Cellwright"
 
 # fmt: off
 IO_TELEOP = (
-    publishes("/clock", "rosgraph_msgs/Clock", Timing.EACH_STEP, Availability.SIMULATED_TIME,
+    publishes("/clock", "rosgraph_msgs/Clock", Timing.EACH_STEP, SIMULATED_TIME,
          "Simulation time.", handler="clock", source=OWN),
     publishes("/io_teleop/joint_states", JOINTS, 100, ALWAYS,
          "State of all joints that are not fixed, by URDF name, in the order of their indices.",
@@ -43,11 +47,11 @@ IO_TELEOP = (
     publishes("/io_teleop/state_ee_poses", POSES, 100, ARMS,
          "Poses of the arm tips: right, left; in the frame of `controller_indices.base`.",
          handler="ee_poses", source=CONTROLLER),
-    publishes("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, Availability.EACH_CAMERA,
+    publishes("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, EACH_CAMERA,
          "Colour image of a configured camera, `rgb8`.", handler="colour_picture", source=OWN),
-    publishes("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, Availability.EACH_CAMERA,
+    publishes("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, EACH_CAMERA,
          "Its depth image, along the line of sight in m, `32FC1`.", handler="depth_picture", source=OWN),
-    publishes("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Availability.EACH_CAMERA,
+    publishes("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, EACH_CAMERA,
          "Camera matrix of these images.", handler="camera_info", source=OWN),
     publishes("/io_teleop/status", "cellwright_msgs/TeleopStatus", Timing.ON_EVENT, ALWAYS,
          "Whether commands are taken, from which nodes, and refused ones.", latch=True, handler="status", source=OWN),
@@ -72,7 +76,7 @@ IO_TELEOP = (
     accepts(TOPIC, TARGET_EE_POSES, POSES, ARMS,
           "Target poses of the arm tips: right, left; in the frame of `controller_indices.base`.",
           handler="target_ee_poses", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
-    accepts(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Availability.FREE_BASE,
+    accepts(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", FREE_BASE,
           "Turn of the base [rad], and motion along its own y axis [m]; with three numbers along its x and y axes.",
           handler="move_base", qos=BEST_EFFORT_COMMANDS, source=NODE_OF_TIME),
     accepts(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
@@ -102,19 +106,21 @@ _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML forbids. Old URDFs contain them, and a ROS master rejects them."""
 
 
+class _Node(NamedTuple):
+    """What the rows of a node depend on."""
+
+    config: RobotConfig
+    cameras: tuple[str, ...]
+    sim_time: bool
+
+
 def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
 ) -> tuple[Endpoint, ...]:
     """Return the rows of a robot's node, with its working cameras, and /clock if it publishes its own time."""
-    is_available = {
-        Availability.ALWAYS: True,
-        Availability.ARMS: bool(config.arms),
-        Availability.GRIPPERS: bool(config.grippers),
-        Availability.FREE_BASE: config.fixed_link is None,
-        Availability.SIMULATED_TIME: sim_time,
-    }
-    found = [row for row in IO_TELEOP if is_available.get(row.where)]
-    found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Availability.EACH_CAMERA]
+    robot = _Node(config, tuple(cameras), sim_time)
+    found = [row for row in IO_TELEOP if row.where is not EACH_CAMERA and row.where.subjects(robot)]
+    found += [row.of(name) for name in robot.cameras for row in IO_TELEOP if row.where is EACH_CAMERA]
     return tuple(replace(row, node=node) for row in found)
 
 

@@ -6,10 +6,9 @@ from collections.abc import Callable
 import numpy as np
 
 from cellwright.engine.clock import NANOSECONDS, PeriodicCallback
-from cellwright.middleware.bus import Node
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.scene.engine import DrawnNode, SceneCapture
 from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import RATE, VideoOptions, period_of
 from cellwright.rendering.video_pace import VideoPace
@@ -36,7 +35,7 @@ class VideoRecorder:
 
     def __init__(
         self,
-        served: Node,
+        served: DrawnNode,
         options: VideoOptions,
         *,
         camera: Camera,

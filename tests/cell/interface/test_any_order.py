@@ -14,7 +14,8 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invar
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
-from cellwright.middleware.bus import MAX_KINDS, Node
+from cellwright.middleware.bus import Node
+from cellwright.middleware.bus.refusals import MAX_KINDS
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest, VacuumGripperControlRequest

@@ -105,8 +105,8 @@ def test_camera_types_publish_their_topics(shown: tuple[Cell, dict[str, list[Any
 def test_camera_rows_have_rate_of_camera() -> None:
     trial = load_trial(text=CELL.replace("rate: 20", "rate: 7.5")).trial
     camera = next(each for each in trial.sensors if isinstance(each, PictureCameraConfig))
-    assert {row.rate_text for row in camera_rows(camera)} == {"7.5 Hz"}
-    assert set(camera_rows(camera)) < set(rows(trial, competition=True))
+    assert {row.rate_text for row in camera_rows(trial, camera)} == {"7.5 Hz"}
+    assert set(camera_rows(trial, camera)) < set(rows(trial, competition=True))
 
 
 def test_camera_name_that_clashes_with_topic_is_refused() -> None:

@@ -14,7 +14,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.middleware.bus import MAX_LINES
+from cellwright.middleware.bus.refusals import MAX_LINES
 from cellwright.middleware.messages import TYPES, Message
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
 from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cellwright.cell.interface.rows import GEAR, rows
 from cellwright.config.trial.trial import BeltPart, Options, SensorConfig, SensorType, Trial
 from cellwright.middleware.bus import Bus, Direction
-from cellwright.middleware.interface.table import CompetitionMode, Endpoint, EndpointKind, Timing
+from cellwright.middleware.interface.table import Endpoint, EndpointKind, Timing
 from cellwright.middleware.messages import TYPES
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -123,15 +123,13 @@ def test_services_and_actions_have_listed_types() -> None:
 def test_competition_mode_refuses_silences_or_omits_rows() -> None:
     development, competition = named(WHOLE), named(WHOLE, competition=True)
     assert development.keys() - competition.keys() == {"/ariac/population/control"}
-    special = {
-        name: row.competition for name, row in competition.items() if row.competition is not CompetitionMode.SAME
-    }
+    special = {name: row.handler for name, row in competition.items() if row.handler != development[name].handler}
     assert special == {
-        "/ariac/trays": CompetitionMode.SILENCED,
-        "/ariac/conveyor/control": CompetitionMode.REFUSES,
-        "/ariac/submit_tray": CompetitionMode.REFUSES,
-        "/ariac/kit_tray_1/clear_tray": CompetitionMode.REFUSES,
-        "/ariac/kit_tray_2/clear_tray": CompetitionMode.REFUSES,
+        "/ariac/trays": "silence",
+        "/ariac/conveyor/control": "refuse",
+        "/ariac/submit_tray": "refuse",
+        "/ariac/kit_tray_1/clear_tray": "refuse",
+        "/ariac/kit_tray_2/clear_tray": "refuse",
     }
 
 
@@ -209,7 +207,7 @@ def test_row_has_type_about_source_and_rate(row: Endpoint) -> None:
         "give the original's plugin as source; names of additions begin with /cellwright/"
     )
     assert (row.rate is not None) == (row.direction is Direction.OUT)
-    assert ("{" in row.name) == ("each" in row.where.value)
+    assert ("{" in row.name) == ("each" in row.where.text)
 
 
 @pytest.mark.parametrize("competition", [False, True])

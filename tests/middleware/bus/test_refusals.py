@@ -3,7 +3,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import MAX_KINDS, MAX_LINE_LENGTH, MAX_LINES, MAX_SOURCES, OTHERS, Refusals
+from cellwright.middleware.bus import Refusals
+from cellwright.middleware.bus.refusals import MAX_KINDS, MAX_LINE_LENGTH, MAX_LINES, MAX_SOURCES, OTHERS
 
 SECOND = 10**9
 

@@ -14,7 +14,7 @@ from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, COMMANDS, LARGE, LATCHED, RELIABLE, Bus, Qos
 from cellwright.middleware.interface.binding import Output, bind
-from cellwright.middleware.interface.table import Availability, Endpoint, EndpointKind, Timing, accepts, publishes
+from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.commands import RobotCommands
@@ -25,12 +25,12 @@ from cellwright.robot.publications import CameraTopics, RobotPublications
 from cellwright.util.errors import UsageError
 from tests.support.cells import BARE
 
-STATE = publishes("/state", "std_msgs/Float64", 100, Availability.ALWAYS, "Time.", handler="state")
+STATE = publishes("/state", "std_msgs/Float64", 100, ALWAYS, "Time.", node="/node", handler="state")
 COMMAND = accepts(
-    EndpointKind.TOPIC, "/command_{n}", "std_msgs/Float64", Availability.ALWAYS, "A number.", handler="command"
+    EndpointKind.TOPIC, "/command_{n}", "std_msgs/Float64", ALWAYS, "A number.", node="/node", handler="command"
 ).of("7")
-ASK = accepts(EndpointKind.SERVICE, "/ask", "std_srvs/Trigger", Availability.ALWAYS, "An answer.", handler="ask")
-ACTION = accepts(EndpointKind.ACTION, "/act", "control_msgs/FollowJointTrajectory", Availability.ALWAYS, "Five topics.")
+ASK = accepts(EndpointKind.SERVICE, "/ask", "std_srvs/Trigger", ALWAYS, "An answer.", handler="ask")
+ACTION = accepts(EndpointKind.ACTION, "/act", "control_msgs/FollowJointTrajectory", ALWAYS, "Five topics.")
 
 
 class Handlers:
@@ -72,7 +72,7 @@ def test_row_is_bound_to_named_handler(simulation: Simulation) -> None:
     assert handlers.ranks == [4]  # its place in the table
     assert bus.call("/ask", TriggerRequest(), node="/me").message == "/ask from /me"
     assert said == [Float64(0.01), Float64(0.02)]
-    assert bus.topic("/state").publishers == bus.topic("/command_7").subscribers == ("/gazebo",)
+    assert bus.topic("/state").publishers == bus.topic("/command_7").subscribers == ("/node",)
 
 
 @pytest.mark.parametrize("row", [STATE, COMMAND, ASK])
@@ -92,8 +92,8 @@ def test_row_without_handler_is_refused(simulation: Simulation, row: Endpoint) -
     ],
 )
 def test_row_without_qos_has_default_of_its_type(type_name: str, latch: bool, expected: Qos) -> None:
-    assert publishes("/x", type_name, Timing.ON_EVENT, Availability.ALWAYS, "", latch=latch).qos == expected
-    assert publishes("/x", type_name, 1, Availability.ALWAYS, "", latch=latch, qos=Qos(depth=3)).qos == Qos(depth=3)
+    assert publishes("/x", type_name, Timing.ON_EVENT, ALWAYS, "", latch=latch).qos == expected
+    assert publishes("/x", type_name, 1, ALWAYS, "", latch=latch, qos=Qos(depth=3)).qos == Qos(depth=3)
 
 
 def test_qos_text_names_reliability_durability_and_depth() -> None:

@@ -7,7 +7,7 @@ from cellwright.engine.sensor import Reading
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Availability, Timing, publishes
+from cellwright.middleware.interface.table import ALWAYS, Timing, publishes
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Float64
 from tests.support.cells import BARE
@@ -19,7 +19,7 @@ class Bench:
     def __init__(self, rate: int | Timing, *, latch: bool = False) -> None:
         self.simulation: Simulation = Cell(BARE).simulation
         self.bus = Bus(lambda: self.simulation.now)
-        row = publishes("/probe", "std_msgs/Float64", rate, Availability.ALWAYS, "Time.", latch=latch)
+        row = publishes("/probe", "std_msgs/Float64", rate, ALWAYS, "Time.", node="/node", latch=latch)
         self.output = Output(self.bus, self.simulation, row)
         self.built: list[float] = []
         self.heard: list[float] = []
@@ -131,4 +131,4 @@ def test_advertised_topic_has_type_rate_and_latch_of_row(rate: int | Timing, tex
     bench = Bench(rate, latch=True)
     bench.output.advertise()
     info = bench.bus.topic("/probe")
-    assert (info.type, info.rate, info.latch, info.publishers) == ("std_msgs/Float64", text, True, ("/gazebo",))
+    assert (info.type, info.rate, info.latch, info.publishers) == ("std_msgs/Float64", text, True, ("/node",))

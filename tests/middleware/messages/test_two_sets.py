@@ -114,7 +114,7 @@ class _Depot:
 
     @contextmanager
     def served(self) -> Iterator[tuple[str, int]]:
-        server, is_over = Server(self, port=0), Event()  # type: ignore[arg-type]  # nothing is drawn here
+        server, is_over = Server(self, port=0), Event()
 
         def serve() -> None:
             while not is_over.is_set():

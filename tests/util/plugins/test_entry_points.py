@@ -24,7 +24,7 @@ raise ImportError("no such\\nluck")
 ODD = """
 import pathlib
 from cellwright.cell.interface.plugins import SensorPlugin
-from cellwright.middleware.interface.table import Availability, publishes
+from cellwright.middleware.interface.table import ALWAYS, publishes
 
 def fails(*arguments):
     raise ValueError("not today")
@@ -33,7 +33,7 @@ def number(*arguments):
     return 7
 
 NUMBER = 7
-ROW = publishes("/ariac/{sensor}", "std_msgs/Float32", 10, Availability.ALWAYS, "x")
+ROW = publishes("/ariac/{sensor}", "std_msgs/Float32", 10, ALWAYS, "x")
 FAILING = SensorPlugin(fails, ROW, fails)
 SEVEN = SensorPlugin(number, ROW, fails)
 """

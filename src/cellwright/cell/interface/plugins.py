@@ -6,11 +6,12 @@ the cell's own devices.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from cellwright.cell.devices.scene import ModelSnapshot
 from cellwright.cell.interface.devices import CellDevices
+from cellwright.cell.interface.rows import NODE
 from cellwright.config.trial.sensors import SENSOR_TYPES
 from cellwright.config.trial.trial import PictureCameraConfig, PluginDevice, SensorConfig
 from cellwright.engine.device import Device
@@ -55,11 +56,11 @@ class SensorPlugin:
     Example:
         >>> from cellwright import SensorPlugin
         >>> from cellwright.cell.devices.range_sensors import BreakBeam
-        >>> from cellwright.middleware.interface.table import Availability, publishes
+        >>> from cellwright.middleware.interface.table import ALWAYS, publishes
         >>> from cellwright.middleware.messages.standard import Float32
         >>> plugin = SensorPlugin(
         ...     make=lambda description, scene: BreakBeam(description.name, description.pose),
-        ...     row=publishes("/ariac/{sensor}", "std_msgs/Float32", 20, Availability.ALWAYS, "Range of the beam [m]."),
+        ...     row=publishes("/ariac/{sensor}", "std_msgs/Float32", 20, ALWAYS, "Range of the beam [m]."),
         ...     message=lambda reading, sensor: Float32(reading.range),
         ... )
         >>> plugin.row.of("beam_1").name
@@ -114,4 +115,5 @@ def _stream_plugin(bus: Bus, kind: str, plugin: SensorPlugin, sensor: Sensor[Any
         message: Message = call_plugin("sensors", kind, plugin.message, reading, sensor)
         return message
 
-    Output(bus, sensor.simulation, plugin.row.of(sensor.name)).stream(sensor.listen, build)
+    row = replace(plugin.row.of(sensor.name), node=plugin.row.node or NODE)
+    Output(bus, sensor.simulation, row).stream(sensor.listen, build)

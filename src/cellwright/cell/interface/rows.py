@@ -5,20 +5,13 @@ original's; "each step" means the simulation's own step. The rows mark two kinds
 observing the trays, and controlling belt, parts and scoring.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
+from enum import Enum
 from fractions import Fraction
 
 from cellwright.config.trial.trial import CameraType, PictureCameraConfig, SensorType, Trial
-from cellwright.middleware.interface.table import (
-    Availability,
-    CompetitionMode,
-    Endpoint,
-    EndpointKind,
-    Timing,
-    accepts,
-    publishes,
-)
+from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, Where, accepts, publishes
 from cellwright.util.errors import UsageError
 
 AGVS = ("1", "2")
@@ -36,8 +29,8 @@ CONTROLLER_NAMES = {
 
 TOPIC, SERVICE, ACTION = EndpointKind.TOPIC, EndpointKind.SERVICE, EndpointKind.ACTION
 EACH_STEP, ON_EVENT = Timing.EACH_STEP, Timing.ON_EVENT
-ALWAYS, WITH_ARM, WITH_AGVS, EACH_AGV = Availability.ALWAYS, Availability.ARM, Availability.AGVS, Availability.EACH_AGV
-REFUSES, SILENCED, ABSENT = CompetitionMode.REFUSES, CompetitionMode.SILENCED, CompetitionMode.ABSENT
+NODE = "/gazebo"
+"""Node of the simulator, with its name in the original's graph."""
 
 # Plugins and nodes of the original that the rows are taken from.
 MANAGER = "ROSAriacTaskManagerPlugin"
@@ -53,13 +46,55 @@ CONTROL = "controller_manager"
 ACTIONS = "actionlib"
 FRAMES = "robot_state_publisher"
 
+
+class CompetitionMode(Enum):
+    """Treatment of a row in competition mode; all others are the same."""
+
+    REFUSES = "answers success = false"
+    SILENCED = "silent"
+    """Nothing is published. Subscribing has no price, unlike in the original, where it spoilt the score."""
+    ABSENT = "absent"
+
+
+IN_COMPETITION = {
+    "/ariac/submit_tray": CompetitionMode.REFUSES,
+    "/ariac/trays": CompetitionMode.SILENCED,
+    "/ariac/kit_tray_{n}/clear_tray": CompetitionMode.REFUSES,
+    "/ariac/conveyor/control": CompetitionMode.REFUSES,
+    "/ariac/population/control": CompetitionMode.ABSENT,
+}
+"""Rows that differ in competition mode, by name: those that would be cheating there."""
+
+
+def _each_sensor(text: str, *types: SensorType | CameraType) -> Where:
+    """Return the occurrence of a row that exists for each sensor of some types."""
+    return Where(text, lambda trial: [sensor.name for sensor in trial.sensors if sensor.type in types])
+
+
+def _has_cameras(trial: Trial) -> bool:
+    return trial.options.insert_agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors)
+
+
+WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
+WITH_AGVS = Where.when("with AGVs", lambda trial: trial.options.insert_agvs)
+EACH_AGV = Where("for each AGV", lambda trial: AGVS if trial.options.insert_agvs else ())
+WITH_BELT_PARTS = Where.when("with belt parts", lambda trial: trial.belt_parts)
+WITH_CAMERAS = Where.when("with AGVs or logical cameras", _has_cameras)
+EACH_BREAK_BEAM = _each_sensor("for each break beam", "break_beam")
+EACH_PROXIMITY_SENSOR = _each_sensor("for each proximity sensor", "proximity_sensor")
+EACH_LASER_PROFILER = _each_sensor("for each laser profiler", "laser_profiler")
+EACH_LOGICAL_CAMERA = _each_sensor("for each logical camera", "logical_camera")
+EACH_COLOUR_CAMERA = _each_sensor("for each rgb_camera and rgbd_camera", "rgb_camera", "rgbd_camera")
+EACH_DEPTH_CAMERA = _each_sensor("for each depth_camera and rgbd_camera", "depth_camera", "rgbd_camera")
+EACH_CLOUD_CAMERA = _each_sensor("for each depth_camera", "depth_camera")
+
 # fmt: off
 TIME_AND_FRAMES = (
     publishes("/clock", "rosgraph_msgs/Clock", EACH_STEP, ALWAYS,
          "Simulation time.", handler="clock", source="gazebo_ros"),
     publishes("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
          "Poses of the arm's links.", node="/robot_state_publisher", handler="arm_frames", source=FRAMES),
-    publishes("/tf", "tf2_msgs/TFMessage", 10, Availability.CAMERAS,
+    publishes("/tf", "tf2_msgs/TFMessage", 10, WITH_CAMERAS,
          "Poses of the logical cameras and of the objects in view.", handler="camera_frames", source=CAMERA),
     publishes("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,
          "Frames of bins, belt, load points and sensors, and those fixed to links of the arm.",
@@ -83,7 +118,7 @@ TRIAL = (
           handler="material_locations", source=MANAGER),
     accepts(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
           "Scores a tray where it stands; no response unless the state is `go`.",
-          competition=REFUSES, handler="submit_tray", source=MANAGER),
+          handler="submit_tray", source=MANAGER),
     accepts(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
           "Current intention of the agent in one line, for viewers; without effect on the run.",
           handler="note_intention"),
@@ -150,67 +185,59 @@ TRAYS = (
          "Faulty parts on the tray of the AGV.", latch=True, handler="quality_control_image", source=CAMERA),
     publishes("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
          "Contents of each tray, one message per tray.",
-         competition=SILENCED, handler="tray_contents", source=KIT_TRAY),
+         handler="tray_contents", source=KIT_TRAY),
     accepts(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
-          "Removes everything from the tray.", competition=REFUSES, handler="clear_tray", source=KIT_TRAY),
+          "Removes everything from the tray.", handler="clear_tray", source=KIT_TRAY),
 )
 
 BELT = (
     accepts(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
           "Sets the power of the belt, 0 to 100; other values change nothing and succeed as well.",
-          competition=REFUSES, handler="control_conveyor", source=CONVEYOR),
-    publishes("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, Availability.BELT_PARTS,
+          handler="control_conveyor", source=CONVEYOR),
+    publishes("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, WITH_BELT_PARTS,
          "Whether parts are being added to the belt.", handler="population_state", source=POPULATION),
-    accepts(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", Availability.BELT_PARTS,
+    accepts(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", WITH_BELT_PARTS,
           "`pause`, `resume` or `restart` the flow of parts; no response to other actions.",
-          competition=ABSENT, handler="control_population", source=POPULATION),
+          handler="control_population", source=POPULATION),
 )
 
 SENSORS = (
-    publishes("/ariac/{sensor}", "osrf_gear/Proximity", 20, Availability.BREAK_BEAM,
+    publishes("/ariac/{sensor}", "osrf_gear/Proximity", 20, EACH_BREAK_BEAM,
          "Whether an object interrupts the beam.", latch=True, handler="break_beam", source=BEAM),
-    publishes("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, Availability.BREAK_BEAM,
+    publishes("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, EACH_BREAK_BEAM,
          "The same, published only at a change.", latch=True, handler="break_beam_change", source=BEAM),
-    publishes("/ariac/{sensor}", "sensor_msgs/Range", 20, Availability.PROXIMITY_SENSOR,
+    publishes("/ariac/{sensor}", "sensor_msgs/Range", 20, EACH_PROXIMITY_SENSOR,
          "Distance to the nearest object in the cone; the maximum range if there is none.",
          handler="proximity_sensor", source="gazebo_ros_range"),
-    publishes("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, Availability.LASER_PROFILER,
+    publishes("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, EACH_LASER_PROFILER,
          "Profile of 400 distances.", handler="laser_profiler", source="gazebo_ros_laser"),
-    publishes("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Availability.LOGICAL_CAMERA,
+    publishes("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, EACH_LOGICAL_CAMERA,
          "Types and poses of all objects in view, occluded or not.",
          latch=True, handler="logical_camera", source=CAMERA),
 )
 
 PICTURES = (
-    publishes("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Availability.COLOUR_CAMERA,
+    publishes("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, EACH_COLOUR_CAMERA,
          "Colour picture, `rgb8`.", handler="colour_picture"),
-    publishes("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Availability.COLOUR_CAMERA,
+    publishes("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, EACH_COLOUR_CAMERA,
          "Camera matrix of the colour pictures, without distortion.", handler="camera_info"),
-    publishes("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Availability.DEPTH_CAMERA,
+    publishes("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, EACH_DEPTH_CAMERA,
          "Depth along the line of sight [m], `32FC1`; NaN where nothing was measured.", handler="depth_picture"),
-    publishes("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Availability.DEPTH_CAMERA,
+    publishes("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, EACH_DEPTH_CAMERA,
          "Camera matrix of the depth pictures, the same as that of the colour pictures.", handler="camera_info"),
-    publishes("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Availability.DEPTH_CAMERA,
+    publishes("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, EACH_DEPTH_CAMERA,
          "One point per pixel in the optical frame, with its colour if the camera has colour; NaN where nothing was "
          "measured.", handler="depth_points"),
-    publishes("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Availability.CLOUD_CAMERA,
+    publishes("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, EACH_CLOUD_CAMERA,
          "Measured points in the camera's frame.", handler="point_cloud"),
 )
 # fmt: on
 """Camera topics, which did not exist in 2017; the rate is that of the camera."""
 
-GEAR: tuple[Endpoint, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
+GEAR: tuple[Endpoint, ...] = tuple(
+    replace(row, node=row.node or NODE) for row in (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
+)
 """The whole interface, as templates."""
-
-SENSOR_TYPES: dict[Availability, tuple[SensorType | CameraType, ...]] = {
-    Availability.BREAK_BEAM: ("break_beam",),
-    Availability.PROXIMITY_SENSOR: ("proximity_sensor",),
-    Availability.LASER_PROFILER: ("laser_profiler",),
-    Availability.LOGICAL_CAMERA: ("logical_camera",),
-    Availability.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
-    Availability.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
-    Availability.CLOUD_CAMERA: ("depth_camera",),
-}
 
 
 def rows(trial: Trial, *, competition: bool) -> tuple[Endpoint, ...]:
@@ -219,39 +246,25 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Endpoint, ...]:
     Raises:
         UsageError: a sensor's name leads to a topic that is already published with another type.
     """
-    endpoints = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
-    if competition:
-        handlers = {REFUSES: "refuse", SILENCED: "silence"}
-        endpoints = [replace(row, handler=handlers.get(row.competition, row.handler)) for row in endpoints]
-        endpoints = [row for row in endpoints if row.competition is not ABSENT]
+    handlers = {CompetitionMode.REFUSES: "refuse", CompetitionMode.SILENCED: "silence"}
+    endpoints = []
+    for row in GEAR:
+        mode = IN_COMPETITION.get(row.name) if competition else None
+        if mode is not CompetitionMode.ABSENT:
+            served = row if mode is None else replace(row, handler=handlers[mode])
+            endpoints += [served.of(subject) for subject in row.where.subjects(trial)]
     for camera in trial.sensors:
         if isinstance(camera, PictureCameraConfig):
-            endpoints += camera_rows(camera)
+            endpoints += camera_rows(trial, camera)
     _refuse_clashes(endpoints)
     return tuple(endpoints)
 
 
-def camera_rows(camera: PictureCameraConfig) -> list[Endpoint]:
-    """Return the rows of one camera, at its rate."""
+def camera_rows(trial: Trial, camera: PictureCameraConfig) -> list[Endpoint]:
+    """Return the rows of one camera of a trial, at its rate."""
     rate = Fraction(repr(camera.rate))
-    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in SENSOR_TYPES[row.where]]
-
-
-def _subjects(where: Availability, trial: Trial) -> Sequence[str | None]:
-    """Return the subjects of a row in a cell: sensors, AGVs, None once, or nothing."""
-    if where in SENSOR_TYPES:
-        return [sensor.name for sensor in trial.sensors if sensor.type in SENSOR_TYPES[where]]
-    agvs = trial.options.insert_agvs
-    if where is EACH_AGV:
-        return AGVS if agvs else ()
-    is_present = {
-        ALWAYS: True,
-        WITH_ARM: trial.has_arm,
-        WITH_AGVS: agvs,
-        Availability.BELT_PARTS: bool(trial.belt_parts),
-        Availability.CAMERAS: agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
-    }[where]
-    return (None,) if is_present else ()
+    found = (row for row in PICTURES if camera.name in row.where.subjects(trial))
+    return [replace(row.of(camera.name), rate=rate, node=NODE) for row in found]
 
 
 def _refuse_clashes(endpoints: Iterable[Endpoint]) -> None:

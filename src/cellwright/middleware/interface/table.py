@@ -5,10 +5,11 @@ A row names its handler, and `binding.bind` puts all rows of a table on a bus. T
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
-from typing import TypeAlias, TypedDict, Unpack
+from typing import Any, Self, TypeAlias, TypedDict, Unpack
 
 from cellwright.middleware.bus import COMMANDS, LARGE, LATCHED, RELIABLE, Direction, Qos
 
@@ -34,59 +35,45 @@ class Timing(Enum):
 Rate: TypeAlias = Fraction | Timing  # messages per second of simulation time [Hz], or the occasion
 
 
-class Availability(Enum):
-    """Availability of a row: in which cells, and how often."""
+@dataclass(frozen=True, slots=True)
+class Where:
+    """Occurrence of a row: in which cells or robots, and how often.
 
-    ALWAYS = "always"
-    ARM = "with an arm"
-    AGVS = "with AGVs"
-    EACH_AGV = "for each AGV"
-    BELT_PARTS = "with belt parts"
-    CAMERAS = "with AGVs or logical cameras"
-    BREAK_BEAM = "for each break beam"
-    PROXIMITY_SENSOR = "for each proximity sensor"
-    LASER_PROFILER = "for each laser profiler"
-    LOGICAL_CAMERA = "for each logical camera"
-    COLOUR_CAMERA = "for each rgb_camera and rgbd_camera"
-    DEPTH_CAMERA = "for each depth_camera and rgbd_camera"
-    CLOUD_CAMERA = "for each depth_camera"
-    ARMS = "with arms in the robot configuration"
-    GRIPPERS = "with grippers in the robot configuration"
-    EACH_CAMERA = "for each camera of the robot configuration"
-    FREE_BASE = "without a fixed link"
-    SIMULATED_TIME = "with simulated time"
+    Attributes:
+        text: for readers, such as "with an arm".
+        subjects: takes the description of a cell or robot; returns the names or numbers for which it has the row. A row
+            without a placeholder has the subject None, or no subject where it is absent.
+    """
+
+    text: str
+    subjects: Callable[[Any], Sequence[str | None]]
+
+    @classmethod
+    def when(cls, text: str, holds: Callable[[Any], object]) -> Self:
+        """Return the occurrence of a row that exists once, if a predicate of the description holds."""
+        return cls(text, lambda description: (None,) if holds(description) else ())
 
 
-class CompetitionMode(Enum):
-    """Treatment of a row in competition mode."""
-
-    SAME = "the same"
-    REFUSES = "answers success = false"
-    SILENCED = "silent"
-    """Nothing is published. Subscribing has no price, unlike in the original, where it spoilt the score."""
-    ABSENT = "absent"
+ALWAYS = Where.when("always", lambda _description: True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Endpoint:
     """Row of one topic, service or action."""
 
-    name: str  # absolute; `of` fills in `{sensor}` and `{n}`, the name of a sensor and the number of an AGV
+    name: str  # absolute; `of` fills in `{sensor}` and `{n}`, the name of a sensor or a number
     type: str  # short name of the message, service or action type
     about: str  # description in a sentence
     kind: EndpointKind = EndpointKind.TOPIC
     direction: Direction = Direction.OUT
     rate: Rate | None = None  # None for what comes from clients
     latch: bool = False  # true if a late listener gets the newest message
-    where: Availability = Availability.ALWAYS
-    competition: CompetitionMode = CompetitionMode.SAME
-    node: str = "/gazebo"  # publishes, receives or serves it; name as in the original's graph
-    source: str = ""  # the part of the original that this comes from; empty for a row of Cellwright
+    where: Where = ALWAYS
+    node: str = ""  # publishes, receives or serves it; empty for the node of the table's owner
+    source: str = ""  # the program that first had it; empty for a row of Cellwright
     handler: str = ""  # name of the method that serves it; see `binding.bind`
     qos: Qos = RELIABLE
-    subject: str | None = (
-        None  # sensor or number in the name; None if the name has no placeholder, or it is not filled in
-    )
+    subject: str | None = None  # in the name; None if the name has no placeholder, or it is not filled in
 
     @property
     def period(self) -> Fraction | None:
@@ -101,7 +88,7 @@ class Endpoint:
         return "" if self.rate is None else self.rate.value
 
     def of(self, subject: str | None) -> Endpoint:
-        """Return the row for one sensor or AGV, or for none."""
+        """Return the row for one sensor or number, or for none."""
         if subject is None:
             return self
         return replace(self, name=self.name.replace("{sensor}", subject).replace("{n}", subject), subject=subject)
@@ -110,7 +97,6 @@ class Endpoint:
 class EndpointOptions(TypedDict, total=False):
     """Optional fields of a row."""
 
-    competition: CompetitionMode
     node: str
     source: str
     handler: str
@@ -121,7 +107,7 @@ def publishes(
     name: str,
     type_name: str,
     rate: int | Timing,
-    where: Availability,
+    where: Where,
     about: str,
     *,
     latch: bool = False,
@@ -137,7 +123,7 @@ def publishes(
 
 
 def accepts(
-    kind: EndpointKind, name: str, type_name: str, where: Availability, about: str, **more: Unpack[EndpointOptions]
+    kind: EndpointKind, name: str, type_name: str, where: Where, about: str, **more: Unpack[EndpointOptions]
 ) -> Endpoint:
     """Return the row of a topic that the cell receives, of a service or of an action.
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cellwright.engine.clock import PeriodicCallback
-from cellwright.middleware.bus import Node, Subscription
+from cellwright.middleware.bus import Subscription
 from cellwright.middleware.messages import Message, TypeSet
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.middleware.messages.types import FAULTS
@@ -18,7 +18,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command, note_commands
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.scene.engine import DrawnNode, SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, encode_scene
 from cellwright.util.errors import CellwrightError
 
@@ -56,7 +56,7 @@ class Recorder:
 
     def __init__(
         self,
-        served: Node,
+        served: DrawnNode,
         path: Path,
         header: RecordingHeader,
         *,
@@ -221,7 +221,7 @@ def _fault_of(message: Message, types: TypeSet) -> str:
     return "it has changed meanwhile"
 
 
-def _topics(served: Node) -> list[RecordedTopic]:
+def _topics(served: DrawnNode) -> list[RecordedTopic]:
     """List the topics of the bus, as a recording has them."""
     found = []
     for info in served.bus.topics():

@@ -19,9 +19,9 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile
 from cellwright.engine.snapshot import read_checkpoint
-from cellwright.middleware.bus import Node
 from cellwright.recording.format.commands import Command, Extras
 from cellwright.recording.format.reader import RecordingFile
+from cellwright.rendering.scene.engine import DrawnNode
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.services import RobotServices
@@ -89,7 +89,7 @@ class Rebuilt:
         close: releases it.
     """
 
-    served: Node
+    served: DrawnNode
     stamps: Stamps = field(default_factory=Stamps)
     extras: Extras = field(default_factory=dict)
     close: Callable[[], None] = lambda: None

@@ -6,18 +6,16 @@ from collections import defaultdict
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.shapes import Visuals
+from cellwright.middleware.bus import Node
 from cellwright.rendering.scene.scene import SEEN, Mesh, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.util.pose import Pose
-
-if TYPE_CHECKING:
-    from cellwright.middleware.bus import Node
 
 _TYPES = {
     ShapeType.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
@@ -30,6 +28,17 @@ _TYPES = {
 }
 _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 _OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
+
+
+class DrawnNode(Node, Protocol):
+    """Node that is seen: a cell, a robot or a recording."""
+
+    @property
+    def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
+        """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes on these bodies."""
+
+    def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
+        """Return name, engine's body and visibility of each part of a cell; see `SceneCapture`."""
 
 
 class SceneCapture:
@@ -79,7 +88,7 @@ class SceneCapture:
         )
 
     @classmethod
-    def of(cls, node: Node) -> SceneCapture:
+    def of(cls, node: DrawnNode) -> SceneCapture:
         """Return the capture of a cell or a robot."""
         return cls(*node.drawn, name=node.name, parts=node.scene_parts)
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from cellwright.middleware.bus import Node
 from cellwright.middleware.server import Server
-from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.scene.engine import DrawnNode, SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, encode_scene
 from cellwright.viewer.services.control import Control, PanelSource, offer_panel
 from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
@@ -38,7 +38,7 @@ ITS_OWN_PAGE = (
 )
 
 
-class ViewedNode(Node, Protocol):
+class ViewedNode(DrawnNode, Protocol):
     """Cell or robot node that describes its sensors and tools for viewers."""
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:

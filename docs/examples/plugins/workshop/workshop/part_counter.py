@@ -10,7 +10,7 @@ from cellwright.cell.devices.scene import ModelSnapshot
 from cellwright.cell.interface.plugins import SensorPlugin
 from cellwright.config.trial.trial import SensorConfig
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.middleware.interface.table import Availability, publishes
+from cellwright.middleware.interface.table import ALWAYS, publishes
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Float32
 
@@ -48,6 +48,6 @@ def message(reading: Count, _: Sensor[Count]) -> Message:
 
 PART_COUNTER = SensorPlugin(
     make=PartCounter,
-    row=publishes("/ariac/{sensor}", "std_msgs/Float32", 10, Availability.ALWAYS, "How many parts are near."),
+    row=publishes("/ariac/{sensor}", "std_msgs/Float32", 10, ALWAYS, "How many parts are near."),
     message=message,
 )
