@@ -22,6 +22,7 @@ from benchmarks.timing import percentile
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.interface.parameters import parameters
+from cellwright.cell.interface.rows import SIMULATOR
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.rate_control import RealTimePacer
@@ -99,7 +100,7 @@ def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -
     """Run the bridged cell until the clients are done and `seconds` are over."""
     cell = bench_cell()
     server = Server(cell, port=0)
-    with Ros1(lambda _line: None, environment=environment) as ros:
+    with Ros1(lambda _line: None, environment=environment, identity=SIMULATOR) as ros:
         ros.prepare()
         begin = time.perf_counter()
         values: Any = parameters(cell.trial, competition=True)

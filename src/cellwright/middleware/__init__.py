@@ -1,1 +1,1 @@
-"""Messages, topics and services, in one process, over sockets and over ROS 1."""
+"""Messages, topics and services: in one process, over sockets and over both generations of ROS."""

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, Direction
 from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, Where, accepts, publishes
+from cellwright.middleware.ros1.identity import Identity, node_name
 
 NODE = "/sim_robot_controller_node"
 """Default name of the node in ROS: that of the vendor's general node."""
@@ -106,8 +107,19 @@ _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML forbids. Old URDFs contain them, and a ROS master rejects them."""
 
 
+def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
+    """Return the identity of a robot's controller node in ROS 1, by its name with or without the slash in front.
+
+    Raises:
+        UsageError: ROS does not accept the name.
+    """
+    return Identity(
+        node_name(node), "robot", tells_time=sim_time, shared=(DESCRIPTION,), exclusive_topic="/io_teleop/joint_states"
+    )
+
+
 class _Node(NamedTuple):
-    """What the rows of a node depend on."""
+    """Description of a node, on which its rows depend."""
 
     config: RobotConfig
     cameras: tuple[str, ...]

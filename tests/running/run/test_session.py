@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
+from cellwright.cell.interface.rows import SIMULATOR
 from cellwright.cli.main import main
 from cellwright.clients.client import Client
 from cellwright.config.robot.config import RobotConfig
@@ -230,7 +231,7 @@ def test_session_that_is_a_node_of_ros_serves_and_joins(monkeypatch: pytest.Monk
     joined: list[tuple[str, int]] = []
 
     class Ros(ExitStack):
-        identity = ros1.SIMULATOR
+        identity = SIMULATOR
 
         def __init__(self, *_: object, **__: object) -> None:
             super().__init__()

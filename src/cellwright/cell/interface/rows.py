@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from cellwright.config.trial.trial import CameraType, PictureCameraConfig, SensorType, Trial
 from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, Where, accepts, publishes
+from cellwright.middleware.ros1.identity import Identity
 from cellwright.util.errors import UsageError
 
 AGVS = ("1", "2")
@@ -30,7 +31,14 @@ CONTROLLER_NAMES = {
 TOPIC, SERVICE, ACTION = EndpointKind.TOPIC, EndpointKind.SERVICE, EndpointKind.ACTION
 EACH_STEP, ON_EVENT = Timing.EACH_STEP, Timing.ON_EVENT
 NODE = "/gazebo"
-"""Node of the simulator, with its name in the original's graph."""
+SIMULATOR = Identity(
+    NODE,
+    "cell",
+    frame_source="/ariac/joint_states",
+    subscribes=("/ariac/gripper/state", "/ariac/trays"),  # of the original's task manager, a part of its node
+    rival="a simulator",
+)
+"""Node of a cell in ROS 1, as in the original's graph."""
 
 # Plugins and nodes of the original that the rows are taken from.
 MANAGER = "ROSAriacTaskManagerPlugin"

@@ -19,7 +19,7 @@ from cellwright.config.robot.robots import bundled, load_robot
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.middleware.ros1.host import installation
 from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient
-from cellwright.middleware.ros1.host.ros1 import node_name
+from cellwright.middleware.ros1.identity import node_name
 from cellwright.middleware.server import DEFAULT_PORT
 from cellwright.middleware.server.server import LOOPBACK
 from cellwright.util.errors import CellwrightError, RunEndedError, UsageError

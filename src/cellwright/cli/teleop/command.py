@@ -16,7 +16,7 @@ from cellwright.cli.teleop.arguments import TeleopArguments
 from cellwright.cli.teleop.checks import run_driver_check, run_motion_check
 from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
 from cellwright.config.robot.robots import load_robot
-from cellwright.middleware.ros1.host.ros1 import node_name
+from cellwright.middleware.ros1.identity import node_name
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.ros2_control import ros2_control_xacro

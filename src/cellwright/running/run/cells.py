@@ -29,7 +29,7 @@ from cellwright.running.run.target import Origin, RunControls, Served, Target, c
 from cellwright.viewer.services.cell_panel import IN_COMPETITION, OVER, CellPanel
 
 if TYPE_CHECKING:
-    from cellwright.middleware.ros1.host.ros1 import Identity
+    from cellwright.middleware.ros1.identity import Identity
     from cellwright.recording.format.format import RecordingHeader
     from cellwright.rendering.video_options import VideoOptions
     from cellwright.viewer.filming import VideoRecorder

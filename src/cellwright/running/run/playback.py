@@ -11,7 +11,7 @@ from typing import Any
 
 from cellwright.cell.interface import rows as cell
 from cellwright.engine.loop import SimulationLoop
-from cellwright.middleware.ros1.host.ros1 import Identity
+from cellwright.middleware.ros1.identity import Identity
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
@@ -32,7 +32,9 @@ class PlaybackTarget(Target):
     acts, stopped = "view the recording", "the recording has ended"
     node: Recorded
     # supplies the time; frames are those of the recording
-    identity: Identity | None = Identity(REPLAY_NODE, "recording", makes_frames=False)
+    identity: Identity | None = Identity(
+        REPLAY_NODE, "recording", subscribes=(*cell.SIMULATOR.subscribes, cell.SIMULATOR.frame_source)
+    )
     controller_names: Mapping[str, str] = MappingProxyType({**cell.CONTROLLER_NAMES, **robot.CONTROLLER_NAMES})
 
     def __init__(

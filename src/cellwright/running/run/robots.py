@@ -13,10 +13,10 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.description import description
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf_file import read_text
-from cellwright.middleware.ros1.host.ros1 import Identity, robot_identity
+from cellwright.middleware.ros1.identity import Identity
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.robot.commander import CLEAR_STOP
-from cellwright.robot.interface import CONTROLLER_NAMES, NODE, ros_parameters
+from cellwright.robot.interface import CONTROLLER_NAMES, NODE, robot_identity, ros_parameters
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp
 from cellwright.running.run.result import SessionResult

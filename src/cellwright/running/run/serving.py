@@ -57,7 +57,8 @@ class Serving:
         options, stop = self.options, self._controls.stop
         if not (options.ros1 or options.ros2):
             return
-        from cellwright.middleware.ros1.host.ros1 import SIMULATOR, Ros1
+        from cellwright.cell.interface.rows import SIMULATOR
+        from cellwright.middleware.ros1.host.ros1 import Ros1
 
         if (names := self._ros_names) is None:
             raise UsageError("ros: the target is no node of ROS; serve it without")

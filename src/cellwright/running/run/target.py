@@ -22,7 +22,7 @@ from cellwright.running.run.options import RunOptions
 from cellwright.running.run.result import Outcome, RunResult, SessionResult, versions
 
 if TYPE_CHECKING:
-    from cellwright.middleware.ros1.host.ros1 import Identity
+    from cellwright.middleware.ros1.identity import Identity
     from cellwright.middleware.server import Server
     from cellwright.recording.format.format import RecordingHeader
     from cellwright.recording.format.run_log import RunEvents

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
+from cellwright.cell.interface.rows import SIMULATOR
 from tests.middleware.ros1.bridge.fake_cell import FakeCell
 from tests.middleware.ros1.bridge.wire import OPENED
 from tests.ros1.ground import Ground
@@ -37,7 +38,10 @@ def start_bridge(
         cold: start an interpreter for it; otherwise it is forked from one that has loaded rospy.
         more: further variables of its environment.
     """
-    command = [str(ros_python()), str(PROGRAM), "--connect", cell.address, "--robot-state-publisher", frames, *options]
+    topics = f"--frame-source={SIMULATOR.frame_source}", f"--subscribe={','.join(SIMULATOR.subscribes)}"
+    graph = ["--name=/gazebo", *topics]
+    own = ["--connect", cell.address, "--robot-state-publisher", frames, *graph, *options]
+    command = [str(ros_python()), str(PROGRAM), *own]
     process = (ground.cold_start if cold else ground.start)(command, folder=None, **more)
     if ready:
         process.wait_for("^ready$")

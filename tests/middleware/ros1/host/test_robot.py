@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cellwright.middleware.ros1.host import Ros1
-from cellwright.middleware.ros1.host.ros1 import robot_identity
+from cellwright.robot.interface import robot_identity
 from cellwright.util.errors import UsageError
 from tests.ros1.ground import Ground
 

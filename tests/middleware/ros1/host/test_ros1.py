@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from cellwright.cell.interface.rows import SIMULATOR
 from cellwright.cli.options import SPEED
 from cellwright.middleware.ros1.host import Ros1
 from cellwright.util.errors import UsageError
@@ -253,7 +254,7 @@ def test_cell_in_background_of_script_ends_on_signal(no_master: Ground) -> None:
 def test_bridge_that_cannot_be_started_is_tried_again(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
     """For example if the machine has no process left for the bridge."""
     said: list[str] = []
-    with Ros1(said.append, environment=master.environment) as ros:
+    with Ros1(said.append, environment=master.environment, identity=SIMULATOR) as ros:
         ros.prepare()
 
         def fail(*_: Any, **__: Any) -> None:

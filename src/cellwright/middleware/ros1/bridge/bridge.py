@@ -25,8 +25,6 @@ import rospy
 
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
-    FRAME_SOURCE,
-    OWN_TOPICS,
     Master,
     MasterWatch,
     OwnSubscription,
@@ -59,12 +57,24 @@ _PAUSE = 0.02
 
 
 class Bridge:
-    """A cell as a ROS node; `state_publisher` is the path of robot_state_publisher, `auto` or `none`."""
+    """A cell as a ROS node.
 
-    def __init__(self, address: tuple[str, int], node: str, state_publisher: str) -> None:
+    Args:
+        address: host and port of the server.
+        node: name of the node.
+        state_publisher: path of robot_state_publisher, `auto` or `none`.
+        frame_source: topic of the joint states from which it computes frames.
+        subscribes: own topics that the node also subscribes to.
+    """
+
+    def __init__(
+        self, address: tuple[str, int], node: str, state_publisher: str, frame_source: str, subscribes: list[str]
+    ) -> None:
         self._address = address
         self._node = node
         self._program = state_publisher
+        self._frame_source = frame_source
+        self._subscribes = subscribes
         self._loop = EventLoop()
         self._frames: StatePublisher | None = None
         self._steps: StepQueue | None = None
@@ -132,7 +142,7 @@ class Bridge:
                 f"robot_state_publisher is not installed ({HOW_TO_GET_IT}): {self._node} publishes the frames itself"
             )
             return None
-        return StatePublisher(self._loop, program)
+        return StatePublisher(self._loop, program, self._frame_source)
 
     def _publications(self, topics: list[dict[str, Any]]) -> list[Publication]:
         """Return the publications: all that leaves the cell, except what robot_state_publisher publishes."""
@@ -152,7 +162,7 @@ class Bridge:
         return found
 
     def _subscribe(self, topics: list[dict[str, Any]]) -> None:
-        """Subscribe to the cell's commands, and to the node's own topics that the original's node subscribes to."""
+        """Subscribe to the cell's commands, and to topics of the node itself."""
         limit_messages(ThrottledLog(self._loop, "{count} messages on {subject} dropped: too long").count)
         in_lockstep = self._sent is not None
         self._commands = {
@@ -167,7 +177,7 @@ class Bridge:
             for topic in topics
             if topic["direction"] == "in"
         }
-        own = {*OWN_TOPICS, *([] if self._frames is not None else [FRAME_SOURCE])}
+        own = {*self._subscribes, *([] if self._frames is not None else [self._frame_source])}
         for topic in topics:
             if topic["name"] in own and topic["direction"] == "out":
                 OwnSubscription(topic["name"], topic["type"]).register()
@@ -187,7 +197,7 @@ class Bridge:
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
         """Wait until robot_state_publisher is up, so that programs that find the cell find its frames."""
         end = time.monotonic() + _PUBLISHER_PATIENCE
-        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=FRAME_SOURCE):
+        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=self._frame_source):
             if time.monotonic() > end or not frames.is_alive:
                 report("robot_state_publisher has not started yet: the frames of the arm are missing until it does")
                 return
@@ -210,12 +220,15 @@ class Bridge:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="bridge", description="Present a served cell or robot as a ROS 1 node.")
     parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="address of the server")
-    parser.add_argument("--name", metavar="/NODE", default="/gazebo", help="name of the node (%(default)s)")
+    parser.add_argument("--name", metavar="/NODE", required=True, help="name of the node")
     parser.add_argument(
         "--robot-state-publisher",
         metavar="PATH",
         default=AUTO,
         help=f"program that publishes the frames of the arm; `{AUTO}` searches for it, `{NONE}` uses none",
     )
+    parser.add_argument("--frame-source", metavar="TOPIC", default="", help="joint states that the frames come from")
+    parser.add_argument("--subscribe", metavar="TOPICS", default="", help="own topics that the node subscribes to")
     options = parser.parse_args()
-    Bridge(options.connect, options.name, options.robot_state_publisher).run()
+    own_topics = options.subscribe.split(",")
+    Bridge(options.connect, options.name, options.robot_state_publisher, options.frame_source, own_topics).run()

@@ -35,9 +35,6 @@ REQUEST_TIMEOUT = 120.0
 """Longest silence [s] of a connection; each has its own thread. Nodes leave theirs after half a minute."""
 
 _LENGTH = struct.Struct("<I")
-OWN_TOPICS = ("/ariac/gripper/state", "/ariac/trays")
-"""Topics that the original's own task manager, a part of /gazebo, subscribes to."""
-FRAME_SOURCE = "/ariac/joint_states"  # subscribed to by the node that publishes the arm's frames
 SIGN_OFF_TIMEOUT = 1.5  # limit of the sign-off [s], which usually takes some 10 ms
 MASTER_TIMEOUT = 2.0  # time for the master to answer [s]
 MASTER_PERIOD = 1.0  # time between two checks of it [s]

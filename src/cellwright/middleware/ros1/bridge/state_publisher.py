@@ -38,16 +38,11 @@ def find_state_publisher() -> str | None:
 
 
 class StatePublisher:
-    """Child process of the program, started again when it ends."""
+    """Child process of the program, started again when it ends; `source` is the topic of joint states."""
 
-    def __init__(self, loop: EventLoop, program: str) -> None:
+    def __init__(self, loop: EventLoop, program: str, source: str) -> None:
         self._loop = loop
-        self._arguments = [
-            program,
-            f"__name:={NODE[1:]}",
-            "joint_states:=/ariac/joint_states",
-            "_publish_frequency:=50.0",
-        ]
+        self._arguments = [program, f"__name:={NODE[1:]}", f"joint_states:={source}", "_publish_frequency:=50.0"]
         self._pause = 1.0
         self._text = b""
         self._is_stopping = False

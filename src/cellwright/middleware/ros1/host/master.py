@@ -99,8 +99,7 @@ class MasterClient:
     def set_parameters(self, parameters: Mapping[str, Any]) -> None:
         """Set many parameters, nested in dictionaries by their names.
 
-        Other parameters beside them stay, down to the second level: `/gazebo` may have some of other programs, but
-        `/ariac/arm` has not.
+        Other parameters beside them stay, down to the second level: a node's own may have some of other programs.
         """
         for name, value in parameters.items():
             if isinstance(value, Mapping):

@@ -7,11 +7,10 @@ first /clock is the sign that the cell is ready.
 
 from __future__ import annotations
 
-import re
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -19,55 +18,13 @@ from cellwright._package import FOLDER
 from cellwright.middleware.child import BridgeProcess, RestartDelay, describe_exit, start_bridge
 from cellwright.middleware.ros1.host import installation as installations
 from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient, MasterError, OwnMaster
+from cellwright.middleware.ros1.identity import Identity
 from cellwright.util.errors import UsageError
 
-_NODE_NAME = re.compile(r"/?[A-Za-z]\w*(/[A-Za-z]\w*)*", re.ASCII)
-_MAX_NAME_LENGTH = 255
 MASTER_IS_BACK = 75
 """The bridge's exit status if a lost master answers again: everything has to be registered again."""
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
 _AGAIN = 0.5  # time [s] between two attempts to reach a lost master
-
-
-@dataclass(frozen=True, slots=True)
-class Identity:
-    """Identity of a node at the master."""
-
-    node: str
-    kind: str  # its kind, in a word
-    tells_time: bool = True  # true if it publishes /clock, with /use_sim_time set
-    makes_frames: bool = True  # true if robot_state_publisher, or else the node, computes frames from joint states
-    shared: tuple[str, ...] = ()  # own parameters that it also sets globally, unless another program has
-    exclusive_topic: str = ""  # a topic on which no other node should publish; empty for none
-
-
-SIMULATOR = Identity("/gazebo", "cell")  # the node of the 2017 simulator
-
-
-def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
-    """Return the identity of a robot's controller node, by its name with or without the slash in front.
-
-    Raises:
-        UsageError: ROS does not accept the name.
-    """
-    return Identity(
-        node_name(node),
-        "robot",
-        tells_time=sim_time,
-        makes_frames=False,
-        shared=("robot_description",),
-        exclusive_topic="/io_teleop/joint_states",
-    )
-
-
-def node_name(text: str) -> str:
-    """Return a node's absolute name; a UsageError if ROS does not accept the name."""
-    if not _NODE_NAME.fullmatch(text) or len(text) > _MAX_NAME_LENGTH:
-        raise UsageError(
-            f"{text!r:.80} is not a node name; use letters, digits and _, with a letter first, "
-            "like openloong_controller_node"
-        )
-    return text if text.startswith("/") else f"/{text}"
 
 
 Serve = Callable[[float], object]  # serves the cell's clients for some time [s]
@@ -85,7 +42,7 @@ class Ros1:
         is_stopped: Callable[[], bool] = lambda: False,
         environment: Mapping[str, str] | None = None,
         *,
-        identity: Identity = SIMULATOR,
+        identity: Identity,
     ) -> None:
         self.identity = identity
         self.report = report
@@ -248,7 +205,12 @@ class Ros1:
         self._bridge = BridgeProcess(
             _BRIDGE_PROGRAM,
             self._address,
-            [f"--name={identity.node}", f"--robot-state-publisher={'auto' if identity.makes_frames else 'none'}"],
+            [
+                f"--name={identity.node}",
+                f"--robot-state-publisher={'auto' if identity.frame_source else 'none'}",
+                f"--frame-source={identity.frame_source}",
+                f"--subscribe={','.join(identity.subscribes)}",
+            ],
             python=self._installation.python,
             environment=self._installation.environment,
             on_line=self._on_line,
@@ -265,8 +227,10 @@ class Ros1:
         node = self.master.living_node(name)
         if node is None:
             return
-        if self.identity is SIMULATOR:
-            raise UsageError(f"a simulator already runs at {self.master.uri}: its node {name} answers at {node}")
+        if self.identity.rival:
+            raise UsageError(
+                f"{self.identity.rival} already runs at {self.master.uri}: its node {name} answers at {node}"
+            )
         raise UsageError(
             f"node {name} already runs at {self.master.uri}: it answers at {node}; stop it, or choose another name"
         )

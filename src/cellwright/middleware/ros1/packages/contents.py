@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 from cellwright._package import FOLDER
-from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.util.errors import UnknownNameError
@@ -32,6 +31,7 @@ ROBOTS = "io_teleop_robot_descriptions"
 VENDORS_NAMES = {"qinglong": "OpenLoong"}
 """Bundled robots with another name in the io_teleop workspace."""
 
+_CATALOGUES = Path(FOLDER) / "config"  # bundled trials and robots, which the packages hand on as files
 _QINGLONG, _ANY_ROBOT = "openloong_controller_node.py", "general_sim_robot_control_node.py"
 
 _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
@@ -56,10 +56,10 @@ def package_files(package: str, programs: Path) -> dict[str, bytes]:
         if owner == package:
             found[f"{namespace}/{last}.{namespace}"] = text.encode()
     if package == "osrf_gear":
-        for trial in (*bundled(), *bundled_sensors()):
-            found.setdefault(f"{CONFIGURATIONS}/{trial}.yaml", find_trial(trial).read_bytes())
+        for path, content in _read(_CATALOGUES / "trial" / "catalogue").items():
+            found.setdefault(f"{CONFIGURATIONS}/{path}", content)
     if package == IO_TELEOP:
-        for path, content in _read(Path(FOLDER) / "config" / "robot" / "catalogue").items():
+        for path, content in _read(_CATALOGUES / "robot" / "catalogue").items():
             robot, _, rest = path.partition("/")
             found[f"{ROBOTS}/{VENDORS_NAMES.get(robot, robot)}/{rest}"] = content
         found[f"scripts/{_ANY_ROBOT}"] = (  # it finds the robot by its own file name and its options

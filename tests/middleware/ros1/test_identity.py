@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.host.ros1 import SIMULATOR, node_name, robot_identity
+from cellwright.cell.interface.rows import SIMULATOR
+from cellwright.middleware.ros1.identity import node_name
+from cellwright.robot.interface import robot_identity
 from cellwright.util.errors import UsageError
 
 ACCEPTED = re.compile(r"/[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
@@ -20,9 +22,9 @@ def test_node_name_without_slash_gets_one(name: str) -> None:
 def test_robot_uses_wall_time_by_default() -> None:
     assert not robot_identity("a").tells_time
     assert robot_identity("a", sim_time=True).tells_time
-    assert not robot_identity("a", sim_time=True).makes_frames
+    assert not robot_identity("a", sim_time=True).frame_source
     assert SIMULATOR.tells_time
-    assert SIMULATOR.makes_frames
+    assert SIMULATOR.frame_source
 
 
 @pytest.mark.parametrize("name", ["", "/", "2arms", "left arm", "a//b", "a/", "~own", "roboter_ä", "a\n", "a" * 300])
