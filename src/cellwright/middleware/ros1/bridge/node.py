@@ -27,7 +27,7 @@ from rospy.impl.tcpros_pubsub import TCPROSSub
 
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES
-from cellwright.middleware.wire.relay import GraphGoneError
+from cellwright.middleware.wire.graph import GraphGoneError
 
 MAX_REQUEST_BYTES = 1 << 20  # longest request; those of nodes and masters have some hundreds of bytes
 

@@ -41,15 +41,8 @@ from cellwright.middleware.ros1.bridge.ros_client import (
 from cellwright.middleware.ros1.bridge.tcpros import raw_type
 from cellwright.middleware.wire.event_loop import EventLoop, MissingError, ThrottledLog
 from cellwright.middleware.wire.frames import MAX_FRAME_BYTES
-from cellwright.middleware.wire.relay import (
-    CLOCK,
-    STEP,
-    Graph,
-    PublishedTopic,
-    ServiceGoneError,
-    SubscribedTopic,
-    serve_one,
-)
+from cellwright.middleware.wire.graph import Graph, PublishedTopic, ServiceGoneError, SubscribedTopic
+from cellwright.middleware.wire.relay import CLOCK, STEP, serve_one
 
 _SIMULATOR_NAP = 0.05
 _CLOCK_BYTES = 8

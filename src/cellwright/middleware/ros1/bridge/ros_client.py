@@ -15,7 +15,8 @@ from cellwright.middleware.ros1.bridge.message_bytes import has_header
 from cellwright.middleware.ros1.bridge.node import Master
 from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import PROTOCOL
-from cellwright.middleware.wire.relay import CLOCK, STEP, PublishedTopic, ServiceGoneError, SubscribedTopic
+from cellwright.middleware.wire.graph import PublishedTopic, ServiceGoneError, SubscribedTopic
+from cellwright.middleware.wire.relay import CLOCK, STEP
 
 CONNECT_TIMEOUT = 5.0  # time for the other node to answer the handshake [s]
 _LENGTH = struct.Struct("<I")

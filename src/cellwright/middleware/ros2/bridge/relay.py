@@ -38,15 +38,8 @@ from cellwright.middleware.ros2.bridge.services import NANOSECONDS, STEP_TYPE
 from cellwright.middleware.ros2.bridge.topics import as_bytes
 from cellwright.middleware.wire.event_loop import EventLoop, MissingError
 from cellwright.middleware.wire.frames import PROTOCOL
-from cellwright.middleware.wire.relay import (
-    CLOCK,
-    STEP,
-    Graph,
-    PublishedTopic,
-    ServiceGoneError,
-    SubscribedTopic,
-    serve_one,
-)
+from cellwright.middleware.wire.graph import Graph, PublishedTopic, ServiceGoneError, SubscribedTopic
+from cellwright.middleware.wire.relay import CLOCK, STEP, serve_one
 
 DEPTH = 1000
 """Messages that may wait on a topic, either way."""
