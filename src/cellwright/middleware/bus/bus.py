@@ -203,6 +203,7 @@ class Bus:
             raise self._refused(topic, node, error) from None
         if self.on_input:
             self.note(ExternalInput(InputKind.PUBLISH, topic, valid, node))
+        # As in ROS, subscribers hear a command even if its receiver refuses it: both get it from the sender.
         refusal: RejectedCommandError | None = None
         try:
             entry.handler(valid, node)

@@ -50,6 +50,7 @@ class Refusals:
 
     def refuse(self, source: str, reason: str) -> None:
         """Count a refusal, and report it unless one of its kind was reported less than a second ago."""
+        # Names come from outside: a client that invents one for each message must not fill memory or lines.
         source = _one_line(source, _MAX_SOURCE_LENGTH)
         if source not in self._counts and len(self._counts) >= MAX_SOURCES:
             source = OTHERS

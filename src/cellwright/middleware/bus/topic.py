@@ -179,6 +179,8 @@ class Publisher:
         """
         if type(message) is not self._class:
             raise UsageError(f"{self._topic.name} carries {self._topic.type}, not {describe_value(message)}")
+        # A reading that was measured before a subscription began would not exist without an earlier listener: then
+        # what one client gets would depend on another.
         if self.latch:
             self._newest = message
         elif measured is not None and measured <= self._newest_since:

@@ -86,6 +86,7 @@ class _OnDemand(ABC):
         self._output = output
         self._end: Callable[[], None] | None = None
         self._publisher = output.advertise(None if output.row.latch else self._take_listeners)
+        # The original samples latched topics without listeners, too, so that a late one gets the newest message.
         if output.row.latch:
             self._end = self._begin()
 

@@ -105,11 +105,13 @@ class _WriterSource:
         """Add a string or a sequence of strings, looked up in the cache as a whole."""
         self._align(4)
         self._flush()
+        # The padding behind a string is kept with it in the cache: then the offset is known again, modulo four.
         is_filled = follows >= 4
         self._add(f"data += {kind}{'_filled' if is_filled else ''}[{value}]")
         self._place, self._modulus = 0, 4 if is_filled else 1
 
     def _numbers(self, name: str, value: str, length: int | None) -> None:
+        # An array of another byte order or size would be written without an error: its type is looked at first.
         size = struct.calcsize(f"<{_CODES[name]}")
         values, count = self._variable(value), self._variable(None)
         self._add(f"({count},) = {values}.shape")
@@ -143,7 +145,9 @@ class _WriterSource:
         before = self._place, self._modulus
         lines, variables = len(self._lines), self._variables
         self._indent += " "
-        while True:  # until the offset known at its beginning holds after each round
+        # A round begins where the one before ended, so only the part of the offset that both share is known at its
+        # beginning. It shrinks from 8 to 4, 2 and 1 at most: the fourth attempt holds.
+        while True:
             begun = self._place, self._modulus
             self._field(each, member, min(follows, self._alignment(member)))
             self._flush()
@@ -208,6 +212,7 @@ class _WriterSource:
 
 def _common(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
     """Return what two offsets (offset, modulus) have in common."""
+    # Offsets agree modulo the largest power of two that divides their difference.
     modulus = min(one[1], other[1])
     while (one[0] - other[0]) % modulus:
         modulus //= 2

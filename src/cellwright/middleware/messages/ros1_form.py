@@ -70,6 +70,7 @@ class Ros1Form:
 
     def definition(self, name: str) -> str:
         """Return the full definition of a message, with the types in it; see `TypeSet.definition`."""
+        # ROS's own text has comments. It is used if there is one for every type within, in ROS's own order.
         bare, texts = self._generated(name)[0], self.texts()
         _, *others = bare.split(f"{SEPARATOR}\n")
         embedded = [full_name(each.partition("\n")[0].removeprefix("MSG: ")) for each in others]
@@ -127,6 +128,7 @@ def ros1_store(ros2: Typestore) -> Typestore:
     store.fielddefs[RANGE] = (constants, [field for field in fields if field[0] != "variance"])
     store.types[RANGE] = cast("type[MsgType]", partial(ros2.types[RANGE], variance=0.0))
 
+    # The four bytes of the sequence number are skipped by shifting all offsets; the buffer begins with zeros.
     plain = store.get_msgdef(HEADER)
     store.cache[HEADER] = replace(
         plain,

@@ -254,6 +254,7 @@ class TypeSet:
         """
         if _is_values(message_class):
             return self._values.read(data, message_class)
+        # The padding has no length of its own: the shortest one with which the message fits is taken.
         try:
             return self.from_cdr(data, message_class)
         except MessageError:

@@ -49,6 +49,16 @@ MAX_PENDING_ADVANCES = 16
 """Largest number of pending ADVANCE requests of one client; a program waits for each before the next one."""
 _MAX_NODE_LENGTH = 255
 
+Reply: TypeAlias = dict[str, Any] | tuple[dict[str, Any], bytes]
+
+Extra: TypeAlias = Callable[[dict[str, Any]], Reply | PendingResponse]
+"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA); or it answers later.
+
+It refuses with a CellwrightError.
+"""
+
+log = logging.getLogger(__name__)
+
 
 class MessageEncoder:
     """Encoder that writes each message once in each encoding, for any number of clients."""
@@ -129,17 +139,6 @@ def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
         return generate(type_name)
     except UsageError:
         return ""
-
-
-Reply: TypeAlias = dict[str, Any] | tuple[dict[str, Any], bytes]
-
-Extra: TypeAlias = Callable[[dict[str, Any]], Reply | PendingResponse]
-"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA); or it answers later.
-
-It refuses with a CellwrightError.
-"""
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)

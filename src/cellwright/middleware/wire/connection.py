@@ -19,6 +19,8 @@ CONNECT_TIMEOUT = 10.0  # time for the cell to answer HELLO [s]
 _PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
+Answered = Callable[[Frame], None]  # takes the frame that answers a request; called by the loop's thread
+
 
 def address_of(text: str) -> tuple[str, int]:
     """Return host and port of `HOST:PORT`, for an option."""
@@ -165,9 +167,6 @@ class BufferedConnection:
     def _watch(self) -> None:
         if not self.is_closed and not self.is_empty:
             self._loop.watch(self._connection, self._receive, self._flush)
-
-
-Answered = Callable[[Frame], None]  # takes the frame that answers a request; called by the loop's thread
 
 
 class LinkClient:

@@ -16,6 +16,8 @@ from typing import Any, Callable, TextIO
 
 LOG_PERIOD = 1.0  # time between two lines about the same subject [s]
 
+Callback = Callable[[], None]
+
 
 class MissingError(Exception):
     """Something required is missing; the text names it."""
@@ -36,9 +38,6 @@ def _write_line(stream: TextIO, line: str) -> None:
     with contextlib.suppress(OSError, ValueError):
         stream.write(line.replace("\n", " ") + "\n")
         stream.flush()
-
-
-Callback = Callable[[], None]
 
 
 class EventLoop:

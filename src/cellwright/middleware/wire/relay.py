@@ -237,6 +237,7 @@ class Relay:
     def _deliver(self, order: list[str]) -> bool:
         """Deliver received messages, in the order of the topics' newest ones; return whether there were any."""
         has_messages = False
+        # The step names topics by their newest message; those that it does not name carry none of this tick.
         for name in (*(name for name in self._inbox if name not in order), *order):
             with self._lock:
                 queue = self._inbox.get(name)

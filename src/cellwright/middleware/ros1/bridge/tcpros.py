@@ -27,6 +27,10 @@ _PIECE = 1 << 16
 _LENGTH = struct.Struct("<I")
 _PAUSE = 0.5
 
+Header = Dict[str, str]
+Taker = Callable[[socket.socket, Header], Optional[str]]
+"""Takes over a connection with its handshake's header; else returns the reason."""
+
 
 def handshake_bytes(fields: Mapping[str, str]) -> bytes:
     """Return the bytes of a handshake."""
@@ -48,11 +52,6 @@ def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
 
 def _hold(self: Any, data: bytes = b"") -> None:
     self._buff = data
-
-
-Header = Dict[str, str]
-Taker = Callable[[socket.socket, Header], Optional[str]]
-"""Takes over a connection with its handshake's header; else returns the reason."""
 
 
 class TcprosServer:
