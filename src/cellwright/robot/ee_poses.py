@@ -37,6 +37,7 @@ class _ArmTarget:
 
     numbers: Numbers
     solver: ArmSolver
+    tip: str
     reference: str
     home: Array
     target: Pose | None = None
@@ -88,12 +89,17 @@ class EePoses(Device):
             home = np.array(arm.home)
             solver = ArmSolver(model, joints=arm.joints, tip=tip, reference=reference, home=home, limits=limits)
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=np.intp)
-            self._arms.append(_ArmTarget(numbers, solver, reference, home))
+            self._arms.append(_ArmTarget(numbers, solver, tip, reference, home))
 
     def reset(self) -> None:
         """End all motions."""
         for arm in self._arms:
             arm.target, arm.positions = None, arm.home.copy()
+
+    @property
+    def tips(self) -> tuple[str, ...]:
+        """Link of each arm that is brought to poses."""
+        return tuple(arm.tip for arm in self._arms)
 
     @property
     def references(self) -> tuple[str, ...]:

@@ -124,7 +124,7 @@ class RobotNode:
             self.ee_poses = EePoses(config, self.commander, message_time, caps)
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
-            grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
+            self.grippers = grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
             self.cameras = add_cameras(config, self.simulation, partial(SceneCapture.of, self), report)
             """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=settings.node, sim_time=sim_time)

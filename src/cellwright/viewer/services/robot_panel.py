@@ -31,7 +31,7 @@ import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType
-from cellwright.robot.grippers import gripper_ranges, hand_joints
+from cellwright.robot.grippers import hand_joints
 from cellwright.robot.node import RobotNode
 from cellwright.robot.publications import status_of
 from cellwright.robot.servos import MAX_POSITION, Array
@@ -107,12 +107,6 @@ class RobotPanel:
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
-        self._grippers = gripper_ranges(node.config.grippers, node.config.robot, node.commander.numbers)
-        config = node.config
-        self._tips = [
-            config.command_links[place] if place < len(config.command_links) else arm.tip
-            for place, arm in enumerate(config.arms)
-        ]
 
     def state(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the current panel; `request["robot"]` is the digest of the constants that the client has."""
@@ -129,14 +123,14 @@ class RobotPanel:
             "digest": self._digest,
             "positions": _numbers(positions),
             "targets": _numbers(node.commander.applied),
-            "tips": [_seven(node.link_pose(link)) for link in self._tips],
+            "tips": [_seven(node.link_pose(link)) for link in node.ee_poses.tips],
             "references": [_seven(pose) for pose in references],
             "aims": [
                 None if aim is None else _seven(reference @ aim)
                 for reference, aim in zip(references, node.ee_poses.targets, strict=True)
             ],
-            "grippers": [round(gripper.status(positions), 3) for gripper in self._grippers],
-            "gripper_targets": [round(gripper.status(node.commander.applied), 3) for gripper in self._grippers],
+            "grippers": [round(gripper.status(positions), 3) for gripper in node.grippers],
+            "gripper_targets": [round(gripper.status(node.commander.applied), 3) for gripper in node.grippers],
             "base": _seven(node.base.pose),
             "enabled": status.enabled,
             "stopped": status.emergency_stop,
@@ -167,7 +161,7 @@ class RobotPanel:
         - `is_real`: True if a driver moves the robot instead of the simulation.
         """
         node, config = self._node, self._node.config
-        commander = node.commander
+        commander, poses = node.commander, node.ee_poses
         free = {name: number for name, number in commander.numbers.items() if name not in commander.mimics.leaders}
         arms, grippers = len(config.arms), len(config.grippers)
         return {
@@ -183,11 +177,11 @@ class RobotPanel:
             ],
             "arms": [
                 {"name": side_name(place, arms), "tip": tip, "reference": reference}
-                for place, (tip, reference) in enumerate(zip(self._tips, node.ee_poses.references, strict=True))
+                for place, (tip, reference) in enumerate(zip(poses.tips, poses.references, strict=True))
             ],
             "grippers": [side_name(place, grippers) for place in range(grippers)],
             "base_mode": node.base.mode.value if config.fixed_link is None else None,
-            "is_real": node.driver is not node.servos,
+            "is_real": node.has_driver,
         }
 
     @cached_property

@@ -7,7 +7,6 @@ from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.agents.kitter.strategy import Strategy
 from cellwright.clients.client import Client
-from cellwright.util.errors import CellwrightError
 
 
 class KitterAgent:
@@ -15,22 +14,10 @@ class KitterAgent:
 
     def run(self, client: Client) -> None:
         """Work until the competition is over."""
-        try:
-            catalogue = Catalogue(client.part_types())
-        except CellwrightError:  # a cell of an earlier version
-            catalogue = Catalogue({})
+        catalogue, solids = Catalogue(client.part_types()), client.solids()
         belt_types = [each for each in catalogue.types if "belt" in client.material_locations(each)]
         view = CellView(client, catalogue, belt_types)
-        arm = KitterArm(client, _clearance(client))
+        arm = KitterArm(client, Clearance(solids) if len(solids) > 1 else None)  # with the world alone there is no arm
         client.start_competition()
         client.sleep(0.02)
         Strategy(client, view, arm, Manipulator(client, arm, catalogue), catalogue, belt_types).run()
-
-
-def _clearance(client: Client) -> Clearance | None:
-    """Return the clearance of the cell's arm; None without an arm, or if the cell is of an earlier version."""
-    try:
-        solids = client.solids()
-    except CellwrightError:
-        return None
-    return Clearance(solids) if len(solids) > 1 else None
