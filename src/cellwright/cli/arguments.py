@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from rich.console import Console
 
@@ -16,9 +16,9 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.variation import vary
 from cellwright.cli import options
 from cellwright.cli.main import ros_arguments
-from cellwright.cli.options import in_range, refuse
+from cellwright.cli.options import in_range, one_of, refuse
 from cellwright.cli.parameters import argument, flag, option
-from cellwright.config.trial.trial import Trial
+from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.middleware.ros2.host.ros2 import NAMES, RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
@@ -131,22 +131,24 @@ class CellArguments:
 
     def target(self, files: Sequence[str], console: Console, *, competition: bool = True, **about: str) -> CellTarget:
         """Return the cell of the trial in these files, made when its session opens; warnings go to stderr."""
-        seed, overrides = options.seed(self.seed), options.overrides(self.overrides)
+        in_range("--seed", self.seed, 0, options.MAX_SEED, "a whole number from 0 to 2**63 - 1")
+        overrides = options.overrides(self.overrides)
 
         def make() -> Cell:
             trial = options.load(files, overrides)
             if self.vary:
-                trial = vary(trial, trial.settings.seed if seed is None else seed)
+                trial = vary(trial, trial.settings.seed if self.seed is None else self.seed)
             return self.cell(trial, console, competition=competition)
 
         return CellTarget(make, lambda: options.paths(files), about=about, is_varied=self.vary)
 
     def cell(self, trial: Trial, console: Console, *, competition: bool) -> Cell:
         """Return the cell of a trial; its refusals go to a console."""
+        profiles: tuple[ServoProfile, ...] = get_args(ServoProfile)
         return Cell(
             trial,
             seed=self.seed,
-            servo=options.servo_profile(self.servo),
+            servo=None if self.servo is None else one_of("--servo", "servo profile", self.servo, profiles),
             competition=competition,
             report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
         )

@@ -12,9 +12,8 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from fractions import Fraction
 from pathlib import Path
-from typing import NoReturn, TypeVar, get_args
+from typing import NoReturn, TypeVar
 
-from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
 from cellwright.cli import output
 from cellwright.clients.client.session import parse_address
@@ -22,7 +21,7 @@ from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import find_files, refuse_several_trials
-from cellwright.config.trial.trial import ServoProfile, Trial
+from cellwright.config.trial.trial import Trial
 from cellwright.rendering.camera import Camera, camera_of
 from cellwright.util.errors import UnknownNameError, UsageError
 
@@ -217,24 +216,9 @@ def joint_speed(text: str) -> tuple[str, float]:
     return pattern or "*", in_range("--max-speed", _number(value), ABOVE_0, FINITE, remedy, text)
 
 
-def command_topic(name: str) -> str:
-    """Return the whole name of a robot's command topic; `/io_teleop/` may be left out."""
-    return name if name.startswith("/") else f"/io_teleop/{name}"
-
-
-def seed(value: int | None) -> int | None:
-    """Return a valid seed."""
-    return in_range("--seed", value, 0, MAX_SEED, "a whole number from 0 to 2**63 - 1")
-
-
 def until(value: float | None) -> float | None:
     """Return a valid time to stop at [s]."""
     return in_range("--until", value, ABOVE_0, LATEST, f"a time above 0 s and up to {LATEST:g} s")
-
-
-def min_score(value: float | None) -> float | None:
-    """Return a valid minimum score."""
-    return in_range("--min-score", value, -FINITE, FINITE, "a number")
 
 
 def averages(text: str | None, trial: Trial) -> Averages | None:
@@ -254,21 +238,7 @@ def address(option: str, text: str) -> tuple[str, int]:
         return parse_address(text)
 
 
-def servo_profile(name: str | None) -> ServoProfile | None:
-    """Return the servo profile of this name; None for None."""
-    profiles: tuple[ServoProfile, ...] = get_args(ServoProfile)
-    return None if name is None else one_of("--servo", "servo profile", name, profiles)
-
-
 def camera(name: str) -> Camera:
     """Return the camera of a named view, or of numbers."""
     with errors_of("--camera"):
         return camera_of(name)
-
-
-def topics(names: Sequence[str], cell: Cell) -> None:
-    """Refuse names of topics that the cell does not have; `all` stands for all of them."""
-    for name in names:
-        if name != "all":
-            with errors_of("--listen"):
-                cell.bus.topic(name)

@@ -11,10 +11,9 @@ from rich.console import Console
 from cellwright.cli import options
 from cellwright.cli.eval.arguments import EvaluationArguments
 from cellwright.cli.eval.conclusion import continued_later, refuse_file, write_beside
-from cellwright.cli.eval.progress import EvalProgress
+from cellwright.cli.eval.progress import EvalProgress, run_jobs
 from cellwright.cli.main import BAD_INPUT, DONE, TRY_AGAIN
 from cellwright.cli.output import echo, print_entry, print_line
-from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.process import usable_processors
@@ -128,23 +127,11 @@ def _run(
     names = {student.agent: student.name for student in students}
     title = f"{len(students)} programs"
     with EvalProgress(console, jobs, title=title, label=lambda each: f"{names[each.agent]}, {each.name}") as progress:
-        evaluation = LocalRunner(
-            store,
-            RunnerOptions(given.limits.limits(), given.record, progress.take, progress.show_jobs, progress.show_fault),
-            workers=usable_processors() if given.workers is None else given.workers,
-            stop_after=_STOP_AFTER,
+        watched = RunnerOptions(
+            given.limits.limits(), given.record, progress.take, progress.show_jobs, progress.show_fault
         )
-        known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
-        progress.begin(known, store.path.parent)
-        if len(known) < len(jobs):
-            with stopped_by_signals(evaluation.stop):
-                evaluation.run(jobs)
-                with suppress(OSError):  # it was removed: the evaluation has reported that
-                    store.restore()
-        for notice in store.notices:
-            progress.show_fault(notice)
-    results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
-    return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
+        runner = LocalRunner(store, watched, workers=given.workers or usable_processors(), stop_after=_STOP_AFTER)
+        return run_jobs(runner, jobs, store, progress)
 
 
 def _write(

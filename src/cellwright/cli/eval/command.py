@@ -1,7 +1,7 @@
 """Command `cellwright eval`: runs of a program in many trials."""
 
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 
 from rich.console import Console
 
@@ -9,11 +9,10 @@ from cellwright.cli import options
 from cellwright.cli.eval.agents import evaluate_class
 from cellwright.cli.eval.arguments import EvaluationArguments
 from cellwright.cli.eval.conclusion import Reports, conclude, continued_later, refuse_file, write_beside
-from cellwright.cli.eval.progress import EvalProgress
+from cellwright.cli.eval.progress import EvalProgress, run_jobs
 from cellwright.cli.eval.watch import page_beside
 from cellwright.cli.output import print_line, warn
 from cellwright.cli.parameters import with_groups
-from cellwright.cli.signals import stopped_by_signals
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
@@ -111,7 +110,7 @@ def _claim(given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, 
 def _work(
     given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, tracking: Tracking, console: Console
 ) -> tuple[list[Result], list[str]]:
-    """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
+    """Return the results of the jobs that have one, and why there were no more."""
     with EvalProgress(console, jobs) as progress:
 
         def take(result: Result) -> None:
@@ -125,35 +124,22 @@ def _work(
             if warning := tracking.update():
                 progress.show_fault(warning)
 
+        def begin(known: Sequence[Result]) -> None:
+            if len(known) < len(jobs) and (problem := runner.check_agent(jobs[0].agent)):
+                options.refuse(problem)
+            with options.errors_of("--log"):
+                warning = tracking.begin(known)
+            if warning:
+                progress.show_fault(warning)
+
         recorded = given.record or given.record_failed
         watched = RunnerOptions(given.limits.limits(), recorded, take, show_jobs, progress.show_fault)
-        evaluation: Runner
-        workers = given.workers
+        runner: Runner
         if given.ray is None:
-            most = usable_processors() if workers is None else workers
-            evaluation = LocalRunner(store, watched, workers=most)
+            runner = LocalRunner(store, watched, workers=given.workers or usable_processors())
         else:
-            evaluation = RayRunner(store, given.ray, jobs, watched, most=workers)
-        known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
-        progress.begin(known, store.path.parent)
-        for notice in store.notices:
-            progress.show_fault(notice)
-        count = len(store.notices)
-        if len(known) < len(jobs) and (problem := evaluation.check_agent(jobs[0].agent)):
-            options.refuse(problem)
-        with options.errors_of("--log"):
-            warning = tracking.begin(known)
-        if warning:
-            progress.show_fault(warning)
-        if len(known) < len(jobs) and not evaluation.failure:
-            with stopped_by_signals(evaluation.stop):
-                evaluation.run(jobs)
-                with suppress(OSError):  # it was removed: the evaluation has reported that
-                    store.restore()
-        for notice in store.notices[count:]:
-            progress.show_fault(notice)
-    results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
-    return results, [*evaluation.unjudged, *filter(None, [evaluation.failure])]
+            runner = RayRunner(store, given.ray, jobs, watched, most=given.workers)
+        return run_jobs(runner, jobs, store, progress, begin)
 
 
 def _drop_recording(reports: Reports, result: Result) -> None:

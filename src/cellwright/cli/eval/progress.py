@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
@@ -10,11 +11,13 @@ from rich.live import Live
 from rich.text import Text
 
 from cellwright.cli.output import print_line
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, table
-from cellwright.running.evaluation.execution.runner import Running
+from cellwright.running.evaluation.execution.runner import Runner, Running
 from cellwright.running.evaluation.plan.job import Job
 from cellwright.running.evaluation.results import summary
 from cellwright.running.evaluation.results.result import Result
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import printable
 
 _REFRESH = 4.0  # [1/s]
@@ -106,3 +109,34 @@ class EvalProgress:
             rows.append([Text(printable(cell), "cyan") for cell in (each.job.name, *cells)])
         columns = {"run": FOLD, **dict.fromkeys(("simulated", "points", "wall"), WHOLE)}
         return table(columns, rows, box=None, show_header=False)
+
+
+def run_jobs(
+    runner: Runner,
+    jobs: Sequence[Job],
+    store: ResultsFile,
+    progress: EvalProgress,
+    begin: Callable[[Sequence[Result]], None] = lambda _known: None,
+) -> tuple[list[Result], list[str]]:
+    """Run the jobs that have no result yet, until they are done or a signal comes; their progress is shown.
+
+    `begin` receives the known results before anything is run.
+
+    Returns:
+        The results of the jobs that have one, in the jobs' order; and why there were no more, a line each.
+    """
+    known = [store.results[job.key] for job in jobs if runner.is_settled(job)]
+    progress.begin(known, store.path.parent)
+    before = list(store.notices)
+    for notice in before:
+        progress.show_fault(notice)
+    begin(known)
+    if len(known) < len(jobs) and not runner.failure:
+        with stopped_by_signals(runner.stop):
+            runner.run(jobs)
+            with suppress(OSError):  # it was removed: the runner has reported that
+                store.restore()
+    for notice in store.notices[len(before) :]:
+        progress.show_fault(notice)
+    results = [store.results[job.key] for job in jobs if runner.is_settled(job)]
+    return results, [*runner.unjudged, *filter(None, [runner.failure])]

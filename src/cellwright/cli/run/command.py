@@ -71,7 +71,7 @@ def run(context: typer.Context, given: RunArguments) -> None:
     trial has no order. Not done are runs that end by a time limit, by --until before the agent, by a signal, by an
     agent that gave up or crashed, or below --min-score.
     """
-    options.min_score(given.min_score)
+    options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
     if given.process.connect is not None:
         _refuse_cell_options(context)
         from cellwright.cli.run.remote import run_connected
@@ -93,7 +93,10 @@ def run(context: typer.Context, given: RunArguments) -> None:
             leaving.enter_context(stopped_by_signals(session.stop.request))
         leaving.enter_context(session)
         cell: Cell = session.node
-        options.topics(given.viewing.listen or (), cell)
+        for name in given.viewing.listen or ():
+            if name != "all":
+                with options.errors_of("--listen"):
+                    cell.bus.topic(name)
         options.averages(given.averages, cell.trial)
         worker = program()
         if worker is not None and not cell.trial.has_arm:

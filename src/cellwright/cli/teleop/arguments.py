@@ -113,7 +113,9 @@ class SafetyArguments:
             tip_speed=self.tip_speed,
             tip_turning=self.tip_turning,
             clutch=self.clutch,
-            command_topics=tuple(map(options.command_topic, self.command_topic or ())),
+            command_topics=tuple(
+                name if name.startswith("/") else f"/io_teleop/{name}" for name in self.command_topic or ()
+            ),
         )
 
 
