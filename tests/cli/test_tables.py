@@ -29,8 +29,8 @@ from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.summary import summary_document
 from cellwright.util.pose import Pose
 from tests.cli.conftest import CommandLine
-from tests.cli.test_score_table import kit
-from tests.clients.operators.test_plot_svg import done
+from tests.cli.test_summary import kit
+from tests.clients.operators.test_plots import done
 from tests.running.evaluation.made_results import worked
 
 WIDTH = 80

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import signal
 import sys
@@ -11,19 +10,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from rich.console import Console
 
 from cellwright.cli.eval import command, conclusion
-from cellwright.cli.eval.conclusion import show_summary
-from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.main import main
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.execution.local import LocalRunner
-from cellwright.running.evaluation.execution.runner import Running
-from cellwright.running.evaluation.plan.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.results.summary import Threshold
 from tests.cli.conftest import CommandLine
-from tests.running.evaluation.made_results import CRASHED, LOST, result
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.support.quick_children import QUICK_WORKERS
 
@@ -213,37 +205,6 @@ def test_joined_files_are_one_trial_with_a_command_that_repeats_it(tiny: Command
     assert joined["command"].startswith("cellwright run tiny.yaml+limit.yaml+kitter_sensors --agent ")
     again = tiny(*joined["command"].split()[1:], "--no-picture", "--json")
     assert json.loads(again.out)["state_hash"] == joined["state_hash"]
-
-
-def test_summary_fits_terminal_and_lists_worst_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    many = [result(1.0, seed=seed) for seed in range(10, 20)]
-    show_summary(Console(width=80), [result(), CRASHED, LOST, *many], Threshold.read("50%"))
-    out = capsys.readouterr().out
-    lines = out.splitlines()
-    assert max(map(len, lines)) <= 80
-    assert lines.index("  tiny seed 3: still running after 5 s") < lines.index("  tiny seed 10: " + BELOW)
-    assert "  and 2 more" in lines
-    assert "passed      1 of 13 runs (95 %: 1.37 to 33.3 %)" in lines
-
-
-BELOW = "1 of 12 points, below the required 50 % of the points"
-
-
-def test_progress_on_terminal_is_a_live_table(tmp_path: Path) -> None:
-    (tmp_path / "tiny.yaml").write_text(TRIAL)
-    trial = EvaluatedTrial("tiny", (tmp_path / "tiny.yaml",), 12.0, 12.0, 500.0)
-    endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, 12.0, None)
-    jobs = make_jobs([trial], "lesson", [1, 2, 3], vary=False)
-    other = make_jobs([endless], "lesson", [4], vary=False)
-    screen = io.StringIO()
-    console = Console(file=screen, force_terminal=True, width=80, height=40, highlight=False, _environ={})
-    with EvalProgress(console, [*jobs, *other]) as progress:
-        progress.begin([result()], tmp_path)
-        progress.show_jobs([Running(jobs[2], 3.0, 42.0, 5.0), Running(other[0], 3.0, 7.0, 1.0)])
-        progress.take(LOST)
-    text = screen.getvalue()
-    for words in ("1 of them has a result", "[2/4] tiny seed 3", "2/3", "0/1", "42 of 500 s", "7 s", "5 points"):
-        assert words in text, words
 
 
 def test_help_lists_every_exit_status() -> None:

@@ -209,14 +209,3 @@ def test_unknown_option_of_file_is_a_warning(cellwright: CommandLine, tmp_path: 
     assert cellwright("check", "a.yaml").out == f"warning: {message}\nok\n"
     document = json.loads(cellwright("check", "a.yaml", "--json").out)
     assert (document["ok"], document["errors"], document["warnings"]) == (True, [], [message])
-
-
-def test_check_of_missing_file_prints_error_as_json(cellwright: CommandLine) -> None:
-    ran = cellwright("check", "no.yaml", "--json")
-    assert ran.status == 2
-    assert json.loads(ran.out) == {
-        "ok": False,
-        "errors": ["no.yaml: there is no such file"],
-        "warnings": [],
-        "resolved": None,
-    }

@@ -1,5 +1,8 @@
+"""Tests of lines on the console, and of the progress line."""
+
 from __future__ import annotations
 
+import io
 from io import StringIO
 from pathlib import Path
 
@@ -7,6 +10,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli import output
+from cellwright.cli.output import progress_bar
 from cellwright.engine.loop import PaceFigures
 
 
@@ -66,3 +70,26 @@ def test_unwritable_result_file_is_reported(tmp_path: Path) -> None:
     assert (tmp_path / "a.txt").read_text() == "done"
     (problem,) = output.write_result(tmp_path / "none" / "a.txt", b"done")
     assert problem == f"{tmp_path / 'none' / 'a.txt'}: cannot be written: No such file or directory"
+
+
+def text(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_progress_bar_without_terminal_is_not_shown() -> None:
+    console = Console(file=io.StringIO())
+    with progress_bar(console, "drawing", 1.0) as tell:
+        assert tell is None
+    assert text(console) == ""
+
+
+def test_progress_bar_on_terminal_shows_progress_and_disappears(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
+    with progress_bar(console, "drawing", 1.0) as tell:
+        assert tell is not None
+        tell(0.5, "half of it")
+    assert "drawing" in text(console)
+    assert "half of it" in text(console)
+    assert text(console).endswith("\x1b[2K")
