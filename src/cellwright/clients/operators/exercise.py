@@ -193,9 +193,11 @@ def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tra
 
 def delay(trace: Trace, max_delay: float) -> float | None:
     """Return the delay [s] of the position after the target; None if it did not follow, or above `max_delay` [s]."""
+    # a joint that stands still is like any signal: its correlation would be noise
     if np.ptp(trace.measured) < MIN_MOTION_SHARE * np.ptp(trace.targets):
         return None
     begin = max(trace.target_times[0], trace.measured_times[0])
+    # targets and positions come at times of their own, so both are taken at the times of one grid
     grid = np.arange(begin, min(trace.target_times[-1], trace.measured_times[-1]), _GRID)
     lags = min(int(max_delay / _GRID), len(grid) // 2)
     if lags < 2:
@@ -204,6 +206,7 @@ def delay(trace: Trace, max_delay: float) -> float | None:
     measured = np.interp(grid, trace.measured_times, trace.measured)
     likeness = np.array([_correlation(target[: len(target) - lag], measured[lag:]) for lag in range(lags + 1)])
     best = int(likeness.argmax())
+    # at the last lag the likeness may still rise: the true delay is longer than what was searched
     if likeness[best] <= 0.0 or best == lags:
         return None
     return (best + _peak(likeness, best)) * _GRID
@@ -232,6 +235,7 @@ def _one_step(trace: Trace, begin: float, end: float) -> JointStepResponse | Non
         return None
     at, response = trace.measured_times[chosen] - begin, (trace.measured[chosen] - before) / height
     low, high = _first_reached(at, response, _LOW), _first_reached(at, response, _HIGH)
+    # it has settled behind the last sample outside the band, even if it was inside before
     outside = np.flatnonzero(np.abs(response - 1.0) > SETTLING_BAND)
     settling: float | None = 0.0
     if len(outside):
@@ -270,6 +274,7 @@ def _peak(values: Array, best: int) -> float:
     if not 0 < best < len(values) - 1:
         return 0.0
     left, middle, right = values[best - 1 : best + 2]
+    # the vertex of y = a x^2 + b x + c through x = -1, 0, 1, with 2a = bend and 2b = right - left, is at -b / 2a
     bend = left - 2.0 * middle + right
     return float(0.5 * (left - right) / bend) if bend < 0.0 else 0.0
 
@@ -360,6 +365,7 @@ def _trace(joint: str, sent: list[tuple[float, float]], seen: list[tuple[float, 
     """Return the samples as arrays; joint states have the node's own stamps where it gives them."""
     receive_times, stamps, positions = np.array(seen).T
     measured_times: Array = receive_times
+    # Stamps have less jitter than times of arrival; the median of the differences shifts the node's clock to ours.
     if np.all(np.diff(stamps) > 0.0):
         measured_times = stamps + np.median(receive_times - stamps)
     times, targets = np.array(sent).T

@@ -213,6 +213,7 @@ class Jog:
         if measured is None:
             self.note = f"the node publishes no position of {joint}"
             return None
+        # Keys that go on while the joint is blocked must not pile up a distance that it would jump once it is free.
         lead = max(_JOINT_LEAD, 3.0 * step)
         goal = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
         target = min(max(goal, measured - lead), measured + lead)
@@ -237,6 +238,7 @@ class Jog:
             self.note = "the tip is blocked, or the pose is out of reach"
             return None
         tips[self.arm] = tip
+        # a joint that the arm's kinematics moves is no longer where its own keys have put it
         self.joint_targets = {}
         self.tip_targets = tuple(tips)
         return MoveTips(self.tip_targets)
@@ -251,9 +253,11 @@ class Jog:
         if self.in_tip_frame:
             moved = tip @ change
         else:
+            # in the base's frame the turn comes from the left, and leaves the position as it is
             turned = Pose(quaternion=change.quaternion) @ Pose(quaternion=tip.quaternion)
             x, y, z = (one + other for one, other in zip(tip.position, change.position, strict=True))
             moved = Pose((x, y, z), turned.quaternion)
+        # products of many steps drift from unit length
         return Pose(moved.position, normalized(moved.quaternion))
 
     def _move_gripper(self, key: str) -> Order | None:

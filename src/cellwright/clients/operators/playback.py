@@ -303,9 +303,11 @@ def play(
     while number < len(samples):
         session.sleep(max(0.0, begun + (samples[number].time - origin) / speed - session.time))
         now = origin + (session.time - begun) * speed
+        # Only a sample of the same joints replaces another: those of other joints of the topic add to it.
         due: dict[tuple[str, frozenset[str]], TargetSample] = {}
         while number < len(samples) and (samples[number].time <= now or not due):
             key = (samples[number].topic, frozenset(samples[number].values))
+            # removed first, so that the newest is also the last in order
             due.pop(key, None)
             due[key] = samples[number]
             number += 1
@@ -364,6 +366,7 @@ class JointRecorder:
         self._file.close()
 
     def _take(self, message: Any) -> None:
+        # programs that stamp nothing leave 0; a clock that goes back must not make times decrease
         stamp = nanoseconds(message.header.stamp) / 1e9 or self._session.time
         if self._begun is None:
             self._begun = stamp
