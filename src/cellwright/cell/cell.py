@@ -1,7 +1,7 @@
 """Kit-building cell: trial, model, simulation, devices, kitting and interface in one object."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -29,15 +29,15 @@ from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.arm import CUP_GEOM
 from cellwright.cell.model.build import World, build_world
-from cellwright.cell.start import Start
+from cellwright.cell.start import CellSnapshot, Start
 from cellwright.cell.variation import Bounds
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
-from cellwright.engine.clock import NANOSECONDS, nanoseconds
+from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
-from cellwright.engine.snapshot import Checkpoints, Snapshot, restore_snapshot, take_snapshot
+from cellwright.engine.snapshot import Checkpoints, restore_snapshot, take_snapshot
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
@@ -50,28 +50,6 @@ _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
     "proximity_sensor": ProximitySensor,
     "laser_profiler": LaserProfiler,
 }
-
-
-@dataclass(frozen=True, eq=False)
-class CellSnapshot:
-    """Snapshot of a cell in memory, from `Cell.snapshot` for `Cell.restore`.
-
-    Attributes:
-        state: state of the simulation.
-        start: seed, variation and posture of the arm with which the run began.
-        written: the trial as written.
-        in_competition: mode of the cell.
-    """
-
-    state: Snapshot
-    start: Start
-    written: Trial
-    in_competition: bool
-
-    @property
-    def time(self) -> float:
-        """Simulation time of the run [s]."""
-        return self.state.time / NANOSECONDS
 
 
 class Cell(CellDevices):
@@ -124,6 +102,24 @@ class Cell(CellDevices):
             seed=self.seed,
             first_pose=lambda data: self.world.set_initial_posture(data),
         )
+        self._make_devices(trial)
+        self._make_sensors(trial, report)
+        self.checkpoints = Checkpoints(report)
+        self.intention = Intention()
+        """Announced intention of the agent; not part of the state."""
+        for device in self._in_order():
+            self.simulation.add(device)
+        self.in_competition = competition
+        """True if the cell refuses what a competition refuses."""
+        self.bus = Bus(lambda: self.simulation.now, report)
+        self._bind(trial)
+        self.culling = CollisionCulling(self.conveyor, self.overlaps) if trial.settings.collision_culling else None
+        if self.culling is not None:
+            # The last in `before_step`: it decides by the speeds, welds and wakes that all others left for the step.
+            self.simulation.add(self.culling)
+        self.reset()
+
+    def _make_devices(self, trial: Trial) -> None:
         self.parts = Parts(self.world, lambda bodies: build_world(self.trial, bodies))
         self.overlaps = Overlaps(self.parts)
         self.conveyor = Conveyor(self.parts)
@@ -144,50 +140,52 @@ class Cell(CellDevices):
             gripper=self.gripper,
         )
         self.demo_tray = self._make_demo_tray()
+
+    def _make_sensors(self, trial: Trial, report: Callable[[str], None]) -> None:
         scene = self._make_scene()
         self.render_service = RenderService(self.simulation, partial(SceneCapture.of, self), report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
-        self.checkpoints = Checkpoints(report)
-        self.intention = Intention()
-        """Announced intention of the agent; not part of the state."""
-        devices = (  # in the order in which they act in a tick
-            self.parts,
-            self.overlaps,
-            self.conveyor,
-            self.population,
-            self.deletion_wall,
-            *self.trays.values(),
-            *self.agvs.values(),
-            self.arm,
-            self.gripper,
-            self.demo_tray,
-            *self.sensors.values(),
-            *self.quality.values(),
-            self.competition,
-            self.checkpoints,
-        )
-        for device in filter(None, devices):
-            self.simulation.add(device)
-        self.in_competition = competition
-        """True if the cell refuses what a competition refuses."""
-        self.bus = Bus(lambda: self.simulation.now, report)
+
+    def _in_order(self) -> Iterator[Device]:
+        """Yield the devices in the order in which they act in a tick, begin a run and get a stored state back."""
+        # Parts may give the engine a larger model, in `before_step` and with a stored state. All devices after it
+        # work with the new model and its data only.
+        yield self.parts
+        # A run begins with the overlaps of what `parts` has put into play.
+        yield self.overlaps
+        yield self.conveyor
+        # Events of one time and priority run in the order of scheduling. At the begin of a run that is this order, and
+        # who repeats an event does so within it. So belt, wall, trays and AGVs follow each other in every run alike.
+        if self.population is not None:
+            yield self.population
+        yield self.deletion_wall
+        yield from self.trays.values()
+        yield from self.agvs.values()
+        # Arm and cup write setpoints and read contacts of their own: their place among the devices is free.
+        yield from filter(None, (self.arm, self.gripper, self.demo_tray))
+        yield from self.sensors.values()
+        yield from self.quality.values()
+        # The competition begins by emptying its picture of the trays, which have forgotten their reports by then. In a
+        # tick its events have a priority behind all others.
+        yield self.competition
+        yield self.checkpoints
+
+    def _bind(self, trial: Trial) -> None:
+        """Bind the rows of the interface to their handlers, and add what plugins bring."""
         handlers: list[Device] = [CellPublications(self)]
         if self.arm is not None:
             handlers.append(TrajectoryAction(self.arm, self.bus.refusals))
+        # Handlers begin a run after the devices: they drop all messages of the last run, and publish the first ones.
         for each in handlers:
             self.simulation.add(each)
-        table = rows(trial, competition=competition)
         commands = CellCommands(self, self.world), ControllerServices(self.bus.refusals)
-        bind(self.bus, self.simulation, table, (*commands, *handlers))
+        bind(self.bus, self.simulation, rows(trial, competition=self.in_competition), (*commands, *handlers))
         bind_plugin_sensors(self.bus, self)
+        # Devices of plugins see the cell's own in their new state, and may publish as soon as a run begins.
         for description in trial.devices:
             self.simulation.add(make_plugin_device(description, self))
-        self.culling = CollisionCulling(self.conveyor, self.overlaps) if trial.settings.collision_culling else None
-        if self.culling is not None:  # the last in `before_step`: it takes account of what all others did
-            self.simulation.add(self.culling)
-        self.reset()
 
     @property
     def name(self) -> str:

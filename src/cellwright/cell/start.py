@@ -9,6 +9,8 @@ from operator import index
 from cellwright.cell.variation import Bounds, vary
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.snapshot import Snapshot
 from cellwright.util.errors import UnknownNameError, UsageError
 
 
@@ -76,6 +78,28 @@ class Start:
                 "build the cell from the trial as written"
             )
         return vary(trial, self.seed, self.bounds)
+
+
+@dataclass(frozen=True, eq=False)
+class CellSnapshot:
+    """Snapshot of a cell in memory, from `Cell.snapshot` for `Cell.restore`.
+
+    Attributes:
+        state: state of the simulation.
+        start: seed, variation and posture of the arm with which the run began.
+        written: the trial as written.
+        in_competition: mode of the cell.
+    """
+
+    state: Snapshot
+    start: Start
+    written: Trial
+    in_competition: bool
+
+    @property
+    def time(self) -> float:
+        """Simulation time of the run [s]."""
+        return self.state.time / NANOSECONDS
 
 
 def _checked_seed(seed: int) -> int:

@@ -18,6 +18,8 @@ BELT_VELOCITY: Vector3 = (0.0, -0.2, 0.0)
 _SAMPLE = 0.04
 _OVERSHOOT = 1.1
 """Maximum factor by which cubics between samples exceed limits that the motion itself keeps."""
+_APART = 0.1
+"""Distance between the places of an interception that are tried [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,23 +43,29 @@ class MovingPart:
 
 @dataclass(frozen=True, slots=True)
 class Rendezvous:
-    """Durations of the phases of a motion over a moving part.
+    """Phases of a motion over a moving part, and its limits.
 
     Attributes:
         hover: height above the grasp at which the arm waits, and to which it rises again [m].
         ramp: gaining and losing the belt's speed [s].
         descent: descending, and rising again [s].
         dwell: staying at the grasp [s].
+        lead: minimum time that the arm waits above the place before it follows the part [s].
+        limits: limits of the motion.
     """
 
     hover: float = 0.1
     ramp: float = 0.5
     descent: float = 0.5
     dwell: float = 0.6
+    lead: float = 0.3
+    limits: MotionLimits = DEFAULT_LIMITS
 
     def __post_init__(self) -> None:
         if not all(0.0 < each < math.inf for each in (self.ramp, self.descent, self.dwell)) or not self.hover >= 0.0:
             raise UsageError("ramp, descent and dwell must be positive and finite, and hover must not be negative")
+        if not math.isfinite(self.lead):
+            raise UsageError(f"lead must be finite (got {self.lead})")
 
     @property
     def before(self) -> float:
@@ -75,6 +83,10 @@ class Rendezvous:
         It is positive while the gripper gains speed and negative while it loses it. The speed follows 3 u^2 - 2 u^3 of
         the belt's, so that the acceleration has no jumps. `since` is the time after departure [s].
         """
+        # At u = t / ramp the gripper still lacks 1 - s(u) of the belt's speed v, where s(u) = 3 u^2 - 2 u^3. Until it
+        # has it, the part gains on it by the integral of v (1 - s), that is v ramp I(u) with
+        # I(u) = (1 - u) - (1/2 - u^3 + u^4 / 2): the integral of 1 - s from u to 1. The lead as a time leaves out v.
+        # Losing speed is the same motion in reverse, behind the part.
         if since < self.ramp:
             return self.ramp * _lead_integral(max(0.0, since) / self.ramp)
         left = self.duration - since
@@ -123,11 +135,8 @@ def intercept(
     now: float,
     *,
     window: tuple[float, float],
-    lead: float = 0.3,
     rail: float | Sequence[float] | None = None,
     timing: Rendezvous | None = None,
-    limits: MotionLimits = DEFAULT_LIMITS,
-    step: float = 0.1,
 ) -> Interception:
     """Plan the earliest interception of a part within a window along the belt.
 
@@ -139,41 +148,38 @@ def intercept(
         near: present posture of the arm, at rest.
         now: present time [s], at which the arm departs.
         window: range of the part's y in the world in which the grasp is allowed [m].
-        lead: minimum time that the arm waits above the place before it follows the part [s].
         rail: allowed rail positions [m]; any by default.
-        timing: durations of descending, staying and rising; `Rendezvous()` by default.
-        limits: limits of the motion.
-        step: distance between the places tried [m].
+        timing: phases and limits of the motion; `Rendezvous()` by default.
 
     Raises:
         UnreachableError: the part cannot be met; the reason is that of the last place tried.
-        UsageError: the part does not move along y, the step is not positive, or a number is not finite.
+        UsageError: the part does not move along y, or a number is not finite.
     """
     timing = timing or Rendezvous()
-    speed = part.velocity[1]
-    if speed == 0.0 or not step > 0.0:
-        raise UsageError(f"part must move along y, and step must be positive (got {speed} m/s and {step} m)")
-    numbers = (now, lead, step, part.time, *window, *part.velocity)
-    if not all(map(math.isfinite, numbers)) or not part.world_T_part.is_finite():
-        raise UsageError("part, now, lead, window and step must be finite")
+    if part.velocity[1] == 0.0:
+        raise UsageError(f"part must move along y (got a velocity of {part.velocity} m/s)")
+    if not all(map(math.isfinite, (now, part.time, *window, *part.velocity))) or not part.world_T_part.is_finite():
+        raise UsageError("part, now and window must be finite")
     start = Joints.of(near)
     low, high = sorted(window)
-    count = max(1, math.ceil((high - low) / step - 1e-9))
+    # Whether a place can be reached in time has no closed form, as postures change along the belt. So places are tried
+    # in the order in which the part passes them; the first one that works is the earliest grasp, to within 0.1 m.
+    count = max(1, math.ceil((high - low) / _APART - 1e-9))
     places = [low + (high - low) * index / count for index in range(count + 1)]
     reason = ""
     for y in sorted(places, key=part.time_at_y):
         touches = part.time_at_y(y)
         sets_off = touches - timing.before
-        if sets_off - lead < now:
+        if sets_off - timing.lead < now:
             reason = f"it passes y {y:.2f} m too soon"
             continue
         try:
             above = solve(_gripper_at(part, part_T_gripper, sets_off, 0.0, timing), start, rail=rail)
-            approach = move(start, above, limits)
-            if now + approach.duration + lead > sets_off:
+            approach = move(start, above, timing.limits)
+            if now + approach.duration + timing.lead > sets_off:
                 reason = f"the arm reaches y {y:.2f} m too late"
                 continue
-            tracking = track(part, part_T_gripper, above, sets_off, timing=timing, limits=limits)
+            tracking = track(part, part_T_gripper, above, sets_off, timing)
         except UnreachableError as error:
             reason = str(error)
             continue
@@ -191,13 +197,7 @@ def intercept(
 
 
 def track(
-    part: MovingPart,
-    part_T_gripper: Pose,
-    start: JointsLike,
-    sets_off: float,
-    *,
-    timing: Rendezvous | None = None,
-    limits: MotionLimits = DEFAULT_LIMITS,
+    part: MovingPart, part_T_gripper: Pose, start: JointsLike, sets_off: float, timing: Rendezvous | None = None
 ) -> JointMotion:
     """Plan the motion that descends to a moving part, stays with it, rises and comes to rest; the rail stands still.
 
@@ -209,8 +209,7 @@ def track(
         start: posture of the arm at `sets_off`, with the gripper within a few centimetres of above the part. The arm
             makes up the difference while it gains speed.
         sets_off: time [s] at which the motion begins.
-        timing: durations of descending, staying and rising; `Rendezvous()` by default.
-        limits: limits of the motion.
+        timing: phases and limits of the motion; `Rendezvous()` by default.
 
     Raises:
         UnreachableError: part of the path is out of reach, or the arm is not fast enough for it.
@@ -221,13 +220,15 @@ def track(
     since = [timing.duration * index / count for index in range(count + 1)]
     poses = [_gripper_at(part, part_T_gripper, sets_off, each, timing) for each in since]
     reference = follow(begin, poses, begin.rail)[1:]
+    # The arm may stand a little beside the first pose, after a new sighting of the part. The difference of the joints
+    # fades along the minimum-jerk curve while the gripper gains speed, so that the motion still begins at rest.
     off = Joints(*(a - b for a, b in zip(begin, reference[0], strict=True)))
     knots = []
     for each, joints in zip(since, reference, strict=True):
         share = _remaining_share(min(1.0, each / timing.ramp))
         knots.append(Joints(*(q + share * d for q, d in zip(joints, off, strict=True))))
     motion = timed(since, knots)
-    if (strain := motion.strain(limits)) > _OVERSHOOT:
+    if (strain := motion.strain(timing.limits)) > _OVERSHOOT:
         raise UnreachableError(f"following the part takes {strain:.1f} times the motion limits")
     return motion
 

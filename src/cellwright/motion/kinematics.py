@@ -121,14 +121,19 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
         for plane, wrist_2, wrist_3_angle in _wrist_solutions(
             _turned_back(pan, rows), outward, up, favoured.wrist_3 if favoured else 0.0
         ):
+            # Wrist 1 is d5 behind the origin of wrist 3, along the hand's direction in the plane.
             x, z = outward - D5 * math.sin(plane), up - D5 * math.cos(plane)
             distance = math.hypot(x, z)
             excess = max(distance - MAX_REACH, (A2 - A3) - distance)
             if excess > _TOUCHING:
                 min_excess = min(min_excess, excess)
                 continue
+            # The triangle of upper arm a2, forearm a3 and the line r from shoulder to wrist 1: by the law of cosines
+            # r^2 = a2^2 + a3^2 + 2 a2 a3 cos(elbow). Elbow up and elbow down are mirror images about that line.
             bend = math.acos(max(-1.0, min(1.0, (distance**2 - A2**2 - A3**2) / (2 * A2 * A3))))
             for elbow in (bend, -bend):
+                # A larger lift lowers the upper arm, hence -z; the second term is the angle from r to the upper arm.
+                # The angles of the three parallel joints sum up to the plane angle, half a turn apart at zero.
                 lift = math.atan2(-z, x) - math.atan2(A3 * math.sin(elbow), A2 + A3 * math.cos(elbow))
                 angles = (pan, lift, elbow, plane - math.pi - lift - elbow, wrist_2, wrist_3_angle)
                 joints = Joints(rail, *map(_principal, angles))
@@ -171,6 +176,8 @@ def _pan_angles(wrist_3: Vector3) -> tuple[float, ...]:
         raise UnreachableError(
             f"wrist 3 must be at least {D4:.3f} m from the pan axis (got {distance:.3f} m); move the rail"
         )
+    # Seen from above, the arm's plane is a line at the distance d4 from the pan axis, and wrist 3 a point on it: so
+    # sin(direction - pan) = d4 / distance. The arm over its other shoulder is the second solution of the sine.
     direction = math.atan2(wrist_3[1], wrist_3[0])
     aside = math.asin(min(1.0, D4 / distance))
     return direction - aside, direction + aside - math.pi
@@ -184,12 +191,16 @@ def _wrist_solutions(
     `outward` and `up` [m] lead from the shoulder to the origin of wrist 3, in the plane. A free plane angle leaves
     wrist 3 at `free_wrist_3` [rad]. Where the arm does not reach so far, it is the nearest one within reach.
     """
+    # The matrix is Ry(plane) Rz(wrist 2) Ry(wrist 3). Its middle column, which the last turn leaves as it is, is
+    # (-cos(plane) sin(wrist 2), cos(wrist 2), sin(plane) sin(wrist 2)). It gives a plane for either sign of wrist 2.
     (m00, m01, m02), (_, m11, _), (m20, m21, m22) = pan_R_wrist_3
     if math.hypot(m01, m21) > _SINGULAR:
         planes: tuple[float, ...] = (math.atan2(m21, -m01), math.atan2(-m21, m01))
-    elif m11 > 0.0:  # the whole rotation is one about y, by the sum of the two angles
+    elif m11 > 0.0:
+        # the whole rotation is one about y, by the sum of the two angles
         planes = (_plane_in_reach(outward, up, math.atan2(m02, m00) - free_wrist_3),)
-    else:  # ... or by their difference, with half a turn about z
+    else:
+        # ... or by their difference, with half a turn about z
         planes = (_plane_in_reach(outward, up, math.atan2(m02, -m00) + free_wrist_3),)
     for plane in planes:
         c, s = math.cos(plane), math.sin(plane)

@@ -62,8 +62,6 @@ A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
 class CollisionCulling(Device):
     """Device that closes bodies which cannot meet to the engine; the last one in `before_step`.
 
-    Closed bodies, passengers and the time of the next check are state, in snapshots and in the state hash.
-
     Args:
         conveyor: the belt.
         overlaps: the overlapping parts; they are never passengers, since their contact carries their penetration.
@@ -118,7 +116,7 @@ class CollisionCulling(Device):
         self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
         self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
         self._step = float(model.opt.timestep)
-        self._soon = SHORTEST * self._step
+        self._soon, self._review_steps = SHORTEST * self._step, max(1, int(REVIEW / self._step))
         self._reference: Vectors = np.zeros(0)
         self._forget()
 
@@ -148,8 +146,7 @@ class CollisionCulling(Device):
         self._bodies.close(np.array(state["closed"], dtype=np.int64))
         for body, carrier in state["passengers"]:
             self._take_along(body, carrier)
-        self._is_awake[:] = False
-        self._is_awake[state["awake"]] = True
+        self._is_awake = np.isin(np.arange(len(self._is_awake)), state["awake"])
         self._awake_count = len(state["awake"])
         self._woken.clear()
         self._woken.update(state["woken"])
@@ -204,7 +201,7 @@ class CollisionCulling(Device):
         groups = self._sleeping.find(self.simulation.data, self._is_awake)
         if movers.free > movers.links or (self._find_open(groups) & (movers.until_groups(times, groups) > CALM)).any():
             return True
-        self._review_due = self._next_review()
+        self._review_due = self.simulation.clock.tick + self._review_steps
         return False
 
     def _check_next(self) -> None:
@@ -213,6 +210,8 @@ class CollisionCulling(Device):
 
     def _plan(self, movers: Movers, until: float) -> None:
         """Plan the next check: for the time `until` [s], or earlier, and then speeds may rise by more meanwhile."""
+        # Times are gap / (speed + EXCESS). So with a shorter window w speeds may rise by more, by x = EXCESS until / w:
+        # (speed + x) w <= (speed + EXCESS) until for all speeds. `_is_faster` checks again if a rise is above x.
         window = min(float(until), WINDOW)
         steps = int(window / self._step) if window > self._step else 1  # also where a position is not a number
         self._due = self.simulation.clock.tick + steps
@@ -254,16 +253,13 @@ class CollisionCulling(Device):
         if woken or leaving or joining:
             self._due = self._review_due = self.simulation.clock.tick + 1
         else:
-            self._review_due = NEVER if is_calm else self._next_review()
+            self._review_due = NEVER if is_calm else self.simulation.clock.tick + self._review_steps
             movers.watch(is_open[groups.of_box])
             self._plan(movers, (times + movers.watched).min(initial=LONGEST))
 
     def _find_open(self, groups: Groups) -> Mask:
         """Return which groups are open."""
         return np.asarray(~np.logical_and.reduceat(self._bodies.is_closed[groups.bodies], groups.first))
-
-    def _next_review(self) -> int:
-        return self.simulation.clock.tick + max(1, int(REVIEW / self._step))
 
     def _find_pushed(self) -> list[int]:
         """Return the gliders that do not have the belt's velocity any more: a program has written another one."""
@@ -291,10 +287,12 @@ class CollisionCulling(Device):
             trees.discard(-1)
         woken = sorted(trees)
         bodies: list[int] = self.simulation.model.tree_bodyadr[woken].tolist()
-        is_awake[woken] = ~self._bodies.is_closed[bodies]  # as before
+        # what is woken and closed sleeps on until the engine's next step, and still belongs to its group
+        is_awake[woken] = ~self._bodies.is_closed[bodies]
         moving = self._moving.bodies
         if (self._bodies.is_closed[moving] & is_awake[self._tree[moving]]).any():
-            self._open_all()  # woken past the simulation, as by a force on a joint
+            # woken past the simulation, as by a force on a joint
+            self._open_all()
         if woken:
             groups = self._sleeping.find(self.simulation.data, is_awake)
             for body in bodies:

@@ -99,6 +99,8 @@ class Movers:
         self.opposite[:, first:] = facing(sides[:, self.free :])
         found = gaps(sides, self.opposite)
         near = {column: kin.times(found[kin.rows, column], velocities) for column, kin in self.kin.items()}
+        # A point of a body moves at most at the sum of lever times joint velocity, levers being upper bounds over all
+        # postures. So gap / speed is a lower bound of the time to a touch, whichever way the body moves.
         speeds = self.speeds(velocities)
         found -= MARGIN
         found[:, :first] /= speeds[:, None]
@@ -175,17 +177,23 @@ class MovingBodies:
         carried_by = np.array(carriers, dtype=np.int64)
         is_gliding = carried_by == self._belt
         boxes = self.boxes.at(bodies, np.zeros((len(bodies), 3)), np.zeros((len(bodies), 9)))
+        # Beyond the belt's end is a half space: the belt moves towards -y. What rides the belt must be open there.
         behind = np.full((6, 1), -FAR)
-        behind[4] = -belt_end  # the belt moves towards -y
+        behind[4] = -belt_end
         beyond = Boxes(behind, np.array([-1]), np.array([-1]))
         columns = Boxes.joined([groups.boxes, beyond, boxes.some(slice(free, None))])
         never = np.where(boxes.ignore(columns), np.inf, 0.0)
+        # Only what rides the belt falls off its end, and it touches the belt all the while: its own contact with the
+        # belt is what gliding replaces. Passengers of one carrier keep their places to each other.
         never[~is_gliding, count] = np.inf
         never[:, :count][is_gliding[:, None] & (groups.fixed_body == self._belt)] = np.inf
         never[:, count + 1 :][carried_by[:, None] == carried_by[free:]] = np.inf
+        # Riders need no dofs, as they have exactly the belt's velocity; it is the base of their speed.
         dofs = np.flatnonzero(np.isin(self._dof_tree, self._tree[bodies[~is_gliding]]))
         kin = {}
         for column, (body, carrier) in enumerate(passengers.items(), count + 1):
+            # A part on a weld moves with the links of its mechanism. Only the joints between bring them nearer to each
+            # other, so a link without a joint between never meets the part.
             if carrier != self._belt:
                 relative = self.relative_levers(data, body, carrier, links)
                 related = self._tree[links] == self._tree[carrier]
@@ -235,8 +243,10 @@ class MovingBodies:
 
     def relative_levers(self, data: mujoco.MjData, body: int, carrier: int, links: list[int]) -> Vectors:
         """Return how far joints move a welded part relative to links [m/rad, m/m], shape (links, dofs of the model)."""
+        # A joint that moves the carrier moves the part as well, and at most by the part's reach beyond the carrier's
+        # origin further, if it turns: distance of the origins, which the weld keeps, plus the part's own radius.
         welds = [weld for weld, _ in self._welds[body] if data.eq_active[weld]]
-        apart = np.linalg.norm(self._model.eq_data[welds, 3:6], axis=1).max(initial=0.0)  # of the bodies' origins
+        apart = np.linalg.norm(self._model.eq_data[welds, 3:6], axis=1).max(initial=0.0)
         reach = apart + self.boxes.radius[body]
         levers = self._levers[carrier] + reach * (self._turns & (self._levers[carrier] > 0.0))
         return np.array([np.where(self._levers[link] > 0.0, 0.0, levers) for link in links]).reshape(-1, len(levers))
