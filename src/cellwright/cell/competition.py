@@ -191,7 +191,8 @@ class Competition(Device):
         try:
             self.submit(agv.tray.link, kit_type)
         except RejectedCommandError:
-            return  # the AGV drives off with its kit all the same, as in the original
+            # the AGV drives off with its kit all the same, as in the original
+            return
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
         now = self.simulation.now

@@ -162,12 +162,14 @@ class Entities:
         simulation.refresh()
         position, quaternion = data.xpos[body].tolist(), data.xquat[body].tolist()
         pose = Pose(tuple(position), tuple(quaternion))
-        if name in self.cell.parts.by_name:  # a free joint's velocity: linear in the world, angular in the body
+        # a free joint's velocity: linear in the world, angular in the body
+        if name in self.cell.parts.by_name:
             dof = self.cell.parts.part(name).dof
             (linear, turn), (push, twist) = (
                 each[dof : dof + 6].reshape(2, 3).tolist() for each in (data.qvel, data.qacc)
             )
-            if data.tree_asleep[model.body_treeid[body]] >= 0:  # the engine no longer computes its acceleration
+            # the engine no longer computes its acceleration
+            if data.tree_asleep[model.body_treeid[body]] >= 0:
                 return EntityState(pose)
             return EntityState(pose, tuple(linear), pose.rotate(tuple(turn)), tuple(push), pose.rotate(tuple(twist)))
         if model.body_weldid[body] == 0:
@@ -177,7 +179,8 @@ class Entities:
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
         mujoco.mj_rnePostConstraint(model, data)
         mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, acceleration, 0)
-        acceleration[3:] += model.opt.gravity  # the engine's is that of an accelerometer
+        # the engine's acceleration is that of an accelerometer
+        acceleration[3:] += model.opt.gravity
         parts = (velocity[3:], velocity[:3], acceleration[3:], acceleration[:3])
         return EntityState(pose, *(tuple(each.tolist()) for each in parts))
 
@@ -201,7 +204,8 @@ class Entities:
             data = self.cell.simulation.data
             data.qvel[part.dof : part.dof + 3] = linear
             data.qvel[part.dof + 3 : part.dof + 6] = placed.inverse().rotate(angular)
-            data.qacc[part.dof : part.dof + 6] = 0.0  # that of the last step was elsewhere
+            # the acceleration of the last step was elsewhere
+            data.qacc[part.dof : part.dof + 6] = 0.0
             return
         raise RejectedCommandError(f"{name}: velocity must be at most {MAX_SPEED:g} (got {linear} and {angular})")
 
@@ -306,7 +310,8 @@ class Entities:
         """Yield type and name of each part that is not in play and that the belt has not brought yet."""
         parts, population = self.cell.parts, self.cell.population
         for part in parts.world.parts:
-            if part.name not in parts.in_play and not part.pooled:  # the demo tray's come by themselves
+            # the demo tray's come by themselves
+            if part.name not in parts.in_play and not part.pooled:
                 yield part.type, part.name
         for short, kind in self.cell.trial.belt_clones():
             name = clone_name(short)

@@ -207,7 +207,8 @@ def _gap(first: Patch, second: Patch) -> float:
 def _normals(first: Patch, second: Patch) -> Iterator[Point]:
     for patch in (first, second):
         x0, y0 = patch.corners[0]
-        for x, y in patch.corners[1:]:  # the edges at one corner of a rectangle suffice; its diagonal does no harm
+        # the edges at one corner of a rectangle suffice; its diagonal does no harm
+        for x, y in patch.corners[1:]:
             if length := math.hypot(x - x0, y - y0):
                 yield -(y - y0) / length, (x - x0) / length
     for (x1, y1), (x2, y2) in product(first.corners, second.corners):

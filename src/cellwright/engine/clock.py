@@ -103,7 +103,8 @@ class Clock:
         """Advance by one tick; return the new time [ns]."""
         self.tick = tick = self.tick + 1
         numerator, half, denominator = self._ratio
-        self.now = now = (tick * numerator + half) // denominator  # `time_of`, without the call: each tick does this
+        # `time_of`, without the call: each tick does this
+        self.now = now = (tick * numerator + half) // denominator
         return now
 
     def set_tick(self, tick: int) -> None:
@@ -262,7 +263,8 @@ class PeriodicCallbacks:
 
     def run_due(self, now: int, tick: int) -> None:
         """Call every watch due at or before `now` [ns]."""
-        late, some_left = self._late, False  # a watch added in this tick runs from the next one on
+        # a watch added in this tick runs from the next one on
+        late, some_left = self._late, False
         for watch in self._early:
             if watch.active:
                 watch.action(tick)
@@ -275,7 +277,8 @@ class PeriodicCallbacks:
                 heapq.heappop(heap)
                 continue
             following = watch.cadence.due(index + 1)
-            if following <= now:  # a period shorter than a tick: one sample a tick
+            # a period shorter than a tick: one sample a tick
+            if following <= now:
                 index = watch.cadence.first_at(now + 1) - 1
                 following = watch.cadence.due(index + 1)
             heapq.heapreplace(heap, (following, rank, serial, index + 1, watch))

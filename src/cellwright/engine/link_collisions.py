@@ -92,7 +92,8 @@ class _Robot:
 
     def __init__(self, urdf: str) -> None:
         root = fromstring(urdf)  # noqa: S314  # our own text
-        extension = SubElement(root, "mujoco")  # each link must stay a body of its own
+        # each link must stay a body of its own
+        extension = SubElement(root, "mujoco")
         SubElement(extension, "compiler", fusestatic="false", discardvisual="true")
         self._model: Any = mujoco.MjSpec.from_string(tostring(root, encoding="unicode")).compile()
         self._data: Any = mujoco.MjData(self._model)

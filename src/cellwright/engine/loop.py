@@ -37,7 +37,8 @@ class StopCondition:
     def __init__(self, deadline: int | None = None, reason: str = "the run is over") -> None:
         self._initial = NEVER if deadline is None else deadline, reason
         self._limit = self._initial
-        self.deadline, self.reason = self._initial  # plain attributes: read once a tick
+        # plain attributes: read once a tick
+        self.deadline, self.reason = self._initial
         self.is_requested = False
         """True if the run must stop before the next tick, at any time."""
 
@@ -226,7 +227,8 @@ class SimulationLoop:
         clock, stop = self._simulation.clock, self.stop
         while clock.message_time() < request.until and clock.now < stop.deadline:
             while service.is_client_behind and not stop.is_requested:
-                self._serve(_POLL / 2)  # lockstep loses no message: a client that is behind has to read first
+                # lockstep loses no message: a client that is behind has to read first
+                self._serve(_POLL / 2)
             if request.client.is_gone or not self._wait_for_rate() or request.client.is_gone:
                 return
             self.pacer.step()

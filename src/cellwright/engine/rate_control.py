@@ -198,5 +198,6 @@ class RealTimePacer:
         now = self._clock()
         self._paused_time += now - self._stepped
         self._wall = self._stepped = now
-        self._started_at += self._simulation.now - self._newest  # 0, unless the time was set meanwhile
+        # 0, unless the time was set meanwhile
+        self._started_at += self._simulation.now - self._newest
         self._simulated = self._newest = self._simulation.now

@@ -298,7 +298,8 @@ def gear_outline(angle: float, teeth: int = 18, tip: float = 0.0392, root: float
 def gasket_outline(angle: float) -> float:
     """Return the radius [m] of the gasket's outline: a ring with an ear at either end, slightly skewed."""
     ear = 0.0
-    for side in (1.0, -1.0):  # far intersection of the ray with the end's circle, radius 27 mm at x = +-67 mm
+    # far intersection of the ray with the end's circle, radius 27 mm at x = +-67 mm
+    for side in (1.0, -1.0):
         along = 0.067 * side * math.cos(angle)
         across = 0.067**2 - along**2
         if along > 0 and across < 0.027**2:
@@ -318,7 +319,8 @@ def add_mesh(spec: Any, name: str, form: Mesh, *, weighs: bool = False) -> None:
         weighs: True if it has the inertia of its convex hull, else that of a shell.
     """
     vertices, triangles = form
-    kinds = mujoco.mjtMeshInertia  # the shell has no requirements on the mesh
+    # the shell has no requirements on the mesh
+    kinds = mujoco.mjtMeshInertia
     spec.add_mesh(
         name=name,
         uservert=vertices.ravel(),

@@ -170,7 +170,8 @@ class Simulation:
         if model is self.first_model:
             self._restore_fields()
         model.opt = self.model.opt
-        model.stat.meaninertia = self.model.stat.meaninertia  # the solver's tolerance is relative to it
+        # the solver's tolerance is relative to it
+        model.stat.meaninertia = self.model.stat.meaninertia
         self.model, self.data = model, mujoco.MjData(model)
         self._refreshed_at = -1
         for callback in self.on_model:

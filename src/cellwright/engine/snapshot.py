@@ -91,7 +91,8 @@ def restore_snapshot(simulation: Simulation, snapshot: Snapshot, announce: Calla
     simulation.runs += 1
     for follower in simulation.followers:
         follower.forget()
-    simulation.set_state(copy.deepcopy(snapshot.state))  # first, since a device may replace the model
+    # first, since a device may replace the model
+    simulation.set_state(copy.deepcopy(snapshot.state))
     mujoco.mj_copyData(simulation.data, simulation.model, snapshot.data)
     for name, values in snapshot.fields.items():
         getattr(simulation.model, name)[:] = values
@@ -145,11 +146,13 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
         raise CheckpointError(f"{path}: not a checkpoint ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.first_model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
-    record = header.get("record", {})  # files of earlier versions have none
+    # files of earlier versions have none
+    record = header.get("record", {})
     is_record_whole = not record or header.get("record_digest") == hashlib.sha256(_as_bytes(record)).hexdigest()
     if header.get("digest") != _digest(engine, fields, header.get("state")) or not is_record_whole:
         raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
-    simulation.set_state(header["state"])  # first, since a device may replace the model
+    # first, since a device may replace the model
+    simulation.set_state(header["state"])
     for name, values in fields.items():
         getattr(simulation.model, name)[:] = values
     simulation.set_record(record)
@@ -159,7 +162,8 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
 def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """Read the header, the engine's state and the model's fields from a file, without checking them."""
     if path.exists() and not path.is_file():
-        raise ValueError("not a regular file")  # a device or pipe may have no end
+        # a device or pipe may have no end
+        raise ValueError("not a regular file")
     with path.open("rb") as stream:
         with zipfile.ZipFile(stream) as archive:
             if sum(member.file_size for member in archive.infolist()) > _MAX_SIZE:

@@ -104,7 +104,8 @@ def _turns(angle: float) -> list[float]:
 def _nearest_turn(angle: float, near: float) -> float:
     """Return the one of `_turns` that is nearest to `near`; the lower one of two that are equally near."""
     if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
-        return angle  # fast path for nearly all calls
+        # fast path for nearly all calls
+        return angle
     low, high = _turn_range(angle)
     return _turned(angle, max(low, min(high, math.ceil((near - angle) / _TURN - 0.5))))
 

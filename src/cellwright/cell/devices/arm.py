@@ -48,7 +48,8 @@ class Arm(Device):
     def reset(self) -> None:
         """Hold the initial posture of the model."""
         self.controller.start(self._positions.tolist(), self.simulation.now)
-        self.set_stepping(True)  # a run that follows another begins in the same state as the first
+        # a run that follows another begins in the same state as the first
+        self.set_stepping(True)
         self._setpoints.write(self.controller.trajectory)
 
     def command(self, trajectory: JointTrajectory) -> None:

@@ -213,7 +213,8 @@ class CollisionCulling(Device):
         # Times are gap / (speed + EXCESS). So with a shorter window w speeds may rise by more, by x = EXCESS until / w:
         # (speed + x) w <= (speed + EXCESS) until for all speeds. `_is_faster` checks again if a rise is above x.
         window = min(float(until), WINDOW)
-        steps = int(window / self._step) if window > self._step else 1  # also where a position is not a number
+        # one step, also where a position is not a number
+        steps = int(window / self._step) if window > self._step else 1
         self._due = self.simulation.clock.tick + steps
         self._excess = EXCESS * float(until) / window
         self._every = 1 if movers.free > movers.links else SELDOM
@@ -339,7 +340,8 @@ class CollisionCulling(Device):
             others = touching[(touching == body).any(axis=1)]
             touches_more = bool(((others != body) & (others != carrier)).any()) or body in overlapping
             carriers[row] = -1 if touches_more or (weld < 0 and not len(others)) else carrier
-        while True:  # those on one carrier do not come nearer to each other
+        # Parts on one carrier do not come nearer to each other; but who fails is a body like others, which the rest may meet.
+        while True:
             failing = [
                 row
                 for row in rows[carriers[rows] >= 0].tolist()

@@ -81,7 +81,8 @@ class Conveyor(Device):
         world_R_geom = simulation.data.geom_xmat[self._geom].reshape(3, 3)
         model.geom_surfacevel[self._geom, :3] = world_R_geom.T @ (0.0, -self.speed, 0.0)
         for part in self._on_belt():
-            simulation.wake(part.body)  # a changed surface velocity does not wake parts
+            # a changed surface velocity does not wake parts
+            simulation.wake(part.body)
         self.set_stepping(0.0 < self.speed < _SLOW * model.opt.sleep_tolerance)
 
     def _on_belt(self) -> list[WorldPart]:

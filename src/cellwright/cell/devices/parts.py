@@ -78,7 +78,8 @@ class Parts(Device):
         self._build = build
         self._clones = dict(world.clones)
         self._pools = Counter(self._clones.values())
-        self._bodies: dict[str, int] = {}  # index of the body in `World.bodies` of each clone that has one
+        # index of the body in `World.bodies` of each clone that has one
+        self._bodies: dict[str, int] = {}
         waiting = [part.name for part in world.parts if part.pooled]
         self.names = (*(part.name for part in world.parts if not part.pooled), *self._clones, *waiting)
         """Names of all parts, in their order."""

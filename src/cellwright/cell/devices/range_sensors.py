@@ -101,13 +101,16 @@ class Rays:
         self._world_middle = self._axes.T @ self._middle
         self._world_half = np.abs(self._axes.T) @ self._half
         self._data: mujoco.MjData | None = None
-        self._places = np.empty((0, 3))  # the engine's array of the geoms' middles
+        # the engine's array of the geoms' middles
+        self._places = np.empty((0, 3))
         self._balls: list[_Ball] = []
-        self._coordinates: NDArray[np.intp] = np.empty((3, 0), dtype=np.intp)  # of the balls' middles, in `geom_xpos`
+        # coordinates of the balls' middles, in `geom_xpos`
+        self._coordinates: NDArray[np.intp] = np.empty((3, 0), dtype=np.intp)
         self._ball_middles, self._ball_reaches = np.empty((3, 0)), np.empty((3, 0))
         self._radii, self._reaches = np.empty(0), np.empty((3, 0))  # by geom
         self._fixed = np.empty(0)
-        self._begins_in_fixed = False  # a ray would be stopped by a fixed object before it begins
+        # true if a fixed object stops a ray before it begins
+        self._begins_in_fixed = False
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
         """Return the length of each ray from the source [m], shape (count,); `inf` if nothing stops it.

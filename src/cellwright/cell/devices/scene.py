@@ -94,7 +94,8 @@ def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
 def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     """Return the ids of the colliding geoms of a body and of all bodies below it."""
     bodies = {body}
-    for child in range(body + 1, model.nbody):  # the engine numbers parents before children
+    # the engine numbers parents before children
+    for child in range(body + 1, model.nbody):
         if int(model.body_parentid[child]) in bodies:
             bodies.add(child)
     touching = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
@@ -172,8 +173,10 @@ class ModelSnapshot:
         welded = model.body_weldid[model.geom_bodyid[self._geoms]] == model.body_weldid[self._bodies[self._owners]]
         count = len(self.models)
         self._is_jointed = np.bincount(self._owners, ~welded, count) > 0
-        self._poses = np.empty((count, 7))  # x, y, z and quaternion of each model
-        self._bounds = np.empty((count, 6))  # lower and upper bound of each box
+        # x, y, z and quaternion of each model
+        self._poses = np.empty((count, 7))
+        # lower and upper bound of each box
+        self._bounds = np.empty((count, 6))
         self._boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._views, self._offsets = np.empty((6, 0)), np.empty(0)
         self._reported = self._in_view = np.empty((count, 0), dtype=np.bool_)

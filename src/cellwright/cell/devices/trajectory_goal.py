@@ -34,7 +34,8 @@ class Tolerance(NamedTuple):
 
     def fault(self, position_error: float, velocity_error: float) -> str:
         """Return the violation of a joint with these errors [rad; m] and [rad/s; m/s], or an empty string."""
-        if self.position > 0.0 and not abs(position_error) <= self.position:  # in this form, NaN is a violation too
+        # in this form, NaN is a violation too
+        if self.position > 0.0 and not abs(position_error) <= self.position:
             return f"position is off by {abs(position_error):.4g}, {self.position:.4g} is allowed"
         if self.velocity > 0.0 and not abs(velocity_error) <= self.velocity:
             return f"velocity is off by {abs(velocity_error):.4g}, {self.velocity:.4g} is allowed"

@@ -251,7 +251,8 @@ class VacuumGripper(VacuumCheck, Device):
             for geom in part.geoms:
                 distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
                 if distance < _NEAR and distance != 0.0:
-                    normal = (ends[:3] - ends[3:]) / distance  # from the part to the disc, also where they overlap
+                    # from the part to the disc, also where they overlap
+                    normal = (ends[:3] - ends[3:]) / distance
                     touching.append(self._touched(part, float(normal @ axis)))
         return touching
 

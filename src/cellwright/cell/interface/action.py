@@ -73,7 +73,8 @@ class TrajectoryAction(Device):
                 for name, (status, ended) in self._recent().items()
             ]
         }
-        if self._last_cancel:  # absent in recordings without such a cancellation, as in those of earlier versions
+        # absent in recordings without such a cancellation, as in those of earlier versions
+        if self._last_cancel:
             state["last cancel"] = self._last_cancel - offset
         return state
 
@@ -111,9 +112,11 @@ class TrajectoryAction(Device):
             goal_time = nanoseconds(goal.goal_time_tolerance)
             self._arm.accept(GoalRequest(name, trajectory, goal.path_tolerance, goal.goal_tolerance, goal_time))
         except RejectedTrajectoryError as error:
-            reason = str(error)[:_MAX_TEXT_LENGTH]  # it may contain names from outside
+            # the reason may contain names from outside
+            reason = str(error)[:_MAX_TEXT_LENGTH]
             self._end(GoalStatus(goal_id, REJECTED, reason), int(error.result))
-            raise  # counted and reported with the other refusals
+            # counted and reported with the other refusals
+            raise
         self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
         warn_of_wall_time(self._refusals, f"{row.name} from {node}" if node else row.name, trajectory)
 
@@ -165,13 +168,15 @@ class TrajectoryAction(Device):
             self._end(GoalStatus(goal_id, RECALLED, "cancelled before it arrived"))
             return
         if ended is not None:
-            self._statuses[name] = status, self.simulation.now  # remembered from its newest copy on
+            # remembered from its newest copy on
+            self._statuses[name] = status, self.simulation.now
         since = "is already active" if ended is None else f"has ended less than {REMEMBERED / NANOSECONDS:g} s ago"
         raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} {since}; send another id")
 
     def _publish_ended(self, goal: TrajectoryGoal) -> None:
         if goal.goal_id not in self._statuses:
-            return  # set directly on the arm, not through the topic
+            # set directly on the arm, not through the topic
+            return
         goal_id = self._statuses[goal.goal_id][0].goal_id
         status = GoalStatus(goal_id, int(goal.status), goal.reason)
         self._end(status, 0 if goal.result is None else int(goal.result))

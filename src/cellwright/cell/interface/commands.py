@@ -118,7 +118,8 @@ class CellCommands:
         """Refuse a service that counts as cheating in a competition, and report the refusal."""
         source = f"{row.name} from {node}" if node else row.name
         self._cell.bus.refusals.refuse(source, f"{NOT_ALLOWED}; development mode (-d) allows it")
-        response = self._cell.bus.types.service(row.type).response()  # for all these services: without success
+        # the empty answer of all these services means: without success
+        response = self._cell.bus.types.service(row.type).response()
         if isinstance(response, TriggerResponse):
             response.message = NOT_ALLOWED
         return response

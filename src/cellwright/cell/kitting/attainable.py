@@ -231,7 +231,8 @@ def _obstacles(trial: Trial) -> dict[str, str]:
         return {order.order_id: "the cell has no AGV and no tray" for order in trial.orders}
     obstacles: dict[str, str] = {}
     obstacle = ""
-    for order in Announcements(trial.orders).orders:  # an order waits for those before it
+    # an order waits for those before it
+    for order in Announcements(trial.orders).orders:
         obstacle = obstacle or _never_announced(order, trial.time_limit)
         if obstacle:
             obstacles[order.order_id] = obstacle

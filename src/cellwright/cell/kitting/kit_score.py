@@ -224,7 +224,8 @@ def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
     faulty = [index for index, each in enumerate(contents) if each.is_faulty]
     unused = matching.place(good, contents)
     surplus = matching.pair_up(unused, contents)
-    matching.pair_up(faulty, contents)  # a faulty part fills no place, but is reported where one is open
+    # a faulty part fills no place, but is reported where one is open
+    matching.pair_up(faulty, contents)
     ordered = {goal.type for goal in kit.objects}
     extras = []
     for found in (contents[index] for index in sorted(surplus + faulty)):

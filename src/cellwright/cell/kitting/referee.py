@@ -223,7 +223,8 @@ class Referee:
 
     def _conclude(self, now: int) -> tuple[Effect, ...]:
         effects = self._enter(CompetitionState.DONE, now)
-        if self.end_reason is None or self._is_reported:  # a second end after the report changes nothing
+        # a second end after the report changes nothing
+        if self.end_reason is None or self._is_reported:
             return effects
         self._is_reported = True
         return (*effects, TrialEnded(self.end_reason, self.score(now), self.process_time(now)))

@@ -278,7 +278,8 @@ def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time:
         weld.active = False
         weld.solref = (time, 1.0)
         weld.solimp = _HOLD
-        weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)  # anchor, pose (written when the weld engages), torque scale
+        # anchor, pose (written when the weld engages), torque scale
+        weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)
 
 
 def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:

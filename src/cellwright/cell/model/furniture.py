@@ -99,9 +99,11 @@ def _fill_bin(body: Any, visuals: Visuals) -> None:
 
     Base and sills are visual only: nothing gets there, and every collision shape costs time in each step.
     """
-    inner, thick, rim = 0.3175, 0.008, 0.79089  # inner half width, walls (grown outward), height of their upper edge
+    # inner half width, walls (grown outward), height of their upper edge
+    inner, thick, rim = 0.3175, 0.008, 0.79089
     corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
-    floor = 0.225  # solid from half height on: nothing tunnels through a floor of this thickness
+    # solid from half height on: nothing tunnels through a floor of this thickness
+    floor = 0.225
     add_shape(
         body, box(2 * inner, 2 * inner, floor, at(z=frames.BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH
     )
@@ -137,7 +139,8 @@ def add_conveyor(spec: Any, visuals: Visuals) -> None:
     body = spec.worldbody.add_body(
         name=BELT_GEOM, pos=frames.CONVEYOR_CENTRE.position, quat=frames.CONVEYOR_CENTRE.quaternion
     )
-    body.gravcomp = 1.0  # no effect on a fixed body, but without any the engine would ignore that of gliding parts
+    # no effect on a fixed body, but without any the engine would ignore that of gliding parts
+    body.gravcomp = 1.0
     add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
     surface = frames.BELT_SURFACE - frames.CONVEYOR_CENTRE.position[2]
     for side in (1.0, -1.0):

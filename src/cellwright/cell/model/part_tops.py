@@ -62,7 +62,8 @@ def _hull(model: Any, geom: int) -> NDArray[np.float64]:
     first = int(model.mesh_vertadr[mesh])
     graph = model.mesh_graph[int(model.mesh_graphadr[mesh]) :]
     vertices, faces = int(graph[0]), int(graph[1])
-    begin = 2 + 3 * vertices + 3 * faces  # after the addresses, the vertices and their neighbours
+    # after the addresses, the vertices and their neighbours
+    begin = 2 + 3 * vertices + 3 * faces
     numbers = np.array(graph[begin : begin + 3 * faces], np.int64).reshape(-1, 3)
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])

@@ -44,7 +44,8 @@ def rearrange(world: World, trial: Trial) -> World:
     if trial.has_arm:
         has_trial_friction[model.geom(CUP_GEOM).id] = False  # the cup has its own
     model.geom_friction[has_trial_friction, _SLIDING] = trial.circumstances.friction
-    mujoco.mj_setConst(model, mujoco.MjData(model))  # inertias in the first pose, as when it was compiled
+    # inertias in the first pose, as when it was compiled
+    mujoco.mj_setConst(model, mujoco.MjData(model))
     qpos, ctrl = first_pose(model, trial)
     return replace(world, parts=(*parts, *world.parts[count:]), initial_qpos=qpos, initial_ctrl=ctrl)
 

@@ -116,7 +116,8 @@ def referenced_file(path: Path, reference: str, folder: Path) -> Path:
         raise ModelFileError(f"{path}: {reference} is outside the model folder {folder}")
     if not found.is_file():
         raise ModelFileError(f"{path}: there is no file {reference}")
-    note_source(found)  # the engine reads the file directly
+    # the engine reads the file directly
+    note_source(found)
     return found
 
 

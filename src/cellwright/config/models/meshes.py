@@ -43,7 +43,8 @@ def read_mesh(path: Path) -> Triangles:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
             raise ModelFileError(f"{path}: not a regular file")
-        note_source(path)  # the cache may hold the mesh already
+        # the cache may hold the mesh already
+        note_source(path)
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
@@ -63,7 +64,8 @@ def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Trian
     if is_lfs_pointer(content):
         raise ModelFileError(f"{path}: {LFS_POINTER}")
     try:
-        with np.errstate(all="ignore"):  # NaN and infinity are refused below, in one line
+        # NaN and infinity are refused below, in one line
+        with np.errstate(all="ignore"):
             vertices, triangles = reader(content)
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}") from None
@@ -97,7 +99,8 @@ def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int6
 def _stl(content: bytes) -> Triangles:
     """Read an STL file; bytes behind the triangles of a binary one are ignored."""
     count, length = int.from_bytes(content[80:_HEADER], "little"), len(content) - _HEADER
-    if length != count * _FACET.itemsize and b"\0" not in content[:_HEADER]:  # a binary header has a 0 in its count
+    # a binary header has a 0 in its count
+    if length != count * _FACET.itemsize and b"\0" not in content[:_HEADER]:
         words = [line.split() for line in content.splitlines()]
         rows = [_vertex(line) for line in words if line and line[0].lower() == b"vertex"]
         corners = np.array(rows, np.float64).reshape(-1, 3, 3)

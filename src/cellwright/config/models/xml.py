@@ -36,7 +36,8 @@ def read_xml(file: ModelFile, folder: Path) -> UserModel:
     mass, shapes = reader.read(file.root)
     if not shapes:
         raise ModelFileError(f"{file.path}: no collision or visual shape")
-    if not any(shape.is_seen for shape in shapes):  # without visual shapes, the collision shapes are drawn
+    # without visual shapes, the collision shapes are drawn
+    if not any(shape.is_seen for shape in shapes):
         shapes = [ModelShape(each.kind, each.size, each.pose, each.colour, mesh=each.mesh) for each in shapes]
     return UserModel(tuple(shapes), mass or None)
 

@@ -53,7 +53,8 @@ def evaluate(text: str, *, whole_division: bool = False) -> float:
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"an expression must have at most {MAX_LENGTH} characters (got {len(text)})")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # users need no warnings of the parser and the math module
+        # users need no warnings of the parser and the math module
+        warnings.simplefilter("ignore")
         value = _Evaluator(text.strip(), whole_division=whole_division).value()
     return _finite(value, repr(text.strip()))
 

@@ -68,7 +68,8 @@ def flow_values(text: JoinedText) -> list[str]:
 @contextmanager
 def _composed(text: JoinedText) -> Iterator[tuple["_Composer", yaml.Node | None]]:
     """Provide the node of the single document in the text, and its composer; errors of either become a refusal."""
-    if len(text.content) > MAX_BYTES:  # as many characters cost as much as that many bytes of a file
+    # as many characters cost as much as that many bytes of a file
+    if len(text.content) > MAX_BYTES:
         raise _refusal(text, 0, f"more than {MAX_BYTES // 1024} KiB of text")
     try:
         loader = _Composer(text.content)
@@ -155,7 +156,8 @@ class _Composer(yaml.SafeLoader):
         self._depth += 1
         if self._depth > MAX_DEPTH:
             raise _UnsupportedYamlError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
-        self._values += 1  # a collection is measured at its end, which may be far
+        # a collection is measured at its end, which may be far
+        self._values += 1
         if self._values > MAX_NODES:
             raise _too_many_values(mark)
         node = super().compose_node(parent, index)

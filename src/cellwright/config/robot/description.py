@@ -209,10 +209,12 @@ def _parts_of_capsule(owner: Element, form: Element) -> list[Element]:
 def _mend_joint(joint: Element) -> None:
     """Complete the limits of a joint, and drop what is incomplete to urdfdom."""
     if joint.get("type") == JointType.SPHERICAL:
-        joint.attrib["type"] = JointType.FLOATING.value  # the nearest type that urdfdom knows
+        # the nearest type that urdfdom knows
+        joint.attrib["type"] = JointType.FLOATING.value
     for limit in joint.findall("limit"):
         for name in ("effort", "velocity"):
-            limit.attrib.setdefault(name, "0")  # as in the reader: unknown, and no limit
+            # as in the reader: unknown, and no limit
+            limit.attrib.setdefault(name, "0")
     required = {"dynamics": ("damping", "friction"), "safety_controller": ("k_velocity",)}
     for tag, names in required.items():
         for element in joint.findall(tag):

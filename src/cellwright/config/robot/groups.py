@@ -39,7 +39,8 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     """
     chains = [robot.chain(joint.child) for joint in joints]
     shared_joints = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
-    shared = sum(1 for _ in shared_joints)  # joints that all paths from the root share at their start
+    # number of joints that all paths from the root share at their start
+    shared = sum(1 for _ in shared_joints)
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
     for chain in chains:

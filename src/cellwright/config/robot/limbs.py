@@ -94,9 +94,12 @@ class _LimbFinder:
         self._below: dict[str, list[Joint]] = {}
         for joint in robot.joints:
             self._below.setdefault(joint.parent, []).append(joint)
-        self._moving: set[str] = set()  # links behind which there are movable joints
-        self._counts: dict[str, int] = {}  # maximum number of joints on a path behind a link
-        self._lengths: dict[str, float] = {}  # length of the longest path behind a link [m]
+        # links behind which there are movable joints
+        self._moving: set[str] = set()
+        # maximum number of joints on a path behind a link
+        self._counts: dict[str, int] = {}
+        # length of the longest path behind a link [m]
+        self._lengths: dict[str, float] = {}
         for joint in reversed(robot.joints):
             if joint.is_driven or joint.child in self._moving:
                 self._moving.add(joint.parent)
@@ -272,7 +275,8 @@ def _open_end(
     own = [joint.child for joint in finger]
     opposite = [palm.name] if other is None else [joint.child for joint in other]
     leaders = [leader, *(joint for joint in leaders if joint is not leader)]
-    offsets: list[Vector] = []  # with this joint at its lower and then its upper limit, for each place of the rest
+    # offsets with this joint at its lower and then its upper limit, for each place of the rest
+    offsets: list[Vector] = []
     for corner in product(*((joint.limits.lower, joint.limits.upper) for joint in reversed(leaders))):
         poses = link_poses(robot, {joint.name: at for joint, at in zip(reversed(leaders), corner, strict=True)})
         offsets.append(_centre(robot, poses, own) - _centre(robot, poses, opposite))

@@ -286,7 +286,8 @@ def find_robot(name_or_path: str | Path) -> Path:
             return _in_folder(path)
     except (OSError, ValueError):
         raise refusal(path, 0, "not a valid path") from None
-    if path.suffix or path.name != name:  # a path, not a robot's name
+    # a path, not a robot's name
+    if path.suffix or path.name != name:
         raise refusal(path, 0, "not a regular file" if path.exists() else "there is no such file")
     raise UnknownNameError("robot", name, bundled())
 

@@ -142,7 +142,8 @@ class _UrdfReader:
                 continue
             for tag, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
-                    is_one_of_many = self._problems.error_count > MAX_WARNINGS  # the search for similar names is slow
+                    # the search for similar names is slow
+                    is_one_of_many = self._problems.error_count > MAX_WARNINGS
                     hint = "" if is_one_of_many else did_you_mean(name[:_MAX_TAG_LENGTH], links)
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:

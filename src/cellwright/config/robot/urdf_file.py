@@ -168,7 +168,8 @@ def cleaned_text(path: Path, problems: Problems) -> str:
     text = _without_control_characters(path, _decoded(path, _content(path), problems), problems)
     text = _without_invalid_comments(path, text, problems)
     if declared := _DECLARATION.match(text):
-        start, end = declared.span(1)  # its content is known already, and XML allows it at the very start only
+        # its content is known already, and XML allows it at the very start only
+        start, end = declared.span(1)
         text = text[:start] + _NO_LINE_END.sub(" ", declared[1]) + text[end:]
     return text
 
@@ -176,7 +177,8 @@ def cleaned_text(path: Path, problems: Problems) -> str:
 def _text(path: Path, problems: Problems, arguments: Arguments) -> tuple[str, bool]:
     """Return the text, and whether its lines are those of the file."""
     text = cleaned_text(path, problems)
-    if path.suffix.lower() == ".xacro":  # the suffix decides: a file that is data never runs as a program
+    # the suffix decides: a file that is data never runs as a program
+    if path.suffix.lower() == ".xacro":
         return expand_xacro(path, text, arguments), False
     if arguments:
         given = ", ".join(f"{name}:={value}" for name, value in arguments.items())

@@ -71,7 +71,8 @@ def _limbs(link: Link, joints: list[Joint]) -> list[ModelShape]:
     if ends:
         return [_limb(end, mass / len(ends)) for end in ends]
     middle = link.inertial.pose.position if link.inertial is not None else (0.0, 0.0, 0.0)
-    if math.hypot(*middle) > NEAR / 2:  # without child joints: as far beyond the centre of mass as before it
+    # without child joints: as far beyond the centre of mass as before it
+    if math.hypot(*middle) > NEAR / 2:
         x, y, z = middle
         return [_limb((2 * x, 2 * y, 2 * z), mass)]
     above = next((math.hypot(*joint.origin.position) for joint in joints if joint.child == link.name), 0.0)
@@ -197,7 +198,8 @@ class LinkReader:
 
     def _scale(self, form: Element) -> Vector3:
         written = (form.get("scale") or "").split()
-        if len(written) == 1:  # PyBullet applies a single factor to all three axes
+        # PyBullet applies a single factor to all three axes
+        if len(written) == 1:
             factor = self._numbers.number(form, "scale", 1.0)
             scale: Vector3 = (factor, factor, factor)
         else:

@@ -135,9 +135,11 @@ def _hint(child: Element, parent: Element, words: _Words) -> str:
     if child.tag in words.attributes:
         return f"; write it as an attribute of <{parent.tag}>"
     hint = did_you_mean(child.tag[:_MAX_WORD_LENGTH], words.children)
-    if parent.tag == "robot":  # other programs have whole sections here
+    # other programs have whole sections here
+    if parent.tag == "robot":
         return hint or (f"; it must be inside of <{_owner(child.tag)}>" if child.tag in _INNER else "")
-    if parent.tag == "geometry":  # the reader of shapes reports it
+    # the reader of shapes reports it
+    if parent.tag == "geometry":
         return ""
     return hint or (f"; it must be inside of <{_owner(child.tag)}>" if child.tag in _WORDS else f" in <{parent.tag}>")
 

@@ -135,7 +135,8 @@ def read_bins(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
         for model in reader.entries(models):
             parts = _grid(name, origin, model, registry)
             lost = [part.name for part in parts if part.name in found]
-            if lost:  # as in the original, a part replaces an earlier one of the same name
+            # as in the original, a part replaces an earlier one of the same name
+            if lost:
                 first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
                 message = (
                     f"{first} exists twice, since aliases and types are numbered apart; only the later one is kept"
