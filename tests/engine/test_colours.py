@@ -1,4 +1,4 @@
-"""Colours of the cell: opaque, in range, and told apart where parts must be."""
+"""Colours of the cell: opaque, in range, and different for each part type."""
 
 from cellwright.engine import colours
 from cellwright.engine.shapes import rgb

@@ -99,10 +99,9 @@ class Simulation:
         Raises:
             UnknownNameError: there is no device of this name.
         """
-        try:
-            return self.devices[name]
-        except KeyError:
-            raise UnknownNameError("device", name, self.devices) from None
+        if name not in self.devices:
+            raise UnknownNameError("device", name, self.devices)
+        return self.devices[name]
 
     def generator(self, name: str) -> np.random.Generator:
         """Return a new generator from the child of the root seed with this name."""
@@ -391,8 +390,7 @@ class Simulation:
     def state_hash(self, *more: Any) -> str:
         """Return the SHA-256 of the engine's state, the events, the devices and `more` (JSON values), as hex digits."""
         digest = engine_state.hash_engine(self.model, self.data)
-        text = json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True)
-        digest.update(text.encode())
+        digest.update(json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True).encode())
         return digest.hexdigest()
 
     def close(self) -> None:

@@ -340,7 +340,7 @@ class CollisionCulling(Device):
             others = touching[(touching == body).any(axis=1)]
             touches_more = bool(((others != body) & (others != carrier)).any()) or body in overlapping
             carriers[row] = -1 if touches_more or (weld < 0 and not len(others)) else carrier
-        # Parts on one carrier do not come nearer to each other; but who fails is a body like others, which the rest may meet.
+        # Parts on one carrier do not meet; but one that fails is a body as others, which the rest may meet.
         while True:
             failing = [
                 row
@@ -384,9 +384,7 @@ class CollisionCulling(Device):
         """Open a part again, and what carries it."""
         group = int(groups.of_body[self.passengers.pop(body)])
         self._movers = None
-        self._bodies.open(np.array([body]))
-        if group >= 0:
-            self._bodies.open(groups.members(group))
+        self._bodies.open(np.array([body]) if group < 0 else np.append(groups.members(group), body))
 
     def _open_all(self) -> None:
         """Open everything, as at the start of a run."""
