@@ -121,6 +121,7 @@ def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds | None = None) -
         centre = _bin_centre(places[index])
         if centre is None or part.type not in PART_FOOTPRINTS:
             continue
+        # Each part has a stream of its own: another part in the file changes nothing for this one.
         chance = generator(seed, f"vary/{part.name}")
         for _ in range(TRIES):
             place = _moved(places[index], chance, bounds)
@@ -140,6 +141,7 @@ def _has_room(
         return False
     for other, footprint_now in enumerate(now):
         if other != index:
+            # Two parts that lay closer as written may stay as close, but come no nearer.
             gap = covered.gap(footprint_now, CLEARANCE)
             if gap < CLEARANCE and gap < before[index].gap(before[other], CLEARANCE):
                 return False

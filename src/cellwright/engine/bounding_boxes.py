@@ -83,6 +83,8 @@ def facing(sides: Vectors) -> Vectors:
 
 def gaps(sides: Vectors, opposite: Vectors) -> Vectors:
     """Return the gaps [m] between boxes, shape (6, n), and others, shape (6, m) and `facing` them; shape (n, m)."""
+    # Upper corners are stored with a minus sign, and `opposite` has lower and upper exchanged. So along each axis both
+    # sums are gaps, this box behind the other one and before it: the larger one counts.
     found = sides[:, :, None] + opposite[:, None, :]
     # several times as fast as the maximum along the first axis
     x, y, z = np.maximum(found[:3], found[3:])
@@ -162,6 +164,9 @@ class BodyBoxes:
         model = self._model
         levers = np.zeros(model.nv)
         reach = float(self.radius[body])
+        # Up the chain to the world: `reach` bounds the distance of the points from the origin of each body in turn.
+        # A hinge moves a point by angle times distance from its axis. A slide moves it by its own way, and may have
+        # carried it so much further from the hinges before it.
         while body:
             for joint in range(int(model.body_jntadr[body]), int(model.body_jntadr[body] + model.body_jntnum[body])):
                 first = int(model.jnt_dofadr[joint])
@@ -194,5 +199,6 @@ def sides_at(centre: Vectors, half: Vectors, positions: Vectors, rotations: Vect
     """Return the sides, shape (6, n), of boxes given in the frames of bodies at some poses; see `BodyBoxes`."""
     rotation = rotations.reshape(-1, 3, 3)
     middle = positions + (rotation @ centre)[:, :, 0]
+    # The corner that lies furthest along an axis has the sum of the half edges, each by its share along that axis.
     reach = (np.abs(rotation) @ half)[:, :, 0]
     return np.concatenate([(middle - reach).T, (-middle - reach).T])

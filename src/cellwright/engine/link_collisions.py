@@ -67,6 +67,8 @@ def _reason(robot: _Robot, one: int, other: int, joints: list[int]) -> Reason | 
         return adjacent or Reason.ALWAYS
     if distances.min() <= CLEARANCE:
         return None
+    # Random postures alone miss rare touches. From the nearest ones a random descent goes on: a step that comes nearer
+    # is kept, and after a miss steps get shorter. It proves nothing, so `CLEARANCE` leaves room.
     step = _FIRST_STEP * np.minimum(high - low, 1.0)
     for start in np.argsort(distances, kind="stable")[:_STARTS]:
         nearest, posture, scale = distances[start], postures[start], 1.0
@@ -111,6 +113,7 @@ class _Robot:
     def joints_between(self, one: int, other: int) -> list[int]:
         """Return the joints that move one link relative to the other."""
         ways = [self._way(one), self._way(other)]
+        # Joints above the first common link move both links alike.
         apart = set(ways[0]) ^ set(ways[1])
         return [int(self._model.body_jntadr[link]) for link in sorted(apart) if self._model.body_jntnum[link]]
 

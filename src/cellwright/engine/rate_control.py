@@ -176,6 +176,7 @@ class RealTimePacer:
             self._wait(ahead)
             return True
         self.max_lateness = max(self.max_lateness, -ahead)
+        # Too late to catch up: a burst of fast ticks would be no real time either, so the count begins again.
         if ahead < -_TIMEOUT:
             self._wall, self._simulated = now, self._newest
         return False

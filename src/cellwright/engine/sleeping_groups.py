@@ -100,6 +100,8 @@ class SleepingGroups:
         resting = np.flatnonzero(self._is_resting)
         parts, boxes = self._parts[resting], self._resting.some(resting)
         part, box = np.nonzero(boxes.gaps(standing) <= LINKED)
+        # What may touch wakes together: parts and what they lie on, parts and parts, the links of a mechanism.
+        # Groups are the connected components of these pairs, each named after its least body.
         pairs = [
             np.column_stack([parts[part], owners[box]]),
             self._parts[self._linked],
@@ -112,6 +114,7 @@ class SleepingGroups:
         of_body = np.full(self._count, -1)
         of_body[bodies] = np.searchsorted(names, least[bodies])
         order = np.argsort(of_body[parts], kind="stable")
+        # The parts of a group share one box, as they are many and close together. Fixed bodies keep their own.
         with_parts, starts = np.unique(of_body[parts][order], return_index=True)
         every = Boxes.joined([standing, boxes.some(order).around(starts)])
         of_box = np.concatenate([of_body[owners], with_parts])
@@ -147,6 +150,8 @@ def least_linked(count: int, pairs: Numbers) -> Numbers:
     """
     least = np.arange(count)
     while True:
+        # Each round takes the lower number over every link, and then that of the number found. So rounds grow with the
+        # logarithm of the longest chain, not with its length.
         lower = least[pairs].min(axis=1)
         if (least[pairs] == lower[:, None]).all():
             return least

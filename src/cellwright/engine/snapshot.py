@@ -123,6 +123,7 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     with atomic_file(path) as file:
         np.savez_compressed(file, engine=engine, header=text, **fields)
+    # The engine's saved state has no sleep. This run takes it back too, so that it and a restored one go on alike.
     _set_engine(simulation, engine)
 
 

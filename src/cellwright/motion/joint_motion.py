@@ -36,6 +36,8 @@ def _column(times: Sequence[float], values: Sequence[float], first: float | None
     # A row is the equation: below * v[i-1] + middle * v[i] + above * v[i+1] = right.
     rows = [(0.0, 2.0, 1.0, 3.0 * slopes[0]) if first is None else (0.0, 1.0, 0.0, first)]
     for h0, h1, d0, d1 in zip(steps, steps[1:], slopes, slopes[1:], strict=False):
+        # Equal accelerations of the two cubics at a knot, by their velocities v and slopes d over the steps h:
+        # (2 v[i-1] + 4 v[i] - 6 d0) / h0 = (6 d1 - 4 v[i] - 2 v[i+1]) / h1, times h0 h1 / 2.
         rows.append((h1, 2.0 * (h0 + h1), h0, 3.0 * (h1 * d0 + h0 * d1)))
     rows.append((1.0, 2.0, 0.0, 3.0 * slopes[-1]) if last is None else (0.0, 1.0, 0.0, last))
     forward: list[tuple[float, float]] = []
@@ -128,6 +130,7 @@ class JointMotion:
         positions, velocities = [], []
         for p0, p1, v0, v1 in zip(*self._ends(index), strict=True):
             a, b, distance = v0 * step, v1 * step, p1 - p0
+            # Hermite's cubic over u from 0 to 1, with the given ends and end velocities.
             square, cube = 3.0 * distance - 2.0 * a - b, a + b - 2.0 * distance
             positions.append(p0 + u * (a + u * (square + u * cube)))
             velocities.append((a + u * (2.0 * square + u * 3.0 * cube)) / step)
@@ -165,6 +168,8 @@ class JointMotion:
         for index, step in enumerate(b - a for a, b in pairwise(self.times)):
             rows = zip(*self._ends(index), limits.velocity, limits.acceleration, strict=True)
             for p0, p1, v0, v1, speed, push in rows:
+                # The acceleration of a cubic is linear, so it is largest at an end. Of the velocity, a parabola, both
+                # ends and the middle are taken.
                 mean = (p1 - p0) / step
                 middle = 1.5 * mean - 0.25 * (v0 + v1)
                 first, last = (6.0 * mean - 4.0 * v0 - 2.0 * v1) / step, (2.0 * v0 + 4.0 * v1 - 6.0 * mean) / step

@@ -290,6 +290,7 @@ def solve(
         except UnreachableError as error:
             reasons[place] = str(error)
             continue
+        # The penalty depends on the place alone, so all postures there share it.
         penalty = DISCOMFORT * discomfort(world_T_gripper, place)
         for joints in postures:
             if usual and not is_usual(joints):
@@ -332,6 +333,7 @@ def rail_candidates(world_T_gripper: Pose, present: float) -> tuple[float, ...]:
     places = {present, y}
     for radius in COMFORTABLE:
         if radius > abs(x - BASE_X):
+            # Rail positions from which the gripper lies on a circle about the pan axis: two, ahead of it and behind.
             along = math.sqrt(radius**2 - (x - BASE_X) ** 2)
             places |= {y - along, y + along}
     steps = round(2 * RAIL_LIMIT / _RAIL_STEP)

@@ -86,6 +86,7 @@ def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payl
     """
     if any(abs(v) > 1e-6 for v in (*motion.velocities[0], *motion.velocities[-1])):
         raise UsageError("motion must begin and end at rest")
+    # After four time constants d / p of the slowest servo 2 % of a lead are left.
     fading = 4.0 * max(d / p for d, p in zip(servo.derivative, servo.stiffness, strict=True))
     duration = motion.duration + max(fading, 2 * _STEP)
     count = math.ceil(duration / _STEP)
@@ -104,6 +105,7 @@ def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payl
         held, dry, viscous = weight(point.positions, payload), servo.friction, servo.damping
         rows = zip(point.velocities, push, held, viscous, dry, servo.inertia, strict=True)
         needed = Joints(*(f * math.tanh(v / _SLOW) + c * v + m * a + w for v, a, w, c, f, m in rows))
+        # Over a step the filter 1 / (p + d s) keeps exp(-step p / d) of its lead. The rest follows the mean force.
         rows = zip(lead, force, needed, servo.stiffness, keeps, strict=True)
         lead = Joints(*(keep * x + (1.0 - keep) * (f + g) / (2.0 * p) for x, f, g, p, keep in rows))
         commands.append(Joints(*(q + x for q, x in zip(point.positions, lead, strict=True))))

@@ -135,12 +135,16 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
         raise UsageError("path must not be empty")
     if len(knots) == 1:
         return JointMotion.hold(knots[0], 0.0)
+    # A mark is the time [s] to a position if the slowest joint always ran at its limit. So a profile of the mark with
+    # velocity 1 and with the limits below keeps the limits where the path is straight in the joints.
     curve = JointMotion(tuple(marks), tuple(knots), knot_velocities(marks, knots))
     request = InputParameter(1)
     request.target_position, request.max_velocity = [marks[-1]], [1.0]
     request.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
     request.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
     profile = _calculate(request)
+    # Where the path bends, joints accelerate at a steady mark too. One factor on all times puts that right, and is
+    # found on a coarser motion than the one returned.
     stretch = _needed_stretch(_timed_by_profile(curve, profile, _MAX_STEP / 8), limits)
     return _stretched(_timed_by_profile(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
 
@@ -209,6 +213,7 @@ def _smooth_velocities(stops: Sequence[Joints], durations: Sequence[float], limi
         for joint in range(7):
             before = (stops[index][joint] - stops[index - 1][joint]) / durations[index - 1]
             after = (stops[index + 1][joint] - stops[index][joint]) / durations[index]
+            # A joint that turns back at the waypoint is at rest there: any velocity would carry it beyond.
             mean = 2.0 * before * after / (before + after) if before * after > 0.0 else 0.0
             # rest-to-rest durations include slow parts: passing at up to twice the mean speed is worth trying
             row.append(max(-limits.velocity[joint], min(limits.velocity[joint], 2.0 * mean)))
@@ -251,6 +256,7 @@ def _needed_stretch(motion: JointMotion, limits: MotionLimits) -> float:
         changes = zip(previous, mean, limits.jerk, strict=True)
         jerk = max(jerk, *(abs(after - before) / step / limit for before, after, limit in changes))
         previous = mean
+    # A motion that takes f times as long has 1/f of the velocities, 1/f^2 of the accelerations, 1/f^3 of the jerks.
     return max(velocity, math.sqrt(acceleration), math.cbrt(jerk))
 
 

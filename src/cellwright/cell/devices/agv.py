@@ -64,6 +64,7 @@ def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
 
 def _through(times: list[int], values: list[float]) -> list[Segment]:
     """Return cubics through one coordinate's values, at rest at both ends."""
+    # The velocity at a frame is that of the chord between its neighbours (Catmull and Rom), so it has no jump there.
     inner = [
         (after - before) / ((late - early) / NANOSECONDS)
         for before, after, early, late in zip(values, values[2:], times, times[2:], strict=False)

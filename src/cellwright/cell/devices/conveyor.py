@@ -218,6 +218,8 @@ class PopulationSchedule(PlainState):
         """
         if not self.running or not self.entries:
             return NEVER
+        # Progress grows by `_rate` per ns since `_anchor`: the entry is due when missing / rate has passed. With exact
+        # fractions, rounded up once, a part appears at the same tick however often the power changed.
         missing = self._due[self._index] - self._progress
         if missing <= 0:
             due = self._anchor

@@ -104,6 +104,8 @@ def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
         square = (3.0 * d - (2.0 * v0 + v1) * t) / t**2
         cube = ((v0 + v1) * t - 2.0 * d) / t**3
         return Segment(start, end, (p0, v0, square, cube, 0.0, 0.0), p1)
+    # Position, velocity and acceleration at both ends are six conditions for six coefficients. Three follow at once
+    # from the start, and these three from a linear system that is solved by hand.
     third = (20.0 * d - (12.0 * v0 + 8.0 * v1) * t - (3.0 * a0 - a1) * t**2) / (2.0 * t**3)
     fourth = ((16.0 * v0 + 14.0 * v1) * t - 30.0 * d + (3.0 * a0 - 2.0 * a1) * t**2) / (2.0 * t**4)
     fifth = (12.0 * d - 6.0 * (v0 + v1) * t + (a1 - a0) * t**2) / (2.0 * t**5)
@@ -120,6 +122,8 @@ def stop_segment(start: int, position: float, velocity: float, duration: int) ->
     if duration <= 0 or velocity == 0.0:
         return rest_segment(start, position)
     t = duration / NANOSECONDS
+    # The quintic through (position, velocity) and (position, -velocity) in 2 t is symmetric about t, where it rests:
+    # velocity (x - x^3 / (2 t^2) + x^4 / (8 t^3)), without a fifth power. At t that is 5/8 velocity t.
     coefficients = (position, velocity, 0.0, -velocity / (2.0 * t**2), velocity / (8.0 * t**3), 0.0)
     return Segment(start, start + duration, coefficients, position + 0.625 * velocity * t)
 

@@ -149,6 +149,7 @@ class Rays:
             return within
         offsets, radii = places[within] - self._source, self._radii[geoms[within]]
         # an object behind the source is as far from a ray as from the source
+        # A ray passes within r of a point at the offset o if o^2 - (o . direction)^2 <= r^2.
         along = np.maximum(self._directions @ offsets.T, 0.0)
         meets = np.einsum("gi,gi->g", offsets, offsets) - along**2 <= radii**2
         return np.flatnonzero(meets.any(axis=1))
@@ -168,6 +169,7 @@ class Rays:
         self._ball_reaches = self._world_half + radii + _MARGIN
         self._ball_middles = np.repeat(self._world_middle, len(middles), axis=1)
         self._data, self._places = simulation.data, simulation.data.geom_xpos
+        # With all movable objects far away, rays against fixed ones are cast once for the whole run.
         alone = mujoco.MjData(model)
         mujoco.mj_kinematics(model, alone)
         alone.geom_xpos[movable] = _FAR_AWAY

@@ -295,6 +295,7 @@ class VacuumGripper(VacuumCheck, Device):
             self._notify()
 
     def _plan(self) -> None:
+        # Only the check due next is an event, as commands move it.
         self.simulation.cancel(self, "look")
         if self.next_look < NEVER:
             self.simulation.schedule(self, "look", at=self.next_look)

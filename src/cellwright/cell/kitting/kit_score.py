@@ -239,6 +239,7 @@ def fit_of(goal: KitObject, found: TrayObject) -> Fit:
     gx, gy, _ = goal.pose.position
     fx, fy, _ = found.tray_T_object.position
     goal_q, found_q = goal.pose.quaternion, found.tray_T_object.quaternion
+    # q and -q are the same turn, hence the absolute value; of two yaws the shorter way round counts.
     dot = abs(sum(a * b for a, b in zip(goal_q, found_q, strict=True)))
     turn = abs(rpy_from_quaternion(normalized(goal_q))[2] - rpy_from_quaternion(normalized(found_q))[2])
     return Fit(found.name, math.hypot(gx - fx, gy - fy), dot, min(turn, abs(turn - 2 * math.pi)))
@@ -282,6 +283,7 @@ class _Matching:
             for fit in [fit_of(self._goals[goal], contents[index])]
         ]
         used: set[int] = set()
+        # Greedy, closest pair first; equal distances go by the order of the kit and then of the report.
         for _distance, goal, index, fit in sorted(pairs, key=lambda pair: pair[:3]):
             if goal not in self._found and index not in used:
                 used.add(index)

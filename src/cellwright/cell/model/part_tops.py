@@ -86,6 +86,7 @@ def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
         rows, columns = slice(max(first[1], 0), last[1] + 1), slice(max(first[0], 0), last[0] + 1)
         dx, dy = grid.x[:, columns] - corners[0, 0], grid.y[rows] - corners[0, 1]
         (ax, ay, _), (bx, by, _) = corners[1] - corners[0], corners[2] - corners[0]
+        # Barycentric coordinates of the cell's middle, seen from above. The normal's z is twice the projected area.
         along_a, along_b = (dx * by - dy * bx) / normal[2], (dy * ax - dx * ay) / normal[2]
         is_inside = (along_a >= -1e-9) & (along_b >= -1e-9) & (along_a + along_b <= 1 + 1e-9)
         surface = np.where(is_inside, corners[0, 2] - (normal[0] * dx + normal[1] * dy) / normal[2], -np.inf)
@@ -130,6 +131,7 @@ def _prism(grid: Grid, pose: Pose, normals: NDArray[np.float64], offsets: NDArra
     leave, enter = np.full(grid.shape, np.inf), np.full(grid.shape, -np.inf)
     top_slope = np.zeros(grid.shape)
     is_beside = np.zeros(grid.shape, bool)
+    # A vertical line is in a convex body between the highest plane that it enters by and the lowest that it leaves by.
     for (nx, ny, nz), offset in zip(normals @ rotation.T, offsets, strict=True):
         room = offset - nx * (grid.x - px) - ny * (grid.y - py)
         if abs(nz) < 1e-9:

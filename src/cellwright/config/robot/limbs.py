@@ -110,6 +110,8 @@ class _LimbFinder:
 
     def walk(self, link: str) -> None:
         """Follow every path that starts at a link."""
+        # Breadth first, since arms hang nearest to the root. A run that forks into two arms is a trunk: its branches
+        # are looked at next.
         starts = [joint for joint in self._below.get(link, []) if self._leads_to_joint(joint)]
         while starts:
             start = starts.pop(0)

@@ -221,6 +221,7 @@ def _in_index_order(root: str, joints: Iterable[Joint]) -> list[Joint]:
     for joint in joints:
         below.setdefault(joint.parent, []).append(joint)
     found: list[Joint] = []
+    # Depth first, as PyBullet numbers joints: a stack with the first child on top.
     ahead = list(reversed(below.get(root, ())))
     while ahead:
         joint = ahead.pop()

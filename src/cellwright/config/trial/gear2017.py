@@ -199,7 +199,8 @@ def _read(
     types = PART_TYPES | own.get("part_models", {}).keys()
     registry = parts.PartRegistry(reader, options, aliases, types)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
-    walked = dictionary_order(name for name in root.entries if name != OWN)  # decides whose numbers come first
+    # The original's parser walks sections in the order of Python 2's dictionaries, and numbers parts as it meets them.
+    walked = dictionary_order(name for name in root.entries if name != OWN)
     models = {name: readers[str(name)](root.entries[name].value, registry) for name in walked if name in readers}
     bins, extras = (models.get(name, ()) for name in readers)
     belt = section("belt_parts", parts.read_belt, registry, other_year) or ()
