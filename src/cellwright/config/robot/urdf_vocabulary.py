@@ -54,6 +54,20 @@ _WORDS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
 _INNER = tuple(tag for tag in _WORDS if tag not in ("robot", *_WORDS["robot"]["several"]))
 
 
+def warn_of_ignored(robot: Element, problems: Problems) -> None:
+    """Warn of what is ignored in a robot's file, once for each kind, with the place of the first one.
+
+    Names with a colon, such as `drake:joint`, belong to other programs, and mean nothing here.
+    """
+    found: dict[str, list[Element]] = {}
+    for element, message in _findings(robot):
+        if message in found or len(found) < _MAX_FINDINGS:
+            found.setdefault(message, []).append(element)
+    for message, elements in found.items():
+        count = f" ({len(elements)} times)" if len(elements) > 1 else ""
+        problems.warn(elements[0], message + count)
+
+
 @dataclass(frozen=True, slots=True)
 class _Words:
     """Words inside an element: its attributes, and its children.
@@ -73,20 +87,6 @@ class _Words:
     @property
     def children(self) -> tuple[str, ...]:
         return (*self.single, *self.several)
-
-
-def warn_of_ignored(robot: Element, problems: Problems) -> None:
-    """Warn of what is ignored in a robot's file, once for each kind, with the place of the first one.
-
-    Names with a colon, such as `drake:joint`, belong to other programs, and mean nothing here.
-    """
-    found: dict[str, list[Element]] = {}
-    for element, message in _findings(robot):
-        if message in found or len(found) < _MAX_FINDINGS:
-            found.setdefault(message, []).append(element)
-    for message, elements in found.items():
-        count = f" ({len(elements)} times)" if len(elements) > 1 else ""
-        problems.warn(elements[0], message + count)
 
 
 def _findings(robot: Element) -> Iterator[tuple[Element, str]]:

@@ -42,96 +42,6 @@ TOP_LEVEL = (
 """Sections of the 2017 format."""
 
 
-def resolved(loaded: Loaded) -> dict[str, Any]:
-    """Return the original launcher's result for a trial's files, as JSON-able data.
-
-    Numbers have the 12 significant digits of the original's files; the poses of orders and drop regions are texts, as
-    there. Models are sorted by name, orders by their announcement.
-    """
-    trial = loaded.trial
-    orders = sorted(trial.orders, key=lambda order: math.inf if order.start_time is None else order.start_time)
-    data: dict[str, Any] = {
-        "time_limit": loaded.time_limit,
-        "models": sorted([part.name, part.type, *_numbers(part.written)] for part in trial.bin_parts),
-        "belt": [[part.time, part.type, *_numbers(part.written)] for part in trial.belt_parts],
-        "faulty": list(loaded.faulty_parts),
-        "drop_regions": [_drop_data(drop) for drop in trial.drop_regions],
-        "material_locations": {kind: list(places) for kind, places in sorted(trial.material_locations.items())},
-        "orders": [_order_data(order) for order in orders],
-    }
-    if trial.extra_parts:
-        data["extra_models"] = sorted(
-            [part.name, part.type, part.frame, *_numbers(part.written)] for part in trial.extra_parts
-        )
-    return data
-
-
-def resolved_cell(trial: Trial) -> dict[str, Any]:
-    """Return the cell without parts and orders, as JSON-able data: sensors, arm, options and user-defined models.
-
-    Angles are roll, pitch and yaw [rad]; poses are in the world frame, a camera's in its `frame`.
-    """
-    arm = asdict(trial.settings.arm) | {"initial_joint_states": dict(trial.initial_joint_states)}
-    return {
-        "sensors": [_sensor_data(sensor) for sensor in trial.sensors],
-        "arm": arm if trial.has_arm else None,
-        "options": asdict(trial.options),
-        "seed": trial.settings.seed,
-        "timestep": trial.settings.timestep[0] / trial.settings.timestep[1],
-        "part_types": sorted(trial.part_models),
-        "furniture": [{"name": each.name, **_pose_data(each.pose)} for each in trial.furniture],
-        "devices": [{"name": each.name, "type": each.type} for each in trial.devices],
-    }
-
-
-def _sensor_data(sensor: SensorConfig) -> dict[str, Any]:
-    more = asdict(sensor)
-    del more["pose"]
-    return {**more, **_pose_data(sensor.pose)}
-
-
-def _pose_data(pose: Pose) -> dict[str, list[float]]:
-    xyz, rpy = pose.position, rpy_from_quaternion(pose.quaternion)
-    return {"xyz": [float(number_text(v)) for v in xyz], "rpy": [float(number_text(v)) for v in rpy]}
-
-
-def _order_data(order: Order) -> dict[str, Any]:
-    condition, value = order.written or ("", 0.0)
-    return {
-        "order_id": order.order_id,
-        "yaml_name": order.yaml_name,
-        "announcement_condition": condition,
-        "announcement_condition_value": value,
-        "kits": [
-            {
-                "kit_type": kit.kit_type,
-                "objects": [{"type": each.type, "pose": _pose_texts(each.written)} for each in kit.objects],
-            }
-            for kit in order.kits
-        ],
-    }
-
-
-def _drop_data(drop: DropRegion) -> dict[str, Any]:
-    first, second, destination = drop.written or (drop.lower, drop.upper, Placement())
-    return {"type": drop.type, "min": _texts(first), "max": _texts(second), "destination": _pose_texts(destination)}
-
-
-def _numbers(placement: Placement | None) -> tuple[list[float], list[float]]:
-    placed, zero = placement or Placement(), (0.0, 0.0, 0.0)
-    return [float(number_text(v)) for v in placed.xyz or zero], [float(number_text(v)) for v in placed.rpy or zero]
-
-
-def _texts(vector: Vector3 | None) -> list[str]:
-    """Return three numbers as texts; without a value, the original's default of whole zeros."""
-    return ["0", "0", "0"] if vector is None else [number_text(v) for v in vector]
-
-
-def _pose_texts(placement: Placement | None) -> dict[str, list[str]]:
-    placed = placement or Placement()
-    return {"xyz": _texts(placed.xyz), "rpy": _texts(placed.rpy)}
-
-
 @dataclass(frozen=True, slots=True)
 class Loaded:
     """Trial with the warnings for its file's author.
@@ -177,6 +87,48 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None, overrides
     root = apply_overrides(root, overrides, problems)
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems), overrides)
     return Loaded(trial, problems.warnings, time_limit, faulty)
+
+
+def resolved(loaded: Loaded) -> dict[str, Any]:
+    """Return the original launcher's result for a trial's files, as JSON-able data.
+
+    Numbers have the 12 significant digits of the original's files; the poses of orders and drop regions are texts, as
+    there. Models are sorted by name, orders by their announcement.
+    """
+    trial = loaded.trial
+    orders = sorted(trial.orders, key=lambda order: math.inf if order.start_time is None else order.start_time)
+    data: dict[str, Any] = {
+        "time_limit": loaded.time_limit,
+        "models": sorted([part.name, part.type, *_numbers(part.written)] for part in trial.bin_parts),
+        "belt": [[part.time, part.type, *_numbers(part.written)] for part in trial.belt_parts],
+        "faulty": list(loaded.faulty_parts),
+        "drop_regions": [_drop_data(drop) for drop in trial.drop_regions],
+        "material_locations": {kind: list(places) for kind, places in sorted(trial.material_locations.items())},
+        "orders": [_order_data(order) for order in orders],
+    }
+    if trial.extra_parts:
+        data["extra_models"] = sorted(
+            [part.name, part.type, part.frame, *_numbers(part.written)] for part in trial.extra_parts
+        )
+    return data
+
+
+def resolved_cell(trial: Trial) -> dict[str, Any]:
+    """Return the cell without parts and orders, as JSON-able data: sensors, arm, options and user-defined models.
+
+    Angles are roll, pitch and yaw [rad]; poses are in the world frame, a camera's in its `frame`.
+    """
+    arm = asdict(trial.settings.arm) | {"initial_joint_states": dict(trial.initial_joint_states)}
+    return {
+        "sensors": [_sensor_data(sensor) for sensor in trial.sensors],
+        "arm": arm if trial.has_arm else None,
+        "options": asdict(trial.options),
+        "seed": trial.settings.seed,
+        "timestep": trial.settings.timestep[0] / trial.settings.timestep[1],
+        "part_types": sorted(trial.part_models),
+        "furniture": [{"name": each.name, **_pose_data(each.pose)} for each in trial.furniture],
+        "devices": [{"name": each.name, "type": each.type} for each in trial.devices],
+    }
 
 
 def _read(
@@ -264,3 +216,51 @@ def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
         missing = "a tray" if trial.orders else "an order"
         entry = node.entries["fill_demo_tray"]
         reader.problems.warn(entry, f"no effect without {missing}", ignored=entry)
+
+
+def _sensor_data(sensor: SensorConfig) -> dict[str, Any]:
+    more = asdict(sensor)
+    del more["pose"]
+    return {**more, **_pose_data(sensor.pose)}
+
+
+def _pose_data(pose: Pose) -> dict[str, list[float]]:
+    xyz, rpy = pose.position, rpy_from_quaternion(pose.quaternion)
+    return {"xyz": [float(number_text(v)) for v in xyz], "rpy": [float(number_text(v)) for v in rpy]}
+
+
+def _order_data(order: Order) -> dict[str, Any]:
+    condition, value = order.written or ("", 0.0)
+    return {
+        "order_id": order.order_id,
+        "yaml_name": order.yaml_name,
+        "announcement_condition": condition,
+        "announcement_condition_value": value,
+        "kits": [
+            {
+                "kit_type": kit.kit_type,
+                "objects": [{"type": each.type, "pose": _pose_texts(each.written)} for each in kit.objects],
+            }
+            for kit in order.kits
+        ],
+    }
+
+
+def _drop_data(drop: DropRegion) -> dict[str, Any]:
+    first, second, destination = drop.written or (drop.lower, drop.upper, Placement())
+    return {"type": drop.type, "min": _texts(first), "max": _texts(second), "destination": _pose_texts(destination)}
+
+
+def _numbers(placement: Placement | None) -> tuple[list[float], list[float]]:
+    placed, zero = placement or Placement(), (0.0, 0.0, 0.0)
+    return [float(number_text(v)) for v in placed.xyz or zero], [float(number_text(v)) for v in placed.rpy or zero]
+
+
+def _texts(vector: Vector3 | None) -> list[str]:
+    """Return three numbers as texts; without a value, the original's default of whole zeros."""
+    return ["0", "0", "0"] if vector is None else [number_text(v) for v in vector]
+
+
+def _pose_texts(placement: Placement | None) -> dict[str, list[str]]:
+    placed = placement or Placement()
+    return {"xyz": _texts(placed.xyz), "rpy": _texts(placed.rpy)}

@@ -28,27 +28,10 @@ SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
 CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
 CAMERA_PREFIX = "logical_camera"
 
-RESERVED_NAMES = frozenset(
-    {
-        *(
-            "agv1/state",
-            "agv2/state",
-            "arm/command",
-            "arm/state",
-            "competition_state",
-            "current_score",
-            "gripper/state",
-        ),
-        *(
-            "joint_states",
-            "orders",
-            "population/state",
-            "quality_control_sensor_1",
-            "quality_control_sensor_2",
-            "trays",
-        ),
-    }
-)
+RESERVED_NAMES = {
+    *("agv1/state", "agv2/state", "arm/command", "arm/state", "competition_state", "current_score", "gripper/state"),
+    *("joint_states", "orders", "population/state", "quality_control_sensor_1", "quality_control_sensor_2", "trays"),
+}
 """Topics of the cell, which sensors must not be named after."""
 
 SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
