@@ -23,7 +23,7 @@ from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
 from cellwright.cell.model.frames import AGV_HOMES, BIN_CENTRES
 from cellwright.cell.model.furniture import SHELF_BODY
-from cellwright.cell.named_poses import Box
+from cellwright.cell.named_poses import Box, NamedPose, named_poses
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose, Vector3, normalized
 
@@ -231,6 +231,10 @@ class Entities:
             UnknownNameError: there is none of this name.
         """
         return collision_geoms(self.cell.simulation.model, self._body(name))
+
+    def named_poses(self) -> tuple[NamedPose, ...]:
+        """Return the places of the cell where parts are put: bins, begin of the belt, load points and trays."""
+        return named_poses(self.cell.trays)
 
     def frame(self, name: str) -> Pose:
         """Return the present pose of a frame: "world", an entity, a link, or a fixed frame of the cell.

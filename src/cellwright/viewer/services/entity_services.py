@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cellwright.cell.entities import Category, Entities, EntityInfo, EntityState
-from cellwright.cell.named_poses import Box, named_poses
+from cellwright.cell.named_poses import Box
 from cellwright.middleware.bus import ExternalInput, InputKind
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
@@ -218,14 +218,14 @@ class EntityServices:
         return answer(
             poses=[
                 {"name": each.name, "description": each.description, "tags": list(each.tags), "pose": _pose(each.pose)}
-                for each in named_poses(self.entities.cell.trays)
+                for each in self.entities.named_poses()
                 if request.tags.selects(each.tags)
             ]
         )
 
     def named_pose_bounds(self, request: OfName) -> Answer:
         """Return the free space over a named pose."""
-        found = {each.name: each for each in named_poses(self.entities.cell.trays)}
+        found = {each.name: each for each in self.entities.named_poses()}
         if request.name not in found:
             raise UnknownNameError("named pose", request.name, found)
         return answer(bounds=_bounds(found[request.name].space))
