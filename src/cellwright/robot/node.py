@@ -132,7 +132,7 @@ class RobotNode:
                 RobotCommands(config, self.commander, grippers, self.base),
                 self.homing,
                 self.ee_poses,
-                RobotPublications(config.robot, self.driver, self.commander, grippers, message_time),
+                RobotPublications(config.robot, self.commander, grippers, message_time),
                 CameraTopics(self.cameras, message_time),
             )
             bind(self.bus, self.simulation, table, handlers)

@@ -22,8 +22,7 @@ from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.robot.commander import CLEAR_STOP, ENABLE, Commander
-from cellwright.robot.drivers import Driver
+from cellwright.robot.commander import CLEAR_STOP, Commander
 from cellwright.robot.grippers import GripperRange
 from cellwright.robot.model import body_of
 from cellwright.robot.servos import as_slice
@@ -131,7 +130,7 @@ def _status_message(commander: Commander) -> str:
     if commander.is_stopped:
         return f"{commander.why_held}; {CLEAR_STOP}"
     if not commander.is_enabled:
-        return f"commands are disabled; {ENABLE}"
+        return commander.why_ignored
     if commander.is_homing:
         return "on its way home; commands are ignored meanwhile"
     if commander.watchdog.topics:
@@ -146,19 +145,10 @@ class RobotPublications:
     """Handlers of the other published topics, with stamps by `message_time` [ns]; grippers are right, left."""
 
     def __init__(
-        self,
-        robot: RobotModel,
-        driver: Driver,
-        commander: Commander,
-        grippers: Sequence[GripperRange],
-        message_time: Callable[[], int],
+        self, robot: RobotModel, commander: Commander, grippers: Sequence[GripperRange], message_time: Callable[[], int]
     ) -> None:
-        self._driver, self._commander, self._grippers, self._message_time = (
-            driver,
-            commander,
-            tuple(grippers),
-            message_time,
-        )
+        self._driver = driver = commander.driver
+        self._commander, self._grippers, self._message_time = commander, tuple(grippers), message_time
         self._names = [joint.name for joint in robot.movable]
         self._places = as_slice(np.array([self._names.index(name) for name in driver.joints], dtype=np.intp))
         self._driven = list(driver.joints)
