@@ -26,7 +26,7 @@ FOLDERS = ("tests/ros1/", "tests/middleware/ros1/host/", "tests/middleware/ros1/
 """Tests that share a ROS 1 master and cells in it."""
 
 RAY = "tests/running/evaluation/execution/on_ray/"
-ROS1 = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1.py", "tests/docs/test_ros1_page.py")
+ROS1 = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1_transport.py", "tests/docs/test_ros1_page.py")
 ROS2 = ("tests/ros2/", "tests/middleware/ros2/host/", "tests/benchmarks/test_ros2.py", RAY)
 WAITING = (ROS1, ROS2)
 """Tests that wait, for each worker that begins with such tests, from the last on."""

@@ -15,7 +15,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.clients.client.in_process import InProcess
 from cellwright.running.run import RunOptions, run_cell
-from tests.clients.client.test_socket import connected, served
+from tests.clients.client.test_socket_transport import connected, served
 from tests.support.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, recording, unwatched, work
 
 ROOT = Path(__file__).parents[2]

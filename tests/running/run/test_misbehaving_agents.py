@@ -15,7 +15,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
 from cellwright.running.run import Outcome
 from cellwright.util.errors import RunEndedError, UsageError
-from tests.running.run.test_run import deliver, work
+from tests.running.run.test_cells import deliver, work
 from tests.support.cells import KITTING
 
 

@@ -10,7 +10,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.evaluation.execution.worker import Timeline
 from cellwright.running.run import RunOptions, run_cell
-from tests.running.run.test_run import Script, deliver_and_go_on, work
+from tests.running.run.test_cells import Script, deliver_and_go_on, work
 from tests.support.cells import KITTING
 
 

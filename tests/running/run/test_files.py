@@ -1,4 +1,4 @@
-"""Tests of a recorded run: the header and the content of its recording."""
+"""Tests of the files of a run: names, headers and contents."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ from cellwright.running.run import (
     load_trial,
     run_cell,
 )
+from cellwright.util.errors import UsageError
+from cellwright.util.files import read_json_lines
+from tests.running.run.test_session import Ends
 from tests.support.cells import KITTING
 
 
@@ -101,3 +104,19 @@ def test_recording_of_aborted_run_is_closed(tmp_path: Path) -> None:
     assert not cell.bus.on_input
     assert not cell.simulation.on_reset
     assert not cell.simulation.on_restart
+
+
+def test_second_run_writes_own_files(tmp_path: Path) -> None:
+    with Session(KITTING, record=[tmp_path / "a.mcap", tmp_path / "a.jsonl"]) as session:
+        first, second = session.run(Ends), session.run(Ends)
+    assert first.state_hash == second.state_hash
+    assert (first.recordings, second.recordings) == ((tmp_path / "a.mcap",), (tmp_path / "a_2.mcap",))
+    assert [line["kind"] for line in read_json_lines(tmp_path / "a_2.jsonl")][-1] == "result"
+
+
+def test_log_of_robot_is_refused(tmp_path: Path) -> None:
+    with (
+        Session("tandem", record=tmp_path / "a.jsonl") as session,
+        pytest.raises(UsageError, match="log: only a cell has a log"),
+    ):
+        session.run(until=0.1)
