@@ -22,6 +22,6 @@ def test_picture_after_end_of_run_is_missed(tmp_path: Path, monkeypatch: pytest.
     with Session(BARE, options=RunOptions(observers=[pictures])) as session:
         for _ in range(2):
             session.run(until=0.1)
-            assert (pictures.written, pictures.missed) == ([str(first)], [str(second)]), "each run begins anew"
+            assert (pictures.written, pictures.missed) == ([str(first)], [str(second)]), "each run begins again"
     assert taken == [first, first]
     assert lines == [f"{second}: picture not taken; the run ended at 0.1 s, before 0.5 s"] * 2
