@@ -183,7 +183,7 @@ def blurred(pose: Pose, noise: Sequence[float]) -> Pose:
 
 
 class QualityControlSensor(LogicalCamera):
-    """Sensor `quality_control_sensor_N` over the tray of AGV N. It reports the faulty parts.
+    """Sensor `quality_control_sensor_1` over the tray of AGV 1, and so on. It reports the faulty parts.
 
     Faulty parts are listed by the section of a model's name after the last `|`.
     """

@@ -1,7 +1,7 @@
 """Interface of the kit-building cell: all topics and services of the 2017 competition ("GEAR"), as a table.
 
-Handlers are methods of `Commands`, `Publications` and `TrajectoryAction`. The names, types, rates and latches are the
-original's; "each step" means the simulation's own step. The rows mark two kinds of cheating in the competition:
+Handlers are methods of `Commands`, `CellPublications` and `TrajectoryAction`. The names, types, rates and latches are
+the original's; "each step" means the simulation's own step. The rows mark two kinds of cheating in the competition:
 observing the trays, and controlling belt, parts and scoring.
 """
 

@@ -1,6 +1,6 @@
 """Run log: the run's settings, the referee's actions with their times, evidence at each submission, and the result.
 
-Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time` [s] where it has one:
+Lines of JSON, each with its `kind`, and its simulation `time` [s] where it has one:
 
 - `run`: trial, seed, versions and so on, the attainable score, and what the caller adds;
 - `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: actions of the referee;
