@@ -7,15 +7,28 @@ observing the trays, and controlling belt, parts and scoring.
 
 from collections.abc import Iterable
 from dataclasses import replace
-from enum import Enum
 from fractions import Fraction
 
-from cellwright.config.trial.trial import CameraType, PictureCameraConfig, SensorType, Trial
-from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, Where, accepts, publishes
+from cellwright.cell.interface.occurrence import (
+    EACH_AGV,
+    EACH_BREAK_BEAM,
+    EACH_CLOUD_CAMERA,
+    EACH_COLOUR_CAMERA,
+    EACH_DEPTH_CAMERA,
+    EACH_LASER_PROFILER,
+    EACH_LOGICAL_CAMERA,
+    EACH_PROXIMITY_SENSOR,
+    WITH_AGVS,
+    WITH_ARM,
+    WITH_BELT_PARTS,
+    WITH_CAMERAS,
+    CompetitionMode,
+)
+from cellwright.config.trial.trial import PictureCameraConfig, Trial
+from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.util.errors import UsageError
 
-AGVS = ("1", "2")
 FOLLOW = "/ariac/arm/follow_joint_trajectory"
 INTENTION = "/cellwright/intention"
 
@@ -54,16 +67,6 @@ CONTROL = "controller_manager"
 ACTIONS = "actionlib"
 FRAMES = "robot_state_publisher"
 
-
-class CompetitionMode(Enum):
-    """Treatment of a row in competition mode; all others are the same."""
-
-    REFUSES = "answers success = false"
-    SILENCED = "silent"
-    """Nothing is published. Subscribing has no price, unlike in the original, where it spoilt the score."""
-    ABSENT = "absent"
-
-
 IN_COMPETITION = {
     "/ariac/submit_tray": CompetitionMode.REFUSES,
     "/ariac/trays": CompetitionMode.SILENCED,
@@ -72,29 +75,6 @@ IN_COMPETITION = {
     "/ariac/population/control": CompetitionMode.ABSENT,
 }
 """Rows that differ in competition mode, by name: those that would be cheating there."""
-
-
-def _each_sensor(text: str, *types: SensorType | CameraType) -> Where:
-    """Return the occurrence of a row that exists for each sensor of some types."""
-    return Where(text, lambda trial: [sensor.name for sensor in trial.sensors if sensor.type in types])
-
-
-def _has_cameras(trial: Trial) -> bool:
-    return trial.options.insert_agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors)
-
-
-WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
-WITH_AGVS = Where.when("with AGVs", lambda trial: trial.options.insert_agvs)
-EACH_AGV = Where("for each AGV", lambda trial: AGVS if trial.options.insert_agvs else ())
-WITH_BELT_PARTS = Where.when("with belt parts", lambda trial: trial.belt_parts)
-WITH_CAMERAS = Where.when("with AGVs or logical cameras", _has_cameras)
-EACH_BREAK_BEAM = _each_sensor("for each break beam", "break_beam")
-EACH_PROXIMITY_SENSOR = _each_sensor("for each proximity sensor", "proximity_sensor")
-EACH_LASER_PROFILER = _each_sensor("for each laser profiler", "laser_profiler")
-EACH_LOGICAL_CAMERA = _each_sensor("for each logical camera", "logical_camera")
-EACH_COLOUR_CAMERA = _each_sensor("for each rgb_camera and rgbd_camera", "rgb_camera", "rgbd_camera")
-EACH_DEPTH_CAMERA = _each_sensor("for each depth_camera and rgbd_camera", "depth_camera", "rgbd_camera")
-EACH_CLOUD_CAMERA = _each_sensor("for each depth_camera", "depth_camera")
 
 # fmt: off
 TIME_AND_FRAMES = (
