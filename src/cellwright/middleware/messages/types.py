@@ -99,6 +99,8 @@ class TypeSet:
         self._writer = cache(self._make_writer)
         self._md5 = cache(self._find_md5)
         self._definition = cache(self._find_definition)
+        self.has_bounds: Callable[[str], bool] = cache(lambda name: self._checks.has_bounds(name))
+        """True if the type of a full name limits strings or sequences, at any depth; decoders do not check that."""
 
     @cached_property
     def sources(self) -> Mapping[str, str]:
@@ -186,10 +188,6 @@ class TypeSet:
             MessageError: a field does not fit, with its place (`points[2].positions`); or it is no message at all.
         """
         return self._checks.checked(message)
-
-    def has_bounds(self, name: str) -> bool:
-        """True if the type of a full name limits strings or sequences, at any depth; decoders do not check that."""
-        return self._checks.has_bounds(name)
 
     def to_cdr(self, message: Message) -> bytes:
         """Return a message as little-endian CDR with its four-byte head.
