@@ -6,9 +6,15 @@ from pathlib import Path
 
 import yaml
 
+from cellwright import _package
+
 ROOT = Path(__file__).parents[1]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 CHANGES = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_package_has_the_version() -> None:
+    assert _package.VERSION == VERSION
 
 
 def test_changelog_begins_with_unreleased_and_the_version() -> None:

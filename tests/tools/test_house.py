@@ -97,11 +97,16 @@ def test_module_without_mirrored_test_is_found(test: str, text: str, is_found: b
     assert found == [f"{path}:1: no mirrored test; add tests/cell/test_wheel.py"] * is_found
 
 
-def test_list_of_unmirrored_modules_may_only_get_shorter(tmp_path: Path) -> None:
-    wheel = "src/cellwright/cell/wheel.py"
-    assert findings(tmp_path, CLEAN, **{wheel: CLEAN, house.UNMIRRORED: f"{wheel}\n"}) == []
-    found = findings(tmp_path, CLEAN, **{house.UNMIRRORED: f"{wheel}\n{MODULE}\n"})
-    assert found == [f"{house.UNMIRRORED}:2: {MODULE} has a mirrored test, or is gone; delete the line"]
+@pytest.mark.parametrize(
+    "path", ["middleware/ros1/bridge/wheel.py", "middleware/wire/relay.py", "middleware/ros1/packages/data/wheel.py"]
+)
+def test_module_that_only_ros_loads_is_mirrored_by_tests_with_ros(path: str, tmp_path: Path) -> None:
+    assert findings(tmp_path, CLEAN, **{f"src/cellwright/{path}": CLEAN, "tests/ros1/test_wheel.py": ""}) == []
+
+
+def test_generated_module_needs_no_test(tmp_path: Path) -> None:
+    generated = CLEAN.replace("Belt.", "Wheel.\n\nGenerated: run the tool.\n")
+    assert findings(tmp_path, CLEAN, **{"src/cellwright/cell/wheel.py": generated}) == []
 
 
 def test_figures_name_large_functions(tmp_path: Path) -> None:

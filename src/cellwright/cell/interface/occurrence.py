@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from cellwright.config.trial.trial import CameraType, SensorType, Trial
+from cellwright.config.trial.trial import CameraType, SensorType
 from cellwright.middleware.interface.table import Where
 
 AGVS = ("1", "2")

@@ -158,6 +158,14 @@ class ServerOptions:
 class Outputs:
     """Receivers of the lines for people.
 
+    Example:
+        >>> import cellwright
+        >>> lines = []
+        >>> outputs = cellwright.Outputs(on_message=lines.append)
+        >>> with cellwright.Session("lesson", view=cellwright.PageOptions(port=0), outputs=outputs) as session:
+        ...     lines == [f"page: {session.url}"]
+        True
+
     Attributes:
         report: receives a line about a file or an address that is not as it should be.
         notice: receives a line about clients and ROS meanwhile; None: as `report`.
