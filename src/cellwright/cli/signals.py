@@ -65,7 +65,8 @@ def _handled(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]:
     def note(number: int, _frame: FrameType | None) -> None:
         nonlocal has_come
         restore()
-        if has_come:  # another handler has been set since
+        # Another handler has been set since.
+        if has_come:
             signal.raise_signal(number)
             return
         has_come = True

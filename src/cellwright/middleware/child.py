@@ -144,7 +144,8 @@ class BridgeProcess(Child):
         on_line: Callable[[str], None],
     ) -> None:
         self.is_ready = False  # true if everything is registered
-        self.last_line = self.last_printed = ""  # on stderr, and on stdout, where libraries of ROS have errors too
+        # On stderr, and on stdout, where libraries of ROS have errors too.
+        self.last_line = self.last_printed = ""
         self._on_line = on_line
         host, port = address
         if ip_address(host).is_unspecified:

@@ -67,7 +67,8 @@ class EngineRenderer:
         self._place(frame, request, depth=False)
         camera, width, height, lamp, about = request.camera, request.width, request.height, request.lamp, request.about
         reach = _SHADOW_REACH[1]
-        if about is None:  # no shared light: shadows are as sharp as the picture needs
+        # No shared light: shadows are as sharp as the picture needs.
+        if about is None:
             about = camera.target
             reach = min(max(math.dist(camera.eye, about), _SHADOW_REACH[0]), reach)
         shadow_angle = math.degrees(math.asin(min(0.9, reach / math.hypot(*lamp))))  # half the opening angle of a cone
@@ -113,7 +114,8 @@ class EngineRenderer:
         free = mujoco.MjvCamera()
         far = _FAR if depth else _HAZE[1]
         seen = frame.shown[self._model.geom_bodyid] & ~self._floors[not depth]
-        if depth or not request.shadows:  # what is out of view may cast a shadow into it
+        # What is out of view may cast a shadow into it.
+        if depth or not request.shadows:
             seen &= self._is_near_view(camera, turn, aspect, far)
         self._model.geom_group[:] = np.where(seen, self._groups, _UNSEEN)
         self._aim(camera, turn, aspect, far)  # puts endless floors under the camera, which the update then moves

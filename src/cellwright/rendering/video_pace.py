@@ -52,7 +52,8 @@ class VideoPace:
         """Count a frame that was drawn; report the estimate once it is known, and the progress from time to time."""
         now = self._clock()
         self._drawn += 1
-        if self._drawn == 1:  # the time before it is that of the start
+        # The time before it is that of the start.
+        if self._drawn == 1:
             self._begin = now
         if self._drawn < _FIRST or now < max(self._begin + _FIRST_TIME, self._next):
             return

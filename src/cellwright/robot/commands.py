@@ -56,7 +56,8 @@ class NamedJoints:
             raise RejectedCommandError(f"name and position must have the same length (got {len(names)} and {count})")
         if names != self.names:
             self._learn(names)
-        if not math.isfinite(sum(positions.tolist())):  # a sum of finite numbers may be infinite
+        # A sum of finite numbers may be infinite.
+        if not math.isfinite(sum(positions.tolist())):
             for name, position in zip(names, positions.tolist(), strict=True):
                 if not math.isfinite(position):
                     raise RejectedCommandError(f"the position of {name!r:.80} must be finite (got {position})")

@@ -171,7 +171,8 @@ class LiveDriver:
                 targets = None if self._is_holding else self._readings.positions[self._places].copy()
         if targets is not None:
             self._driver.command(targets)
-            with self._lock:  # not before: a hold that failed is sent again
+            # Not before: a hold that failed is sent again.
+            with self._lock:
                 # The failure may have been cleared meanwhile.
                 self._is_holding = is_failed and bool(self._fault)
         readings = self._checked(self._driver.read())

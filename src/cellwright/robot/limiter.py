@@ -135,7 +135,8 @@ class TargetLimiter:
         elif guarded and self._safety.start_guard is not None and is_first:
             slowly |= self._jumps(joints, np.abs(targets - measured()[joints]), first, self._safety.start_guard)
         within = targets.clip(self.lower[joints], self.upper[joints])
-        if is_first:  # a joint that follows this source already was neither held nor approached since
+        # A joint that follows this source already was neither held nor approached since.
+        if is_first:
             self._slowly[joints] |= slowly
             self._wary[joints] = False
             self.source[joints] = source

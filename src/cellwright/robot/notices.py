@@ -66,7 +66,8 @@ class Notices:
         """Log each ignored name of a command once, with the reason; all in one line."""
         lines: list[str] = []
         if len(self._once) >= MAX_NAMES and len(self.unknown) >= MAX_NAMES:
-            return  # new names are not kept, and a long message must not delay the physics
+            # New names are not kept, and a long message must not delay the physics.
+            return
         for name, why in names.items():
             shown = name if len(name) <= _MAX_NAME_LENGTH else f"{name[: _MAX_NAME_LENGTH - 3]}..."
             if len(self.unknown) < MAX_NAMES and shown not in self.unknown:

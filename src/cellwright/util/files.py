@@ -126,7 +126,8 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
         with file:
             yield file
         if is_there:
-            with suppress(OSError):  # some file systems have no permissions
+            # Some file systems have no permissions.
+            with suppress(OSError):
                 temporary.chmod(target.stat().st_mode)
         temporary.replace(target)
     except BaseException:

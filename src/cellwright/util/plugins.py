@@ -218,7 +218,8 @@ def _import_module(name: str, error: type[CellwrightError]) -> object:
 
 
 def _import_file(path: Path, error: type[CellwrightError]) -> object:
-    if not os.path.isfile(path):  # false also for a name that no file can have
+    # False also for a name that no file can have.
+    if not os.path.isfile(path):
         raise error(f"{path}: there is no such file")
     name = f"cellwright_own_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)

@@ -221,7 +221,8 @@ def own_program(module: str, *arguments: str) -> list[str]:
 
 def json_lines(stream: Iterable[bytes]) -> Iterator[Any]:
     """Yield the messages of another process, each a line of JSON, until its stream ends, if need be within a line."""
-    with suppress(ValueError):  # half a line: it was killed while it wrote
+    # Half a line: it was killed while it wrote.
+    with suppress(ValueError):
         for line in stream:
             yield json.loads(line)
 
@@ -329,7 +330,8 @@ class ChildProcess:
 
     def end(self, timeout: float) -> None:
         """Close its stdin so that it ends within `timeout` [s]; else kill it."""
-        with suppress(OSError):  # the last output has found no reader
+        # The last output has found no reader.
+        with suppress(OSError):
             self._stdin.close()
         if not self._ends_within(timeout):
             self._process.kill()

@@ -40,7 +40,8 @@ def main(arguments: Sequence[str]) -> int:
     # Ctrl-C on the terminal is for the node; its end ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     model = mujoco.MjModel.from_binary_path(file)
-    import glfw  # here, since it needs a system library that may be missing
+    # Here, since it needs a system library that may be missing.
+    import glfw
 
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():

@@ -228,7 +228,8 @@ def evaluated_trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequen
         trials = options.load_variants([joined_name(parts)], swept)
         check_effect(sweeps, trials)
         if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
-            requested_backend()  # an unknown backend is reported once, and not by every run
+            # An unknown backend is reported once, and not by every run.
+            requested_backend()
         entries += [
             (name, parts, each, trial, attainable_score(trial)) for each, trial in zip(swept, trials, strict=True)
         ]

@@ -87,7 +87,8 @@ def run(context: typer.Context, given: RunArguments) -> None:
     program = given.process.program(given.agent, has_end=given.until is not None, is_verbose=given.verbose)
     with ExitStack() as leaving:
         out = sys.stdout
-        if given.as_json:  # output of files and agents is no JSON
+        # Output of files and agents is no JSON.
+        if given.as_json:
             leaving.enter_context(redirect_stdout(sys.stderr))
         if over:
             leaving.enter_context(stopped_by_signals(session.stop.request))

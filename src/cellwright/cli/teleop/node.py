@@ -61,7 +61,8 @@ def run_robot(
     if window is not None and snapshot is not None:
         try:
             with progress_bar(console, f"drawing {snapshot}", 1.0) as show:
-                window.save(node, show)  # after the summary, since it takes a while
+                # After the summary, since it takes a while.
+                window.save(node, show)
         except UsageError as error:
             result = replace(result, error=result.error or str(error))
         else:

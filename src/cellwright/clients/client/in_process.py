@@ -57,7 +57,8 @@ class Transport(Protocol):
 def deliver_all(mail: deque[tuple[Callback, Any]]) -> None:
     """Call the callbacks of queued messages. Replies to them come with the next step: no exchange can stop time."""
     for _ in range(len(mail)):
-        if not mail:  # the callback before has closed the client
+        # The callback before has closed the client.
+        if not mail:
             return
         callback, message = mail.popleft()
         callback(message)
@@ -117,7 +118,8 @@ class InProcess:
 
         def leave() -> None:
             nonlocal is_active
-            is_active = False  # messages in the queue are not delivered any more either
+            # Messages in the queue are not delivered any more either.
+            is_active = False
             subscription.cancel()
             self._subscriptions.pop(leave, None)
 

@@ -251,7 +251,8 @@ class Rate:
     def sleep(self) -> None:
         """Wait for the next beat; return at once if it has gone by."""
         now = self._session.time
-        self._last = min(self._last, now)  # as rospy does: time may have gone back, in a reset
+        # As rospy does: time may have gone back, in a reset.
+        self._last = min(self._last, now)
         self._session.sleep(max(0.0, self._last + self._period - now))
         self._last += self._period
         if now - self._last > 2 * self._period:

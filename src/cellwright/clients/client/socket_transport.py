@@ -303,11 +303,13 @@ class SocketTransport:
         def leave() -> None:
             nonlocal is_active
             if is_active:
-                is_active = False  # messages in the queue are not delivered any more either
+                # Messages in the queue are not delivered any more either.
+                is_active = False
                 if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
                     self._connection.send(Frame(FrameKind.UNSUBSCRIBE, number))
 
-        self._deliveries[number] = deliver  # latched messages come before the answer
+        # Latched messages come before the answer.
+        self._deliveries[number] = deliver
         try:
             self._connection.ask(Frame(FrameKind.SUBSCRIBE, number, topic, QUIET if passive else ""))
         except CellwrightError:

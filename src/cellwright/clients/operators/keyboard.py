@@ -303,7 +303,8 @@ class Keyboard:
         if self.robot.why_not() or (status is not None and status.silent):
             self.jog.forget()  # the node holds the robot at its position
         keys = self._decoder.feed(text)
-        if " " in keys:  # keys typed before the stop are dropped
+        # Keys typed before the stop are dropped.
+        if " " in keys:
             keys = keys[keys.index(" ") :]
         steps = 0
         for key in keys:

@@ -115,6 +115,7 @@ def svg_text(figure: Figure) -> str:
 
     text = StringIO()
     with mpl.rc_context({"svg.hashsalt": "cellwright", "svg.fonttype": "none"}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph ")  # a joint's name may have characters that the font has not
+        # A joint's name may have characters that the font has not.
+        warnings.filterwarnings("ignore", "Glyph ")
         figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()

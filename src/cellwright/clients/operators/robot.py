@@ -270,7 +270,8 @@ def by_name(message: Any) -> dict[str, float]:
     """Return the finite positions in a message of joints; nothing of None."""
     if message is None:
         return {}
-    values = zip(message.name, map(float, message.position), strict=False)  # other vendors' lists may differ in length
+    # Other vendors' lists may differ in length.
+    values = zip(message.name, map(float, message.position), strict=False)
     return {name: value for name, value in values if math.isfinite(value)}
 
 
@@ -309,7 +310,8 @@ class ServiceCaller:
     def _call(self, ask: Ask) -> None:
         try:
             self._session = self._session or self._open()
-            self._session.adopt()  # each call has a thread of its own, one after the other
+            # Each call has a thread of its own, one after the other.
+            self._session.adopt()
             response = self._session.call(*service_request(ask))
             outcome = "done" if response.success else "refused"
             answer = f"{outcome}; {response.message}" if response.message else outcome

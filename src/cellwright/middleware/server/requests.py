@@ -169,7 +169,8 @@ class Requests:
         self.guarded: dict[str, str] = {}
         """Those of them that require the key, with the reason that all other clients get."""
         self.key = ""  # empty: there is none
-        welcome_frame(cell, lockstep=lockstep)  # computes all checksums now, while no client waits
+        # Compute all checksums now, while no client waits.
+        welcome_frame(cell, lockstep=lockstep)
 
     def carry_out(self, client: ClientConnection, frame: Frame) -> None:
         """Carry out a frame, and answer; a FrameError if a client must not send it."""
@@ -265,7 +266,8 @@ class Requests:
     def _publish(self, client: ClientConnection, frame: Frame) -> None:
         node = frame.node or client.node
         message_class = self._inputs.get(frame.name)
-        message: Any = None  # the bus refuses an unknown topic before it reads the message
+        # The bus refuses an unknown topic before it reads the message.
+        message: Any = None
         if message_class is not None:
             message = self._read(client, frame, message_class, type_of(message_class))
         self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)

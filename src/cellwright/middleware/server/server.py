@@ -53,7 +53,8 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
         except OSError as error:
             raise UsageError(f"{host}: cannot listen: {error.strerror or error}") from None
         try:
-            if os.name == "posix":  # elsewhere it would let two servers share a port
+            # On Windows this option would let two servers share a port.
+            if os.name == "posix":
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(address)
             listener.listen(backlog)

@@ -92,7 +92,8 @@ class CommandQueue:
             while self._waiting and self._is_full(len(data)):
                 oldest = self._waiting.popleft()
                 self._bytes -= len(oldest[2])
-                self._count(oldest[0], oldest[1])  # in lockstep time must not wait for it
+                # In lockstep time must not wait for it.
+                self._count(oldest[0], oldest[1])
                 dropped += 1
             self._waiting.append((sender, connection, data, name))
             self._bytes += len(data)

@@ -67,7 +67,8 @@ class EventLoop:
         self._calls.append((function, arguments))
         if not self._is_awake:
             self._is_awake = True
-            with contextlib.suppress(OSError):  # the wake-up is pending already, or the loop is closed
+            # The wake-up is pending already, or the loop is closed.
+            with contextlib.suppress(OSError):
                 self._wake_writer.send(b"\0")
 
     def later(self, delay: float, function: Callback) -> None:

@@ -161,7 +161,8 @@ class Decoder:
     """Decoder of frames from pieces of a byte stream."""
 
     def __init__(self, max_bytes: int = MAX_FRAME_BYTES) -> None:
-        self.max_bytes = max_bytes  # may change at any time; it applies to the frames that begin from then on
+        # May change at any time; it applies to the frames that begin from then on.
+        self.max_bytes = max_bytes
         self._waiting = bytearray()
 
     @property

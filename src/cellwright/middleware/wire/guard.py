@@ -35,7 +35,8 @@ def main() -> None:
     """Run the program until it ends, or stdin does."""
     stdin, folder, program = sys.argv[1], sys.argv[2], sys.argv[3:]
     libc = ctypes.CDLL(None)
-    libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)  # its orphaned descendants come here, even hidden ones
+    # Orphaned descendants of the program come here, even hidden ones.
+    libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)
     wake_reader, wake_writer = os.pipe()
     for end in (wake_reader, wake_writer):
         os.set_blocking(end, False)

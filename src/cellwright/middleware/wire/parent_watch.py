@@ -17,7 +17,8 @@ _PR_SET_PDEATHSIG = 1
 def main() -> None:
     """Tie this process to its parent and become the program."""
     parent, number, program = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # background programs of a shell ignore it
+    # Background programs of a shell ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
         if os.getppid() != parent:  # it has already gone

@@ -142,7 +142,8 @@ class Relay:
             topic = self._graph.subscribe(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
             self._subscribed[name] = topic
         topic.add(frame.number)
-        if frame.name in self._sources:  # another one is awaited without limit
+        # A topic without a publisher is awaited without limit.
+        if frame.name in self._sources:
             is_connected = _wait(lambda: topic.is_connected)
             if self._lockstep and is_connected:
                 self._graph.settle(topic)
@@ -197,7 +198,8 @@ class Relay:
             known = ", ".join(sorted(self._services))
             return _refusal(frame.number, "UnknownNameError", f"unknown service {frame.name!r} (known: {known})")
         if self._lockstep and self._barrier != self._count():
-            self._step(0)  # the call must not overtake earlier messages
+            # The call must not overtake earlier messages.
+            self._step(0)
         # in lockstep no time passes during this wait: a service that needs some would never answer
         succeeded, payload = self._graph.call(frame.name, frame.payload, PUBLISHER_TIMEOUT if self._lockstep else None)
         if succeeded:

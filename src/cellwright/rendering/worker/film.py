@@ -38,7 +38,8 @@ class Film:
         self._error = ""
         try:
             with file.open("wb"):
-                pass  # the encoder opens the file only when it has data
+                # The encoder opens the file only when it has data.
+                pass
             self._container = av.open(str(file), "w", format="mp4", options=_PIECES)
             self._stream = self._added(rate)
         except (OSError, ValueError) as error:

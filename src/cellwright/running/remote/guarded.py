@@ -51,7 +51,8 @@ class GuardedProcess(ChildProcess):
         if self._is_guarded:
             stdin = guard.RELAYED if relays else guard.EMPTY
             command = [sys.executable, "-I", "-S", guard.__file__, stdin, folder, *command]
-        marks = f"{environment.get(MARK, '')} {self._mark}".strip()  # a guarded program may guard another one
+        # A guarded program may guard another one.
+        marks = f"{environment.get(MARK, '')} {self._mark}".strip()
         super().__init__(command, environment={**environment, MARK: marks}, stderr=stderr, read=read)
 
     @property
@@ -70,7 +71,8 @@ class GuardedProcess(ChildProcess):
                 guard.kill_descendants(self._process.pid)
                 self._process.kill()
                 self._process.wait()
-            if self._process.returncode == -signal.SIGKILL:  # the program may have killed its guard
+            # The program may have killed its guard.
+            if self._process.returncode == -signal.SIGKILL:
                 _kill_marked(self._mark.encode())
         super().end(timeout)
 

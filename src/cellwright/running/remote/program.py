@@ -57,7 +57,8 @@ def run_agent(
         call_agent(agent, client)
         afterwards(client)
     except RunEndedError:
-        parting = ExitReason.RUN_ENDED  # the normal end of a program that works until it is stopped
+        # The normal end of a program that works until it is stopped.
+        parting = ExitReason.RUN_ENDED
     except KeyboardInterrupt:
         parting = ExitReason.INTERRUPTED
     except BaseException as raised:  # whatever it is, it is reported
@@ -70,7 +71,8 @@ def run_agent(
 def main(arguments: Sequence[str]) -> None:
     """Run the agent of the command line."""
     before = threading.enumerate()
-    faulthandler.enable(sys.stdout)  # an evaluation asks a program over its limit where it is
+    # An evaluation asks a program over its limit where it is.
+    faulthandler.enable(sys.stdout)
     over, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()

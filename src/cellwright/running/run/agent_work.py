@@ -82,7 +82,8 @@ def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Out
             call_agent(agent, client)
         wait_for_kits(cell, client)
     except RunEndedError:
-        pass  # the normal end of a program that works until it is stopped
+        # The normal end of a program that works until it is stopped.
+        pass
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
     except SimulationError as error:

@@ -91,7 +91,8 @@ class RobotTarget(Target):
         config = self.node.config
         if not self._was_loaded:
             return [config.path]
-        try:  # read again, so that its sources are collected
+        # Read again, so that its sources are collected.
+        try:
             is_as_in_file = load_robot(config.path, lambda _line: None, config.xacro_arguments) == config
         except CellwrightError:
             return []

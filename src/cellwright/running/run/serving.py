@@ -110,9 +110,11 @@ class Serving:
         server = self.server = Server(
             target.node, host=options.host, port=options.port, lockstep=options.lockstep, report=self._outputs.note
         )
-        opened.callback(self._close_page)  # closed last: it reports that the run is over
+        # Closed last: it reports that the run is over.
+        opened.callback(self._close_page)
         opened.callback(lambda: server.close(reason()))
-        opened.callback(target.close)  # closed first: it may answer what clients wait for
+        # Closed first: it may answer what clients wait for.
+        opened.callback(target.close)
         if not server.is_local:
             self._outputs.report(
                 f"{options.host}: open to the network; every program that reaches this machine can {target.acts}"

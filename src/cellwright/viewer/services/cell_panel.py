@@ -174,7 +174,8 @@ class CellPanel:
     def _tray(self, number: int, attainable: AttainableScore) -> dict[str, Any]:
         """Last report of a tray, and its points as each kit of the active orders if it were sent now."""
         contents = self._cell.competition.tray_objects(self._cell.trays[number])
-        if hides_ground_truth(self._cell):  # which parts are faulty is a secret until the kit is judged
+        # Which parts are faulty is a secret until the kit is judged.
+        if hides_ground_truth(self._cell):
             contents = tuple(replace(each, is_faulty=False) for each in contents)
         return {
             "number": number,

@@ -208,7 +208,8 @@ class EntityServices:
         spawned = self.entities.spawned
         act()
         for name, (kind, pose) in spawned.items():
-            if name not in self.entities.names():  # else it is a part of the trial, which is at its own place again
+            # A part of the trial is there again, at its own place.
+            if name not in self.entities.names():
                 request = {"name": name, "uri": kind, "initial_pose": {"pose": _pose(pose)}}
                 self._cell.bus.note(ExternalInput(InputKind.EXTRA, f"{PREFIX}SpawnEntity", request, ""))
                 self.entities.spawn(kind, name, pose)

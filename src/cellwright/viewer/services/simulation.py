@@ -154,7 +154,8 @@ class SimulationServices:
         if self._state == LOADING or (self._state == NO_WORLD and wanted != QUITTING):
             raise RequestError(INCORRECT_TRANSITION, "no world is loaded; load one, or wait until it is loaded")
         is_stepping = self._control.rate_control.is_paused and self._state == PLAYING
-        if wanted == self._state and not is_stepping:  # steps that run are PLAYING, and may be resumed for good
+        # Steps that run are PLAYING, and may be resumed for good.
+        if wanted == self._state and not is_stepping:
             raise RequestError(ALREADY_THERE, "the simulation is in this state already")
         if wanted == QUITTING:
             self._stop.request("a client ended the simulation")
@@ -162,7 +163,8 @@ class SimulationServices:
         action = "resume" if wanted == PLAYING else "pause"
         self._require(action, *(("reset",) if wanted == STOPPED else ()))
         if wanted == STOPPED:
-            self._control.control({"action": "reset"})  # before the pause: if it fails, time passes as before
+            # Before the pause: if it fails, time passes as before.
+            self._control.control({"action": "reset"})
         self._control.control({"action": action})
         if wanted == PAUSED:
             self._paused_run = self._simulation.runs

@@ -272,7 +272,8 @@ class EvaluationPanels(Feature):
         if keys != self._keys:
             self._keys = keys
             self._run.options = tuple(keys)
-        if state.selected != self._selected:  # else a choice that `_select` has not passed on yet would be undone
+        # Without this check a choice that `_select` has not passed on yet would be undone.
+        if state.selected != self._selected:
             self._selected = state.selected
             self._show_selected()
         more = f"and {state.more_failures} more, in report.html at the end" if state.more_failures else ""

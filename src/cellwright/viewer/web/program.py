@@ -104,7 +104,8 @@ def _own_stdout() -> TextIO:
 
 
 def _answer(out: TextIO, values: dict[str, str]) -> None:
-    with suppress(BrokenPipeError):  # the parent is gone already; this process ends too
+    # The parent is gone already; this process ends too.
+    with suppress(BrokenPipeError):
         out.write(json.dumps(values) + "\n")
         out.flush()
 

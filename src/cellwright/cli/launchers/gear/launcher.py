@@ -78,7 +78,8 @@ class PerformanceLog:
         self._file: LineFile | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            if path.is_symlink():  # the original left one, which may be dangling by now
+            # The original left a link, which may be dangling by now.
+            if path.is_symlink():
                 path.unlink()
             self._file = LineFile(path, report=report)
         except OSError as error:

@@ -17,7 +17,8 @@ class KitterAgent:
         catalogue, solids = Catalogue(client.part_types()), client.solids()
         belt_types = [each for each in catalogue.types if "belt" in client.material_locations(each)]
         view = CellView(client, catalogue, belt_types)
-        arm = KitterArm(client, Clearance(solids) if len(solids) > 1 else None)  # with the world alone there is no arm
+        # With the world alone there is no arm.
+        arm = KitterArm(client, Clearance(solids) if len(solids) > 1 else None)
         client.start_competition()
         client.sleep(0.02)
         Strategy(client, view, arm, Manipulator(client, arm, catalogue), catalogue, belt_types).run()

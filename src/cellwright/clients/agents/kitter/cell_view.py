@@ -48,7 +48,8 @@ def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
     listening = []
     for name in frames:
         if not name.startswith(QUALITY_SENSOR_PREFIX):
-            with suppress(CellwrightError):  # a bin, a load point: a frame, but no sensor
+            # A bin, a load point: a frame, but no sensor.
+            with suppress(CellwrightError):
                 listening.append(client.on_sensor(name, lambda message, name=name: first.setdefault(name, message)))  # type: ignore[misc]
     client.sleep(DISCOVERY_TIME)
     for each in listening:

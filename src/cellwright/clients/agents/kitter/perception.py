@@ -295,7 +295,8 @@ class BeltWatch:
             x, _, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
-                while self._unsubscribe_beams:  # once a camera sees the belt, beams are not needed
+                # Once a camera sees the belt, beams are not needed.
+                while self._unsubscribe_beams:
                     self._unsubscribe_beams.pop()()
                 self._note(seen, image.time)
 

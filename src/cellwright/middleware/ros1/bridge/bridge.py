@@ -119,7 +119,8 @@ class Bridge:
         if self._frames is not None:
             self._wait_for_frames(master, self._frames)
         for publication in publications:
-            if publication.name == CLOCK:  # for programs it is the sign that everything is ready
+            # For programs it is the sign that everything is ready.
+            if publication.name == CLOCK:
                 with stop_deferred():
                     publication.register()
         MasterWatch(

@@ -70,7 +70,8 @@ def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = MAX_CLIE
             (length,) = _LENGTH.unpack_from(view)
         if length > max_bytes:
             buffer.seek(0)
-            buffer.truncate()  # else its bytes would be read as the next handshake
+            # Otherwise its bytes would be read as the next handshake.
+            buffer.truncate()
             on_oversize(self.resolved_name)
             raise TransportException(f"a message of {length} bytes is too long")
         read(self, buffer, messages, connection)
@@ -167,9 +168,11 @@ def begin_node(name: str) -> None:
     """
     threading.excepthook = _thread_failed
     limit_requests()
-    sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
+    # Python's own 5 ms would add to the latency of messages.
+    sys.setswitchinterval(0.0005)
     namespace, _, base = name.rpartition("/")
-    rospy.names._set_caller_id(f"{namespace}/unnamed")  # instead of ROS_NAMESPACE at rospy's import
+    # Instead of ROS_NAMESPACE at rospy's import.
+    rospy.names._set_caller_id(f"{namespace}/unnamed")
     with stop_deferred():
         rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 

@@ -103,7 +103,8 @@ class ServiceClient:
 
 def _is_broken(connection: socket.socket) -> bool:
     """True if the peer has hung up. It sends nothing without a request."""
-    connection.setblocking(False)  # else `recv` would wait for the timeout of an earlier call
+    # Otherwise `recv` would wait for the timeout of an earlier call.
+    connection.setblocking(False)
     try:
         return connection.recv(1, socket.MSG_PEEK) == b""
     except (BlockingIOError, InterruptedError):

@@ -131,7 +131,8 @@ def cell_service(
 
     def handle(caller: Caller, request: bytes) -> None:
         def answered(frame: Frame) -> None:
-            if frame.kind is FrameKind.DONE:  # in lockstep: it takes time, which other callers may advance
+            # In lockstep: it takes time, which other callers may advance.
+            if frame.kind is FrameKind.DONE:
                 link.ask_again(frame.number, answered)
             elif frame.kind is FrameKind.ANSWER:
                 caller.respond(True, frame.payload)

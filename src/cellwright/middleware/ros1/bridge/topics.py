@@ -119,7 +119,8 @@ class Publication(ManagedTopic):
         self._subscription = self._link.subscribe(self.name, self._node, self._publish, self._answered)
 
     def _answered(self, answer: Frame) -> None:
-        if answer.number == self._subscription:  # else it is the answer of an ended subscription
+        # The answer of an ended subscription has another number.
+        if answer.number == self._subscription:
             self._is_answered = True
             self._welcome()
 
@@ -200,7 +201,8 @@ class Peer:
         self.messages = 0
         self.bytes = 0
         self.description = _describe_connection(connection)
-        self.connection = BufferedConnection(  # a subscriber sends nothing and only hangs up
+        # A subscriber sends nothing and only hangs up.
+        self.connection = BufferedConnection(
             loop,
             connection,
             on_end=lambda: publication.lost(self),

@@ -52,7 +52,8 @@ class Ros1:
         self.master = MasterClient(here.get(URI_VARIABLE) or DEFAULT_URI)
         own = {URI_VARIABLE: self.master.uri}
         if self.master.is_local and not here.get("ROS_IP") and not here.get("ROS_HOSTNAME"):
-            own["ROS_IP"] = "127.0.0.1"  # no access from other machines unless requested
+            # No access from other machines unless requested.
+            own["ROS_IP"] = "127.0.0.1"
         self.for_programs: Mapping[str, str] = own
         """Environment that leads a program of ROS 1 to the same master."""
         self._installation = replace(self._installation, environment={**here, **own})

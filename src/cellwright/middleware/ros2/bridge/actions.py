@@ -85,7 +85,8 @@ class TrajectoryAction:
 
     def _take_cancel(self, handle: Any) -> CancelResponse:
         name = next((name for name, each in self._handles.items() if each is handle), "")
-        if not name:  # without an identifier the cell would cancel everything
+        # Without an identifier the cell would cancel everything.
+        if not name:
             return CancelResponse.REJECT
         # The goal must be known as cancelled when its result comes, which is before the cell's answer to this.
         self._publish("cancel", {"id": name}, None)

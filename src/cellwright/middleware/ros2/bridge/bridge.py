@@ -121,7 +121,8 @@ class Bridge:
         parameters = self._ask(PARAMETERS, {})
         state = self._ask(CONTROL, {"action": "state"})
         self._has = {FEATURES: self._ask(FEATURES, {}) or {}}
-        has_controllers = self._names and self._link.welcome["actions"]  # a robot would report a refused call
+        # A robot would report a refused call.
+        has_controllers = self._names and self._link.welcome["actions"]
         self._controllers = [self._ask(each, {}) or {} for each in (NODES, ACTIVITY)] if has_controllers else [{}]
         if parameters is None or state is None:
             return ENDED

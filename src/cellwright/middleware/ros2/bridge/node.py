@@ -79,7 +79,8 @@ class RosNode:
         self.group = ReentrantCallbackGroup()
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
-        sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
+        # Python's own 5 ms would add to the latency of messages.
+        sys.setswitchinterval(0.0005)
         self._thread = threading.Thread(target=self._spin, name="executor", daemon=True)
 
     def full_name(self, topic: str) -> str:

@@ -52,7 +52,8 @@ class NodeParameters:
     def _set(self, parameters: list[Any]) -> SetParametersResult:
         """Set the speed at the cell, which may refuse it, as in a competition."""
         for parameter in parameters:
-            if parameter.name == USE_SIM_TIME:  # rclpy declares it, and lets anyone set it
+            # rclpy declares it, and lets anyone set it.
+            if parameter.name == USE_SIM_TIME:
                 return SetParametersResult(successful=False, reason="use_sim_time is read-only")
             if parameter.name != SPEED or not self._is_declared:
                 continue

@@ -110,7 +110,8 @@ class Receiver:
             for waitable in waitables:
                 waitable.add_to_wait_set(waiting)
             waiting.wait(-1)
-            for pointer in waiting.get_ready_entities("subscription"):  # before services: commands come before steps
+            # Before services: commands come before steps.
+            for pointer in waiting.get_ready_entities("subscription"):
                 self._do(self._take, *subscriptions[pointer])
             for pointer in waiting.get_ready_entities("service"):
                 if pointer in services:  # else it is of an action

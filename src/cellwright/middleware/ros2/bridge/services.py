@@ -45,7 +45,8 @@ class CellCalls:
         """Call a service; `answered` gets the frame ANSWER or REFUSED, usually in the thread of the loop."""
 
         def heard(frame: Frame) -> None:
-            if frame.kind is FrameKind.DONE:  # in lockstep: it takes time, which other callers may advance
+            # In lockstep: it takes time, which other callers may advance.
+            if frame.kind is FrameKind.DONE:
                 self._link.ask_again(frame.number, heard)
             else:
                 self._queue.note_answer(name)

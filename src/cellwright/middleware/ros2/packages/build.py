@@ -166,7 +166,8 @@ def _generate(packages: Texts, work: Path, environment: Path, progress: Progress
             if waiting:
                 progress.begin(waiting[0])
 
-    own = {"PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}  # no modules beside the program; equal sources each time
+    # No modules beside the program; equal sources each time.
+    own = {"PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
     command = [str(environment / "bin" / "python"), str(_GENERATE), str(work), str(environment), *packages]
     run(command, "generators of ROS 2", clean_environment() | own, on_line)
 

@@ -110,7 +110,8 @@ def install(
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with _lock(folder.with_name(f".{folder.name}.lock"), progress):
-            if _contains(folder, whole):  # another process has installed it meanwhile
+            # Another process has installed it meanwhile.
+            if _contains(folder, whole):
                 return folder
             is_made, unbuilt = _contains(folder, base), [wheel for wheel in wheels if not wheel.is_file()]
             progress.plan({} if is_made else _EXPECTED)
@@ -122,7 +123,8 @@ def install(
             for wheel in unbuilt:
                 build_wheel(wheels[wheel], folder, wheel, progress)
             _describe(folder, base)
-            for wheel in wheels:  # in this order: an older wheel of the first had files of the second
+            # The order matters: an older wheel of the first had files of the second.
+            for wheel in wheels:
                 pip(folder, ["install", "--no-deps", "--force-reinstall", str(wheel)])
             _describe(folder, whole)
     except OSError as error:
@@ -198,7 +200,8 @@ def _digest(text: str) -> str:
 @contextmanager
 def _lock(path: Path, progress: Progress) -> Iterator[None]:
     """Wait until no other process installs there, and keep others waiting."""
-    import fcntl  # not on Windows, where the rest of this module is loaded too
+    # Not on Windows, where the rest of this module is loaded too.
+    import fcntl
 
     with path.open("w") as file:
         try:

@@ -67,7 +67,8 @@ class JointStateReader:
         none = np.zeros(0)
         place = len(TYPES.to_cdr(JointState(message.header, message.name, none, none, none)))
         place -= 8  # the counts of velocities and efforts
-        place += (_HEAD - place) % 8 if count else 0  # CDR's padding before numbers of 8 bytes
+        # CDR's padding before numbers of 8 bytes.
+        place += (_HEAD - place) % 8 if count else 0
         self._before, self._count = data[_HEAD + _STAMP : place], count
         names = tuple(message.name)
         if not self._tables or self._tables[-1][0] != names:

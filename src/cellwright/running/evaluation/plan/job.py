@@ -204,7 +204,8 @@ def _sources(place: str) -> list[Path]:
         # no such module; the check of the agent reports it
         return []
     if top == Path(FOLDER).name:
-        return []  # the digest of Cellwright covers it
+        # The digest of Cellwright covers it.
+        return []
     here = Path.cwd()
     local = Path(f"{top}.py")
     # modules are found in the working folder

@@ -133,7 +133,8 @@ class Worker:
         answer = self._link.ask(PANEL, robot=queue.robot.digest if queue is not None else "")
         if queue is None or answer.get("digest") != queue.robot.digest:
             queue = CommandQueue(SeenRobot.read(answer), wake=self._wake)
-            if not self._stop_link.is_there:  # connect before an emergency stop needs it
+            # Connect before an emergency stop needs it.
+            if not self._stop_link.is_there:
                 self._stop_link.connect()
         state = RobotState.read(answer)
         self._clock.hear(state.stamp, time.perf_counter())
