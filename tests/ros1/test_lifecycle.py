@@ -143,7 +143,7 @@ def end(process: Process) -> None:
     """Send Ctrl-C. Before the command has begun, the program dies of the signal, or only reports it."""
     status = process.interrupt()
     said = process.out + process.err
-    if status == -signal.SIGINT or (status, said) == (1, "interrupted\n"):
+    if status == -signal.SIGINT or (status, said) == (130, "interrupted\n"):
         return
     assert status == 0, f"status {status}: {said}"
     check_end(process)

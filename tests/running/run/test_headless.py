@@ -8,6 +8,7 @@ import cellwright
 from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.in_process import InProcess
 from cellwright.util.errors import UsageError
+from cellwright.util.files import read_json_lines
 
 UNKNOWN_OPTION = "arm: {type: ur10}\noptions: {insert_agv: true}\n"
 
@@ -72,6 +73,14 @@ def test_recording_of_run_trial_has_its_files(tmp_path: Path) -> None:
         assert recording.end["state_hash"] == bare.state_hash
         assert recording.header.facts["agent"] == "none"
         assert list(recording.sources) == recording.header.facts["files"]
+
+
+def test_run_trial_writes_files_by_their_suffixes(tmp_path: Path) -> None:
+    files = [tmp_path / "a.mcap", tmp_path / "a.jsonl"]
+    result = cellwright.run_trial("lesson", None, record=files, options=cellwright.RunOptions(until=0.05))
+    assert result.recordings == (files[0],)
+    first, *_, last = read_json_lines(files[1])
+    assert (first["agent"], last["state_hash"]) == ("none", result.state_hash)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cellwright.cell.cell import Cell
@@ -26,7 +26,7 @@ def run_cell(
     agent: Agent | None,
     options: RunOptions | None = None,
     *,
-    record: str | Path | RecordOptions | None = None,
+    record: str | Path | Sequence[str | Path] | RecordOptions | None = None,
 ) -> RunResult:
     """Run a cell from the start until it is over.
 
@@ -40,7 +40,7 @@ def run_cell(
         cell: the cell; it is reset to time 0.
         agent: works the cell; None for no agent: the run lasts until `options.until`.
         options: further options of the run.
-        record: a file to write of the run, as for `Session`.
+        record: files to write of the run, as for `Session`.
 
     Returns:
         The result; it holds what the agent raises.
@@ -59,7 +59,7 @@ def run_trial(
     agent: Agent | type[Agent] | str | None = "kitter",
     *,
     seed: int | None = None,
-    record: str | Path | None = None,
+    record: str | Path | Sequence[str | Path] | None = None,
     options: RunOptions | None = None,
 ) -> RunResult:
     """Run a trial headless, as fast as it goes, until it is over.
@@ -76,8 +76,8 @@ def run_trial(
         agent: works the cell: an object with a method `run(client)` or its class, the name of a bundled agent, or
             `"path.py:Class"`. None for no agent; `options` then holds the time to stop at.
         seed: seed of all random streams; None takes the trial's own.
-        record: a file to record the run to, such as `run.mcap`. The recording of a trial that is given by name holds
-            its files too, and can be run again from that alone.
+        record: files to write of the run, as for `Session`, such as `run.mcap`. The recording of a trial that is given
+            by name holds its files too, and can be run again from that alone.
         options: further options of the run.
 
     Returns:
@@ -138,14 +138,14 @@ class CellOfTrial:
     def run(
         self,
         agent: Agent | type[Agent] | str | None,
-        record: str | Path | None = None,
+        record: str | Path | Sequence[str | Path] | None = None,
         options: RunOptions | None = None,
     ) -> RunResult:
         """Run the trial headless; see `run_trial`."""
         files = [] if isinstance(self.trial, Trial) else find_files(self.trial)
         lines: list[object] = []
         target = CellTarget(lambda: self.make(lines.append), lambda: files, is_varied=self.is_varied)
-        recorded = RecordOptions([] if record is None else [Path(record)], {"agent": _name_of(agent)})
+        recorded = replace(RecordOptions.of(record or ()), about={"agent": _name_of(agent)})
         with Session(target, record=recorded, options=options) as session:
             warn_of(lines, 4)
             return cell_result(session.run(agent))
