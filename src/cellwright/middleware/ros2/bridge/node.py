@@ -21,7 +21,7 @@ from rclpy.signals import SignalHandlerOptions
 from cellwright.middleware.ros2.bridge.receiver import Receiver
 from cellwright.middleware.wire.event_loop import MissingError, nothing, report
 
-SIGN_OFF_TIMEOUT = 5.0  # time for the node to leave the graph [s]; then the process ends without
+SIGN_OFF_TIMEOUT = 8.0  # time for the node to leave the graph [s]; then the process ends without
 
 
 _WARN = 30  # level of rcl_interfaces/Log, whose constant is a number in some distributions, and bytes in others
