@@ -6,8 +6,8 @@ BIN := .venv/bin
 INSTALL := $(BIN)/python -m pip install --quiet --no-compile
 # The Dockerfile installs a copy: SOURCE='.[video]'
 SOURCE ?= --editable '.[video]'
-# Of four workers two mostly wait, for ROS (tests/support/schedule.py): enough for two cores.
-JOBS ?= 4
+# Of three workers one mostly waits, for ROS 1 (tests/support/schedule.py): enough for two cores.
+JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Hundreds of tests start Python, which would otherwise compile all that it loads each time.
 unexport PYTHONDONTWRITEBYTECODE

@@ -67,15 +67,17 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no ty
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         if self.numnodes > FEW:
+            kinds = WAITING[: self.numnodes - FEW]
             from_last = self.numnodes - 1 - int(node.gateway.id.removeprefix("gw"))
-            kind = WAITING[from_last] if from_last < self.numnodes - FEW else None
-            fits = (unit for unit in self.workqueue if _kind(unit) == kind)
+            kind = kinds[from_last] if from_last < len(kinds) else None
+            fits = (unit for unit in self.workqueue if _kind(unit, kinds) == kind)
             self.workqueue.move_to_end(next(fits, next(iter(self.workqueue))), last=False)
         super()._assign_work_unit(node)
 
 
-def _kind(unit: str) -> tuple[str, ...] | None:
-    return next((kind for kind in WAITING if unit.startswith(kind)), None)
+def _kind(unit: str, kinds: tuple[tuple[str, ...], ...]) -> tuple[str, ...] | None:
+    """Return which of the kinds that have a worker of their own a unit is of; None for none."""
+    return next((kind for kind in kinds if unit.startswith(kind)), None)
 
 
 @cache
