@@ -11,7 +11,7 @@ import yaml
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import cameras, group_reader, robots
 from cellwright.config.robot.robots import find_robot, load_robot
-from cellwright.config.trial import gear2017, orders, parts, sensors, settings
+from cellwright.config.trial import gear2017, orders, parts, sensors, settings, values
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import (
     ArmSettings,
@@ -88,8 +88,8 @@ PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
     "drop-regions": (parts.DROP_REGION, ("drops", "drop_regions", "one")),
     "own-arm": (settings.OWN_ARM, ("cellwright", "arm")),
     "gains": (settings.GAINS, ("cellwright", "arm", "gains", "elbow_joint")),
-    "constraints": (settings.CONSTRAINTS, ("cellwright", "arm", "constraints")),
-    "tolerances": (settings.TOLERANCE, ("cellwright", "arm", "constraints", "elbow_joint")),
+    "constraints": (values.CONSTRAINTS, ("cellwright", "arm", "constraints")),
+    "tolerances": (values.TOLERANCE, ("cellwright", "arm", "constraints", "elbow_joint")),
 }
 
 REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
@@ -104,8 +104,8 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "own": (settings.OWN, "", CellSettings),
     "own-arm": (settings.OWN_ARM, "arm.", ArmSettings),
     "gains": (settings.GAINS, "arm.gains.<joint>.", JointGains),
-    "constraints": (settings.CONSTRAINTS, "arm.constraints.", ArmSettings),
-    "tolerances": (settings.TOLERANCE, "arm.constraints.<joint>.", JointTolerance),
+    "constraints": (values.CONSTRAINTS, "arm.constraints.", ArmSettings),
+    "tolerances": (values.TOLERANCE, "arm.constraints.<joint>.", JointTolerance),
     "own-sensors": (sensors.CAMERA, "", PictureCameraConfig),
     "own-noise": (sensors.NOISE, "noise.", PictureNoise),
     "robot": (robots.ENTRIES, "", None),
@@ -208,7 +208,7 @@ def test_undeclared_entries_are_unknown(place: str) -> None:
 
 def test_declared_entries_have_fields() -> None:
     assert {*parts.OPTIONS.names} - {parts.ALIASES} == {field.name for field in fields(Options)}
-    kept = {*settings.OWN_ARM.names, *settings.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
+    kept = {*settings.OWN_ARM.names, *values.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
     assert kept | {"tolerances"} == {field.name for field in fields(ArmSettings)}
     assert {"seed", "timestep", "collision_culling", "arm"} == {field.name for field in fields(CellSettings)}
 

@@ -9,9 +9,10 @@ from itertools import product
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
 from cellwright.config.parsing.reader import Keys, Placement, Reader, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, children, describe, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, describe, shortened
 from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
+from cellwright.config.trial.values import read_aliases, read_destination, read_switch
 from cellwright.util.errors import did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
@@ -40,30 +41,10 @@ _NO_POSE = "; files without one are of the 2016 format"
 _MAX_SUGGESTED = 20
 """Number of unknown names after which the search for similar ones stops: it takes long and is no help by then."""
 _CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
-
-
-def _switch(reader: Reader, node: YamlNode) -> bool:
-    """Return a switch. A value that is no truth value counts as in Python, as in the original."""
-    if isinstance(node, Leaf) and isinstance(node.value, bool):
-        return node.value
-    truth = bool(node.value if isinstance(node, Leaf) else children(node))
-    reader.problems.warn(node, f"should be true or false (got {describe(node)}); counts as {str(truth).lower()}")
-    return truth
-
-
-def _aliases(reader: Reader, node: YamlNode) -> Mapping[str, str]:
-    table = reader.table(node)
-    aliases: dict[str, str] = {}
-    for entry in table.entries.values() if table else ():
-        alias, part_type = reader.key(entry), reader.name(entry.value)
-        if alias is not None and part_type is not None:
-            aliases[alias] = part_type
-    return aliases
-
-
 OPTIONS = Keys(
-    optional={**dict.fromkeys(_SWITCHES, _switch), "belt_population_cycles": Reader.whole, ALIASES: _aliases}
+    optional={**dict.fromkeys(_SWITCHES, read_switch), "belt_population_cycles": Reader.whole, ALIASES: read_aliases}
 )
+DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": read_destination, "part_type_to_drop": Reader.name})
 
 
 def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, str]]:
@@ -263,14 +244,6 @@ def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if time < 0:
         reader.problems.warn(entry, f"must not be negative (got {time:g}); the part appears at once")
     return BeltPart(float(time), part_type, placement.pose, placement)
-
-
-def _destination(reader: Reader, node: YamlNode) -> Placement | None:
-    table = reader.table(node)
-    return reader.placement(table) if table and reader.required(table, "xyz") else None
-
-
-DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination, "part_type_to_drop": Reader.name})
 
 
 def read_drops(node: YamlNode, registry: PartRegistry) -> tuple[DropRegion, ...]:

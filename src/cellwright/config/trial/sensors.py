@@ -8,15 +8,8 @@ from cellwright.config.layout import ARM_FRAMES
 from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
 from cellwright.config.parsing.tree import Entry, Table, YamlNode, shortened
 from cellwright.config.trial.other_years import LATER_SENSORS
-from cellwright.config.trial.trial import (
-    CameraType,
-    PictureCameraConfig,
-    PictureNoise,
-    PluginDevice,
-    SensorConfig,
-    SensorType,
-    WhenLate,
-)
+from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise, PluginDevice, SensorConfig, WhenLate
+from cellwright.config.trial.values import CAMERA_TYPES, SENSOR_TYPES, read_camera_type
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
 
@@ -24,8 +17,6 @@ MAX_SENSORS = 500
 """Maximum number of sensors in one cell."""
 
 ARM_TYPES = ("ur10",)
-SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
-CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
 CAMERA_PREFIX = "logical_camera"
 
 RESERVED_NAMES = {
@@ -55,6 +46,24 @@ WORLD = "world"
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
 """Keys of a camera's noise."""
+CAMERA = Keys(
+    {"type": read_camera_type, "pose": Reader.pose},
+    {
+        "frame": one_of((WORLD, *ARM_FRAMES)),
+        "width": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels"),
+        "height": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels"),
+        "fov": number(MIN_FOV, MAX_FOV, "rad"),
+        "rate": number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
+        "near": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
+        "far": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
+        "shadows": Reader.boolean,
+        "noise": section(NOISE, PictureNoise),
+        "latency": number(0.0, MAX_CAMERA_LATENCY, "s"),
+        "when_late": one_of(get_args(WhenLate)),
+    },
+    "entry",
+)
+"""Keys of a camera under `sensors` in the section `cellwright`."""
 
 
 def read_arm(node: YamlNode, reader: Reader) -> bool:
@@ -136,34 +145,6 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
             f"only logical cameras should begin with {CAMERA_PREFIX}; as in the original, this sensor has no frame"
         )
         reader.problems.warn(entry, message)
-
-
-def _camera_type(reader: Reader, node: YamlNode) -> str | None:
-    kind = reader.name(node)
-    if kind in SENSOR_TYPES:
-        reader.problems.error(node, f"a {kind} belongs in the top-level section sensors")
-        return None
-    return one_of(CAMERA_TYPES, "camera type")(reader, node) if kind is not None else None
-
-
-CAMERA = Keys(
-    {"type": _camera_type, "pose": Reader.pose},
-    {
-        "frame": one_of((WORLD, *ARM_FRAMES)),
-        "width": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels"),
-        "height": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels"),
-        "fov": number(MIN_FOV, MAX_FOV, "rad"),
-        "rate": number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
-        "near": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
-        "far": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
-        "shadows": Reader.boolean,
-        "noise": section(NOISE, PictureNoise),
-        "latency": number(0.0, MAX_CAMERA_LATENCY, "s"),
-        "when_late": one_of(get_args(WhenLate)),
-    },
-    "entry",
-)
-"""Keys of a camera under `sensors` in the section `cellwright`."""
 
 
 def read_cameras(

@@ -7,6 +7,7 @@ call here, and strings, which are nearly always known names, come from a cache.
 
 import struct
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -67,7 +68,7 @@ class _WriterSource:
     def compiled(self) -> Writer:
         """Return the compiled writer."""
         source = "\n".join(["def write(message):", *self._lines])
-        names = {**_NAMES, **self._structs}
+        names = {**_names(), **self._structs}
         exec(compile(source, f"<CDR of {self._name}>", "exec"), names)  # noqa: S102, made of definitions alone
         write: Writer = names["write"]
         return write
@@ -262,13 +263,15 @@ def _little(values: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
     return values.astype(dtype)
 
 
-_NAMES: dict[str, Any] = {
-    "text": StringCache(cdr_string, filled=False),
-    "text_filled": StringCache(cdr_string, filled=True),
-    "texts": StringCache(cdr_strings, filled=False),
-    "texts_filled": StringCache(cdr_strings, filled=True),
-    "little": _little,
-    **{f"fill_{size}": [bytes((_HEAD - place) % size) for place in range(size)] for size in (2, 4, 8)},
-    **{f"dtype_{name}": np.dtype(f"<{np.dtype(code).str[1:]}") for name, code in _CODES.items()},
-}
-"""Names that generated writers use."""
+@cache
+def _names() -> dict[str, Any]:
+    """Return the names that generated writers use."""
+    return {
+        "text": StringCache(cdr_string, filled=False),
+        "text_filled": StringCache(cdr_string, filled=True),
+        "texts": StringCache(cdr_strings, filled=False),
+        "texts_filled": StringCache(cdr_strings, filled=True),
+        "little": _little,
+        **{f"fill_{size}": [bytes((_HEAD - place) % size) for place in range(size)] for size in (2, 4, 8)},
+        **{f"dtype_{name}": np.dtype(f"<{np.dtype(code).str[1:]}") for name, code in _CODES.items()},
+    }

@@ -41,6 +41,7 @@ _HALF_SECONDS = 1 << 31  # half the range of a stamp's seconds
 
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]  # value of a `float64[]` field
 
+_NO_FLOATS: Floats = np.frombuffer(b"", np.float64)  # read-only, as all arrays of messages
 Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]  # value of a `float32[]` field
 
 Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]  # value of a `uint64[]` field
@@ -216,9 +217,6 @@ def _numbers(values: ArrayLike, dtype: type[N]) -> np.ndarray[tuple[int, ...], n
     array = np.array(values, dtype)
     array.flags.writeable = False
     return array
-
-
-_NO_FLOATS = _numbers((), np.float64)
 
 
 def _spatial_pose(p: Point | Vector3, q: Quaternion) -> SpatialPose:

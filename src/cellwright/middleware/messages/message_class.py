@@ -13,6 +13,8 @@ from cellwright.util.errors import UsageError
 MESSAGE = "msg"
 SERVICE = "srv"
 
+C = TypeVar("C", bound="MessageClass")
+
 
 class Message(Protocol):
     """Protocol of message classes: they have a full name."""
@@ -26,9 +28,6 @@ class MessageClass:
     __slots__ = ()
     __msgtype__: ClassVar[str]
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
-
-
-C = TypeVar("C", bound=MessageClass)
 
 
 @dataclass_transform(field_specifiers=(dataclasses.field,))

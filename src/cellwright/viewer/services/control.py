@@ -57,15 +57,12 @@ class Reset:
     state_refusal: Callable[[], str] = lambda: ""
 
 
-NO_RESET = Reset(lambda: None, lambda: "restart is not available here")
-
-
 class Control:
     """Time control for clients.
 
     Args:
         rate_control: rate control of the simulation.
-        reset: its reset action.
+        reset: its reset action; None: there is none.
         refused: reasons why other actions are refused, by action; a real robot's time cannot be paused.
         lockstep: True if time advances only on request.
         acts: further actions, or replacements, by name; each takes the request.
@@ -75,7 +72,7 @@ class Control:
         self,
         rate_control: RateControl,
         *,
-        reset: Reset = NO_RESET,
+        reset: Reset | None = None,
         refused: Mapping[str, str] | None = None,
         lockstep: bool = False,
         acts: Mapping[str, Act] | None = None,
@@ -84,7 +81,7 @@ class Control:
         self.resets = 0
         self.over = ""
         """Reason why time passes no more, such as the end of the run; empty while time may pass."""
-        self._reset = reset
+        self._reset = reset or Reset(lambda: None, lambda: "restart is not available here")
         self._refused = dict(refused or {})
         self._lockstep = lockstep
         self._acts = dict(acts or {})

@@ -25,6 +25,9 @@ from cellwright.util.process import json_lines, send_json, take_over_standard_st
 Status: TypeAlias = Literal["finished", "failed", "interrupted"]
 """Status of an evaluation: all runs have a result, the machine failed, or a signal ended it."""
 
+NAMES = (MLFLOW, WANDB) = ("mlflow", "wandb")
+"""Values of `--log`: MLflow is for those with a server, W&B for those who train policies."""
+
 _MAX_ERROR = 400  # characters
 
 
@@ -196,10 +199,6 @@ class WandbTracker:
         }
 
 
-TRACKERS: Mapping[str, type[Tracker]] = {"mlflow": MlflowTracker, "wandb": WandbTracker}
-"""Classes of trackers, by the value of `--log`: MLflow for those with a server, W&B for those who train policies."""
-
-
 def serve(tracker_class: type[Tracker], messages: Any, answer: Any) -> None:
     """Pass messages on to a new tracker until the last one, and answer each with an error, empty for none.
 
@@ -240,6 +239,10 @@ def _words(error: Exception) -> str:
     return printable(re.sub(r"(?<=://)[^/@\s]+@", "", text), _MAX_ERROR)
 
 
+def _class_of(name: str) -> type[Tracker]:
+    return MlflowTracker if name == MLFLOW else WandbTracker
+
+
 def main() -> None:
     """Serve the tracker that is named last on the command line. All that its package prints goes to stderr."""
     raw, channel = take_over_standard_streams()
@@ -248,7 +251,7 @@ def main() -> None:
         with suppress(OSError):  # the evaluation is gone
             send_json(channel, content)
 
-    serve(TRACKERS[sys.argv[-1]], json_lines(io.BufferedReader(raw)), answer)  # type: ignore[type-var]  # a FileIO
+    serve(_class_of(sys.argv[-1]), json_lines(io.BufferedReader(raw)), answer)  # type: ignore[type-var]  # a FileIO
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 from statistics import fmean
 from typing import IO, Any, Self
 
-from cellwright.running.evaluation.outputs.trackers import TRACKERS, RunOrder, Status
+from cellwright.running.evaluation.outputs.trackers import NAMES, RunOrder, Status
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.results import summary
 from cellwright.running.evaluation.results.folder import LOGS
@@ -167,8 +167,8 @@ class Tracking:
             UsageError: its package is not installed.
         """
         for name in names:
-            if name not in TRACKERS:
-                raise UnknownNameError("tracker", name, TRACKERS)
+            if name not in NAMES:
+                raise UnknownNameError("tracker", name, NAMES)
             if not is_installed(name):
                 raise UsageError(f"{name}: needs the package {name}; pip install 'cellwright[{name}]'")
 

@@ -1,0 +1,110 @@
+"""Readers of single values of a trial, for the tables of its keys."""
+
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any, get_args
+
+from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.parsing import expressions
+from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section
+from cellwright.config.parsing.tree import Leaf, Table, YamlNode, children, describe, shortened
+from cellwright.config.trial.trial import CameraType, JointTolerance, SensorType
+from cellwright.util.errors import ExpressionError
+
+MIN_TIMESTEP = Fraction(1, 100_000)
+MAX_TIMESTEP = Fraction(1, 50)
+
+_STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
+_NOT_NEGATIVE = Reader.not_negative
+CONSTRAINTS = Keys(
+    optional={"goal_time": _NOT_NEGATIVE, "stopped_velocity_tolerance": _NOT_NEGATIVE}, strict="joint or entry"
+)
+TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, strict="tolerance")
+SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
+CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
+
+
+def read_timestep(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
+    """Return the timestep [s] as numerator and denominator in lowest terms."""
+    text = str(node.value) if isinstance(node, Leaf) and isinstance(node.value, str | int | float) else ""
+    match = _STEP.fullmatch(text)
+    try:
+        step = Fraction(text.replace(" ", "")) if match else None
+    except ZeroDivisionError:
+        step = None
+    if step is None:
+        reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500 (got {describe(node)})")
+        return None
+    if not MIN_TIMESTEP <= step <= MAX_TIMESTEP:
+        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s (got {shortened(text)})")
+        return None
+    return step.numerator, step.denominator
+
+
+def by_joint(read: Read) -> Keys:
+    """Return the keys of a mapping of joints to values, each of which `read` reads."""
+    return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
+
+
+def read_constraints(reader: Reader, node: YamlNode) -> dict[str, Any] | None:
+    """Return fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
+    table = reader.table(node)
+    if table is None:
+        return None
+    tolerances = by_joint(section(TOLERANCE, JointTolerance)).values(table, reader)
+    return CONSTRAINTS.read(table, reader, ARM_JOINTS) | {"tolerances": tolerances}
+
+
+def read_initial_joints(reader: Reader, node: YamlNode) -> dict[str, float]:
+    """Return joint positions, which may be expressions; values that cannot be evaluated have been reported before."""
+    states: dict[str, float] = {}
+    if isinstance(node, Table):
+        reader.refuse_unknown(node, ARM_JOINTS, "joint")
+    for entry in node.entries.values() if isinstance(node, Table) else ():
+        if entry.name not in ARM_JOINTS:
+            continue
+        limit = RAIL_LIMIT if entry.name == ARM_JOINTS[0] else TURN_LIMIT
+        try:
+            position = expressions.expression_value(entry.value)
+        except ExpressionError:
+            continue
+        if abs(position) > limit:
+            reader.problems.error(entry, f"must be within the joint's limits of ±{limit:g} (got {position:g})")
+        states[str(entry.name)] = position
+    return states
+
+
+def read_switch(reader: Reader, node: YamlNode) -> bool:
+    """Return a switch. A value that is no truth value counts as in Python, as in the original."""
+    if isinstance(node, Leaf) and isinstance(node.value, bool):
+        return node.value
+    truth = bool(node.value if isinstance(node, Leaf) else children(node))
+    reader.problems.warn(node, f"should be true or false (got {describe(node)}); counts as {str(truth).lower()}")
+    return truth
+
+
+def read_aliases(reader: Reader, node: YamlNode) -> Mapping[str, str]:
+    """Return the types of parts by their aliases."""
+    table = reader.table(node)
+    aliases: dict[str, str] = {}
+    for entry in table.entries.values() if table else ():
+        alias, part_type = reader.key(entry), reader.name(entry.value)
+        if alias is not None and part_type is not None:
+            aliases[alias] = part_type
+    return aliases
+
+
+def read_destination(reader: Reader, node: YamlNode) -> Placement | None:
+    """Return the place for the parts of a drop region; it must have a position."""
+    table = reader.table(node)
+    return reader.placement(table) if table and reader.required(table, "xyz") else None
+
+
+def read_camera_type(reader: Reader, node: YamlNode) -> str | None:
+    """Return the type of a camera; types of other sensors are refused with their place."""
+    kind = reader.name(node)
+    if kind in SENSOR_TYPES:
+        reader.problems.error(node, f"a {kind} belongs in the top-level section sensors")
+        return None
+    return one_of(CAMERA_TYPES, "camera type")(reader, node) if kind is not None else None
