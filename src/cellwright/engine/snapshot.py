@@ -147,7 +147,7 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
         raise CheckpointError(f"{path}: not a checkpoint ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.first_model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
-    # files of earlier versions have none
+    # a run that writes no record has none
     record = header.get("record", {})
     is_record_whole = not record or header.get("record_digest") == hashlib.sha256(_as_bytes(record)).hexdigest()
     if header.get("digest") != _digest(engine, fields, header.get("state")) or not is_record_whole:

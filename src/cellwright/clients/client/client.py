@@ -122,7 +122,7 @@ class Client(NodeClient):
         - `spots` that the cup can stand on, the best first: their `position`, and the `radius` of the flat disc.
 
         Raises:
-            CellwrightError: the cell has no such service: it is one of an earlier version.
+            CellwrightError: the server has no such service: it is no cell.
         """
         answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
         return {str(name): dict(values) for name, values in answer.items()}
@@ -137,7 +137,7 @@ class Client(NodeClient):
         is their convex hull, whose surface are the `triangles` between them, counter-clockwise seen from outside.
 
         Raises:
-            CellwrightError: the cell has no such service: it is one of an earlier version.
+            CellwrightError: the server has no such service: it is no cell.
         """
         answer = json.loads(self.call(_SOLIDS, TriggerRequest()).message)
         return {str(frame): list(shapes) for frame, shapes in answer.items()}
@@ -147,7 +147,7 @@ class Client(NodeClient):
 
         It changes nothing in the cell; a cell that ignores it raises no error.
         """
-        with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
+        with contextlib.suppress(CellwrightError):  # a cell of another make, say
             self.publish(_STATUS_TOPIC, String(text))
 
     def joint_arrays(self) -> JointArrays:

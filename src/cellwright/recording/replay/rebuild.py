@@ -259,7 +259,7 @@ def _joints(values: Mapping[str, Any] | None) -> dict[str, float]:
 
 def _safety(values: Mapping[str, Any]) -> SafetySettings:
     speeds = tuple((str(pattern), float(speed)) for pattern, speed in values["max_speeds"])
-    topics = tuple(map(str, values.get("command_topics", ())))  # absent in recordings of earlier versions
+    topics = tuple(map(str, values["command_topics"]))
     return SafetySettings(**{**values, "max_speeds": speeds, "guard": Guard(values["guard"]), "command_topics": topics})
 
 

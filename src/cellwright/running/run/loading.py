@@ -27,7 +27,7 @@ RECORDINGS = (".mcap", ".bag")
 """Suffixes of recordings."""
 
 AnyTarget: TypeAlias = "TrialName | Trial | Cell | RobotConfig | RobotNode | Target"
-"""What a session takes as its target."""
+"""Target of a session, or a value or name that one is made of."""
 
 
 class DescriptionWarning(UserWarning):
