@@ -9,8 +9,8 @@ from __future__ import annotations
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.model.arm import INITIAL_POSITIONS
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
-from cellwright.config.layout import ARM_JOINTS, BIN_CENTRES
+from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import CellSettings, Part, Trial
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.util.pose import Pose
@@ -66,11 +66,11 @@ def _in_bins(count: int) -> list[Part]:
     """Return parts in rows of three, one bin after the other, so that no bin has only one type."""
     parts = []
     for number in range(count):
-        x, y = list(BIN_CENTRES.values())[number % 8]
+        x, y = gear2017().bins[number % 8].centre
         row, column = divmod(number // 8, 3)
         kind = TYPES[(number + number // 8) % len(TYPES)]
         shift = 0.05 if kind == "piston_rod_part" else 0.0  # its origin is at one end of it
-        place = (x + 0.2 * (row - 1), y + 0.2 * (column - 1) - shift, BIN_SURFACE + _DROP)
+        place = (x + 0.2 * (row - 1), y + 0.2 * (column - 1) - shift, gear2017().bins[0].surface + _DROP)
         parts.append(Part(f"bin|{kind}_{number + 1}", kind, Pose(place)))
     return parts
 
@@ -80,6 +80,6 @@ def on_belt(count: int, between: float = BETWEEN) -> list[Part]:
     parts = []
     for number in range(count):
         kind = TYPES[number % len(TYPES)]
-        place = (_BELT_X, _FIRST - between * number, BELT_SURFACE + _DROP)
+        place = (_BELT_X, _FIRST - between * number, gear2017().belts[0].surface + _DROP)
         parts.append(Part(f"{ON_BELT}{kind}_{number + 1}", kind, Pose(place)))
     return parts

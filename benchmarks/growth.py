@@ -20,8 +20,7 @@ from benchmarks.checkout import OURS, Checkout
 from benchmarks.step import TYPES
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.frames import BIN_SURFACE
-from cellwright.config.layout import BIN_CENTRES
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
@@ -56,14 +55,14 @@ def resting_parts(count: int) -> tuple[Part, ...]:
     """Return parts, at most 400, with equal shares in all bins and on all tables."""
     places = [
         (x + _PITCH[0] * (column - (columns - 1) / 2), y + _PITCH[1] * (row - (rows - 1) / 2))
-        for middles, columns, rows in ((BIN_CENTRES.values(), 4, 4), (_TABLES, 7, 10))
+        for middles, columns, rows in (([each.centre for each in gear2017().bins], 4, 4), (_TABLES, 7, 10))
         for x, y in middles
         for row in range(rows)
         for column in range(columns)
     ]
     chosen = [places[number * max(RESTING) // count] for number in range(count)]
     return tuple(
-        Part(f"bin|{kind}_{number + 1}", kind, Pose((x, y, BIN_SURFACE + _DROP)))
+        Part(f"bin|{kind}_{number + 1}", kind, Pose((x, y, gear2017().bins[0].surface + _DROP)))
         for number, (x, y) in enumerate(chosen)
         for kind in (TYPES[number % len(TYPES)],)
     )
@@ -73,7 +72,7 @@ def grown_cell(resting: int, riding: int, seconds: int) -> Cell:
     """Return a cell at work with parts at rest and parts that ride; its arm swings for some seconds."""
     plate = UserModel((ModelShape("box", _TABLE),))
     tables = tuple(
-        Furniture(f"table_{number + 1}", plate, Pose((x, y, BIN_SURFACE - _TABLE[2] / 2)))
+        Furniture(f"table_{number + 1}", plate, Pose((x, y, gear2017().bins[0].surface - _TABLE[2] / 2)))
         for number, (x, y) in enumerate(_TABLES)
     )
     parts = (*resting_parts(resting), *on_belt(riding, _BETWEEN))

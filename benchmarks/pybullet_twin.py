@@ -23,8 +23,8 @@ from benchmarks.silence import without_output
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
 from cellwright.cell.model.arm import GRIPPER, JOINTS
-from cellwright.cell.model.furniture import BELT_GEOM
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.util.pose import Pose, Quaternion
 
 _ARM_ROOT = "linear_arm_actuator"
@@ -192,7 +192,8 @@ class PyBulletTwin:
             baseOrientation=_w_last(data.xquat[body].tolist()),
         )
         bullet.changeDynamics(fixed, -1, lateralFriction=self._friction(body))
-        if model.body(body).name == BELT_GEOM:  # a body without mass stays, and its speed has effect all the same
+        # a body without mass stays, and its speed has effect all the same
+        if model.body(body).name == gear2017().belts[0].body:
             bullet.resetBaseVelocity(fixed, (0.0, -self._belt_speed, 0.0))
 
     def _load_arm(self, cell: Cell) -> int:

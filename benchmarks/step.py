@@ -13,7 +13,7 @@ import mujoco
 from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
-from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 
@@ -27,9 +27,9 @@ def trial_with(count: int) -> Trial:
     """Return a trial with an arm and `count` parts of all kinds in its bins."""
     parts = []
     for number in range(count):
-        x, y = list(BIN_CENTRES.values())[number % 8]
+        x, y = gear2017().bins[number % 8].centre
         row, column = divmod(number // 8, 4)
-        place = (x - 0.2 + 0.14 * column, y - 0.2 + 0.13 * row, BIN_PART_HEIGHT)
+        place = (x - 0.2 + 0.14 * column, y - 0.2 + 0.13 * row, gear2017().bins[0].grid_height)
         kind = TYPES[number % len(TYPES)]
         parts.append(Part(f"bin|{kind}_{number + 1}", kind, Pose(place)))
     return Trial("bench", has_arm=True, bin_parts=tuple(parts))

@@ -13,16 +13,18 @@ from collections.abc import Callable
 from benchmarks.soak.face import ROUND, MessageCounter
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
-from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from cellwright.config.layout import BIN_PART_HEIGHT
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import BeltPart, Kit, KitObject, Order, Part, SensorConfig, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.util.pose import Pose
 
+LAYOUT = gear2017()
 ROD = Part(
-    "bin7|piston_rod_part_1", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, BIN_PART_HEIGHT), (0.0, 0.0, math.pi / 4))
+    "bin7|piston_rod_part_1",
+    "piston_rod_part",
+    Pose.from_rpy((-0.3, 0.03, LAYOUT.bins[0].grid_height), (0.0, 0.0, math.pi / 4)),
 )
 RIDERS = ("gear_part", "disk_part", "part4")
 """Types of the parts on the belt, one after the other; each is gone before its turn comes again."""
@@ -112,7 +114,7 @@ class CellFace:
         self.cell.parts.place(self.cell.parts.part(ROD.name), ROD.pose)
 
     def _ride(self, turn: int) -> None:
-        self.cell.parts.appear(self._riders[turn % len(self._riders)], SPAWN_FRAME @ Pose((0.0, 0.0, 0.1)))
+        self.cell.parts.appear(self._riders[turn % len(self._riders)], LAYOUT.belts[0].spawn @ Pose((0.0, 0.0, 0.1)))
         self.counts["parts put on the belt"] += 1
 
     def _send(self, number: int, kit_type: str) -> None:

@@ -8,7 +8,7 @@ from math import isfinite
 
 from cellwright.cell.devices.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
 from cellwright.cell.interface.commands import trajectory_of
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory

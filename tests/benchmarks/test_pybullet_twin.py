@@ -9,11 +9,11 @@ from benchmarks.busy_cell import busy_cell
 from benchmarks.pybullet_twin import PyBulletTwin, arm_description
 from cellwright.cell.cell import Cell
 from cellwright.cell.model.arm import BODIES
-from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
+from tests.support.places import BIN_CENTRES, BIN_SURFACE
 
 
 def test_twin_without_pybullet_is_skipped_with_reason(monkeypatch: pytest.MonkeyPatch) -> None:

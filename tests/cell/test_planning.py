@@ -17,7 +17,7 @@ from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINTS
 from cellwright.cell.model.build import build_world
 from cellwright.cell.model.solids import solids
 from cellwright.cell.planning import planned_arm
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.link_collisions import CLEARANCE, Reason, unchecked_pairs
 from cellwright.middleware.ros2.packages.moveit import srdf

@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.variation import CLEARANCE, Bounds, vary, vary_parts
-from cellwright.config.layout import BIN_CENTRES, footprint
+from cellwright.config.footprints import footprint
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import BeltPart, Circumstances, Part, Trial
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose
 from tests.support.cells import ROD_IN_REACH, WHOLE, is_sound, run, start
+from tests.support.places import BIN_CENTRES, LAYOUT
 from tests.support.waiting import TIMEOUT
 
 SEEDS = st.integers(0, 2**63 - 1)
@@ -82,7 +83,7 @@ def test_variation_stays_within_bounds(seed: int) -> None:
 def test_varied_parts_of_dense_grid_do_not_overlap(kind: str, number: int, spacing: float, yaw: float) -> None:
     parts = grid(kind, number, spacing, yaw=yaw)
     for seed in range(8):
-        varied = vary_parts(parts, seed)
+        varied = vary_parts(parts, LAYOUT, seed)
         assert min_gap(varied) >= min(CLEARANCE, min_gap(parts)) - 1e-12
         assert sum(a != b for a, b in zip(parts, varied, strict=True)) >= len(parts) / 2
 
@@ -91,7 +92,7 @@ def test_part_without_room_stays_in_place() -> None:
     tight = grid("gear_part", 3, 2 * 0.0392)
     order = (tight[4], *tight[:4], *tight[5:])  # the one in the middle first: its neighbours have not been moved yet
     for seed in range(8):
-        varied = vary_parts(order, seed)
+        varied = vary_parts(order, LAYOUT, seed)
         assert varied[0] == tight[4]
         assert min_gap(varied) >= min_gap(tight) - 1e-12
 
@@ -99,7 +100,7 @@ def test_part_without_room_stays_in_place() -> None:
 def test_varied_overlapping_parts_come_no_nearer() -> None:
     pile = grid("pulley_part", 2, 0.2)
     for seed in range(8):
-        for before, after in zip(combinations(pile, 2), combinations(vary_parts(pile, seed), 2), strict=True):
+        for before, after in zip(combinations(pile, 2), combinations(vary_parts(pile, LAYOUT, seed), 2), strict=True):
             assert min_gap(after) >= min(CLEARANCE, min_gap(before)) - 1e-12
 
 
@@ -107,7 +108,7 @@ def test_varied_parts_stay_on_floor_of_bin() -> None:
     cx, cy = BIN_CENTRES["bin6"]
     corner = Part("bin6|gear_part_1", "gear_part", Pose((cx + 0.26, cy + 0.26, 0.725)))
     for seed in range(20):
-        (varied,) = vary_parts([corner], seed)
+        (varied,) = vary_parts([corner], LAYOUT, seed)
         x, y, _ = varied.pose.position
         assert max(x - cx, y - cy) + 0.0392 <= 0.3
 
@@ -118,18 +119,18 @@ def test_variation_moves_only_parts_in_bins() -> None:
         Part("tray|gear_part_2", "gear_part", Pose(), "agv1::kit_tray_1::kit_tray_1::tray"),
         Part("bin6|other_1", "a user-defined type", Pose((-0.3, -0.535, 0.725))),
     )
-    assert vary_parts(elsewhere, 1) == elsewhere
+    assert vary_parts(elsewhere, LAYOUT, 1) == elsewhere
     in_frame = Part("bin8|gear_part_1", "gear_part", Pose((0.1, 0.05, 0.725)), "bin8::link")
-    (varied,) = vary_parts([in_frame], 1)
+    (varied,) = vary_parts([in_frame], LAYOUT, 1)
     assert varied.frame == "bin8::link"
     assert 0.0 < math.dist(varied.pose.position, in_frame.pose.position) < 0.009
 
 
 def test_variation_of_part_is_independent_of_other_parts() -> None:
     parts = grid("gear_part", 3, 0.15)
-    alone = [vary_parts([part], 7)[0] for part in parts]
-    assert list(vary_parts(parts, 7)) == alone
-    shifts = {part.pose.position for part in vary_parts(parts, 8)} | {part.pose.position for part in alone}
+    alone = [vary_parts([part], LAYOUT, 7)[0] for part in parts]
+    assert list(vary_parts(parts, LAYOUT, 7)) == alone
+    shifts = {part.pose.position for part in vary_parts(parts, LAYOUT, 8)} | {part.pose.position for part in alone}
     assert len(shifts) == 18
 
 

@@ -3,7 +3,7 @@ import math
 import pytest
 from hypothesis import given
 
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.motion import LIMITS, Joints
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.motion.samples import INITIAL, anywhere

@@ -17,6 +17,7 @@ from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose
 from tests.conftest import load_cases
 from tests.motion.samples import INITIAL, anywhere
+from tests.support.places import LAYOUT
 
 
 def pose_difference(a: Pose, b: Pose) -> float:
@@ -38,7 +39,7 @@ def test_forward_kinematics_equal_published_ones(case: dict[str, Any]) -> None:
 
 def test_link_poses_equal_those_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, Visuals(), ArmSettings(), 0.01)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.rail)
     model = spec.compile()
     data = mujoco.MjData(model)
     for joint, value in zip(JOINTS, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):

@@ -32,6 +32,7 @@ from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.motion.samples import ABOVE_BELT, ABOVE_BIN, INITIAL
 from tests.support.cells import ARM_ONLY
+from tests.support.places import LAYOUT
 
 ALONG_THE_RAIL = move(ABOVE_BIN, ABOVE_BIN._replace(rail=ABOVE_BIN.rail + 0.5))
 DOWN = along(straight(ABOVE_BIN, tool_down(-0.3, 0.23, 0.8)))
@@ -95,7 +96,7 @@ def test_anticipated_interception_meets_part_within_millimetres() -> None:
 
 def test_weight_equals_bias_forces_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, Visuals(), ArmSettings(), 0.01)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.rail)
     model = spec.compile()
     data = mujoco.MjData(model)
     joints = Joints(0.7, -1.0, -0.6, 1.9, 0.4, 1.2, -3.0)

@@ -12,15 +12,15 @@ from typing import Any
 import pytest
 
 from cellwright.cell.model.arm import INITIAL_POSITIONS
-from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.clients.agents.kitter.motion import folded, near_posture, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import bin_rail, grip_pose
 from cellwright.clients.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.motion import Joints, tool_down
 from cellwright.util.pose import Pose
 from tests.ros1.ground import Ground
+from tests.support.places import BIN_CENTRES, BIN_SURFACE
 from tests.support.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]

@@ -122,14 +122,14 @@ class Cell(CellDevices):
     def _make_devices(self, trial: Trial) -> None:
         self.parts = Parts(self.world, lambda bodies: build_world(self.trial, bodies))
         self.overlaps = Overlaps(self.parts)
-        self.conveyor = Conveyor(self.parts)
+        belt = trial.layout.belts[0]
+        self.conveyor = Conveyor(self.parts, belt)
         self.population = Population(trial, self.conveyor, self.parts) if trial.belt_parts else None
-        self.deletion_wall = DeletionWall(self.parts)
-        numbers = (1, 2) if trial.options.insert_agvs else ()
-        self.trays = {number: KitTray(number, self.parts) for number in numbers}
-        self.agvs = {number: Agv(number, tray) for number, tray in self.trays.items()}
+        self.deletion_wall = DeletionWall(self.parts, belt)
+        self.trays = {each.number: KitTray(each, self.parts) for each in trial.carriers}
+        self.agvs = {each.number: Agv(each, self.trays[each.number]) for each in trial.carriers}
         self.arm = Arm(trial.settings.arm) if trial.has_arm else None
-        self.gripper = VacuumGripper(self.parts, _phase(trial)) if trial.has_arm else None
+        self.gripper = VacuumGripper(self.parts, _phase(trial), [belt.body]) if trial.has_arm else None
         self.competition = Competition(
             trial,
             parts=self.parts,
@@ -146,7 +146,7 @@ class Cell(CellDevices):
         self.render_service = RenderService(self.simulation, partial(SceneCapture.of, self), report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
-        self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
+        self.quality = {each.number: QualityControlSensor(each, scene, trial.faulty_parts) for each in trial.carriers}
 
     def _in_order(self) -> Iterator[Device]:
         """Yield the devices in the order in which they act in a tick, begin a run and get a stored state back."""
@@ -368,12 +368,12 @@ class Cell(CellDevices):
         model = self.world.model
         geoms = {part.body: part for part in (*self.world.parts, *self.world.bodies)}
         models = [SceneModel(name, geoms[body].type, body, geoms[body].geoms) for name, body, _ in self.parts.shown]
-        for number, tray in self.trays.items():
-            agv, link = model.body(f"agv{number}").id, model.body(tray.link).id
-            models.append(SceneModel(f"agv{number}", f"agv{number}", agv, collision_geoms(model, agv)))
-            models.append(
-                SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
-            )
+        for each in self.trial.carriers:
+            agv, tray = model.body(each.name).id, model.body(each.tray_link).id
+            models += [
+                SceneModel(each.name, each.name, agv, collision_geoms(model, agv), tray=each),
+                SceneModel(each.tray_name, TRAY_TYPE, tray, collision_geoms(model, tray), nested_in=each.name),
+            ]
         return ModelSnapshot(self.simulation, models, self.trial.part_models, self.scene_parts)
 
 

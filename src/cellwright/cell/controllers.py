@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 
 MANAGER, TRAJECTORIES, STATES, HARDWARE = "controller_manager", "arm_controller", "joint_state_broadcaster", "arm"
 

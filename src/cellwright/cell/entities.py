@@ -21,7 +21,6 @@ from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
-from cellwright.cell.model.frames import AGV_HOMES, BIN_CENTRES
 from cellwright.cell.model.furniture import SHELF_BODY
 from cellwright.cell.named_poses import Box, NamedPose, named_poses
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
@@ -134,11 +133,11 @@ class Entities:
             return EntityInfo(Category.OBJECT, f"part of type {kind}", (kind,))
         if name == ARM:
             return EntityInfo(Category.ROBOT, "UR10 on a rail, with a vacuum gripper")
-        if name in AGV_HOMES:
+        if name in {each.name for each in self.cell.trial.carriers}:
             return EntityInfo(Category.ROBOT, "AGV that takes a tray away")
         if self._is_tray(body):
             return EntityInfo(Category.DYNAMIC_OBJECT, "tray on an AGV", ("tray",))
-        tags = ("bin",) if name in BIN_CENTRES else ()
+        tags = ("bin",) if name in {each.name for each in self.cell.trial.layout.bins} else ()
         return EntityInfo(Category.STATIC_OBJECT, "bin" if tags else "furniture", tags)
 
     def set_info(self, name: str, info: EntityInfo) -> None:
@@ -234,7 +233,7 @@ class Entities:
 
     def named_poses(self) -> tuple[NamedPose, ...]:
         """Return the places of the cell where parts are put: bins, begin of the belt, load points and trays."""
-        return named_poses(self.cell.trays)
+        return named_poses(self.cell.trial)
 
     def frame(self, name: str) -> Pose:
         """Return the present pose of a frame: "world", an entity, a link, or a fixed frame of the cell.

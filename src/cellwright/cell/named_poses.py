@@ -1,22 +1,10 @@
 """Places of the cell by name, for programs that arrange it."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cellwright.cell.model.frames import (
-    AGV_HOMES,
-    AGV_T_TRAY,
-    BELT_SURFACE,
-    BIN_CENTRES,
-    BIN_SURFACE,
-    BIN_YAW,
-    CONVEYOR_SIZE,
-    SPAWN_FRAME,
-    TRAY_SURFACE,
-    load_point,
-)
-from cellwright.config.layout import BIN_WIDTH, TRAY_PLATE
+from cellwright.config.trial.trial import Trial
 from cellwright.util.pose import Pose, Vector3
 
 CLEARANCE = 0.3
@@ -42,21 +30,20 @@ class NamedPose:
     space: Box
 
 
-def named_poses(trays: Iterable[int]) -> tuple[NamedPose, ...]:
-    """Return the places where parts are put: bins, begin of the belt, load points, and the given trays."""
+def named_poses(trial: Trial) -> tuple[NamedPose, ...]:
+    """Return the places where parts are put: bins, begins of belts, load points, and trays."""
     found = []
-    for name, (x, y) in BIN_CENTRES.items():
-        pose = Pose.from_rpy((x, y, BIN_SURFACE), (0.0, 0.0, BIN_YAW))
-        found.append(_named(name, pose, "middle of the bin's surface", "bin", (BIN_WIDTH, BIN_WIDTH)))
-    x, y, _ = SPAWN_FRAME.position
-    belt = Pose((x, y, BELT_SURFACE), SPAWN_FRAME.quaternion)
-    found.append(_named("belt_start", belt, "where parts appear on the belt", "belt", (CONVEYOR_SIZE[1],) * 2))
-    for number in trays:
-        agv = f"agv{number}"
-        found.append(_named(f"{agv}_load_point", load_point(agv), "station of the AGV", "load_point", TRAY_PLATE))
-        x, y, _ = (AGV_HOMES[agv] @ AGV_T_TRAY).position
-        tray = Pose((x, y, TRAY_SURFACE), AGV_HOMES[agv].quaternion)
-        found.append(_named(f"kit_tray_{number}", tray, "surface of the tray at its station", "tray", TRAY_PLATE))
+    for each in trial.layout.bins:
+        pose = Pose((*each.centre, each.surface), each.link.quaternion)
+        found.append(_named(each.name, pose, "middle of the bin's surface", "bin", each.size))
+    for belt in trial.layout.belts:
+        x, y, _ = belt.spawn.position
+        pose = Pose((x, y, belt.surface), belt.spawn.quaternion)
+        found.append(_named(f"{belt.name}_start", pose, "where parts appear on the belt", "belt", (belt.size[1],) * 2))
+    for agv in trial.carriers:
+        point, tray = agv.load_point, agv.tray_surface
+        found.append(_named(f"{agv.name}_load_point", point, "station of the AGV", "load_point", agv.plate))
+        found.append(_named(agv.tray_name, tray, "surface of the tray at its station", "tray", agv.plate))
     return tuple(found)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from operator import index
 
 from cellwright.cell.variation import Bounds, vary
-from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot

@@ -12,20 +12,13 @@ in any process. A trial without variation stays untouched.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cellwright.config.layout import (
-    BIN_CENTRES,
-    BIN_PART_HEIGHT,
-    BIN_WIDTH,
-    PART_FOOTPRINTS,
-    REFERENCE_FRAMES,
-    Footprint,
-    footprint,
-)
+from cellwright.config.footprints import PART_FOOTPRINTS, Footprint, footprint
+from cellwright.config.layout.layout import Bin, Layout
 from cellwright.config.trial.trial import Circumstances, Part, Trial
 from cellwright.engine.random_streams import generator
 from cellwright.util.errors import UnknownNameError, UsageError
@@ -39,6 +32,9 @@ TRIES = 64
 
 GRIPPER_PERIOD = 0.1
 """Period [s] of the gripper's checks for parts."""
+
+MAX_SHIFT = 0.3
+"""Maximum bound of a shift [m]."""
 
 _HEIGHT = 0.3
 """Maximum height [m] of a part in a bin above or below the origin of the bin's grid."""
@@ -69,7 +65,7 @@ class Bounds:
 
     def __post_init__(self) -> None:
         limits = {
-            "shift": (self.shift, 0.0, BIN_WIDTH / 2),
+            "shift": (self.shift, 0.0, MAX_SHIFT),
             "turn": (self.turn, 0.0, math.pi),
             "min_friction": (self.min_friction, 0.01, self.max_friction),
             "max_friction": (self.max_friction, self.min_friction, 10.0),
@@ -93,7 +89,7 @@ def vary(trial: Trial, seed: int, bounds: Bounds | None = None) -> Trial:
         UnknownNameError: a part stands in a frame that does not exist.
     """
     bounds = bounds or Bounds()
-    parts = vary_parts((*trial.bin_parts, *trial.extra_parts), seed, bounds)
+    parts = vary_parts((*trial.bin_parts, *trial.extra_parts), trial.layout, seed, bounds)
     count = len(trial.bin_parts)
     interval = max((part.time for part in trial.belt_parts), default=0.0) / max(len(trial.belt_parts), 1)
     circumstances = Circumstances(
@@ -105,7 +101,7 @@ def vary(trial: Trial, seed: int, bounds: Bounds | None = None) -> Trial:
     return replace(trial, bin_parts=parts[:count], extra_parts=parts[count:], circumstances=circumstances)
 
 
-def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds | None = None) -> tuple[Part, ...]:
+def vary_parts(parts: Sequence[Part], layout: Layout, seed: int, bounds: Bounds | None = None) -> tuple[Part, ...]:
     """Move the parts that lie in bins, one after the other, each within its bounds.
 
     A place is drawn again while the part would come nearer than `CLEARANCE` to another part or to the edge of its bin's
@@ -113,31 +109,32 @@ def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds | None = None) -
     stay as near. A part without a place after `TRIES` draws stays where it is, and so does one of unknown size.
     """
     bounds = bounds or Bounds()
-    places = [_world_pose(part) for part in parts]
+    frames = layout.reference_frames
+    places = [_world_pose(part, frames) for part in parts]
     before = [footprint(part.type, place) for part, place in zip(parts, places, strict=True)]
     now = list(before)
     varied = list(parts)
     for index, part in enumerate(parts):
-        centre = _bin_centre(places[index])
-        if centre is None or part.type not in PART_FOOTPRINTS:
+        around = _bin_around(places[index], layout)
+        if around is None or part.type not in PART_FOOTPRINTS:
             continue
         # Each part has a stream of its own: another part in the file changes nothing for this one.
         chance = generator(seed, f"vary/{part.name}")
         for _ in range(TRIES):
             place = _moved(places[index], chance, bounds)
             covered = footprint(part.type, place)
-            if _has_room(index, covered, centre, before, now):
+            if _has_room(index, covered, around, before, now):
                 now[index] = covered
-                varied[index] = replace(part, pose=REFERENCE_FRAMES[part.frame].inverse() @ place)
+                varied[index] = replace(part, pose=frames[part.frame].inverse() @ place)
                 break
     return tuple(varied)
 
 
 def _has_room(
-    index: int, covered: Footprint, centre: tuple[float, float], before: Sequence[Footprint], now: Sequence[Footprint]
+    index: int, covered: Footprint, around: Bin, before: Sequence[Footprint], now: Sequence[Footprint]
 ) -> bool:
-    half = BIN_WIDTH / 2
-    if covered.margin(centre, half) < min(CLEARANCE, before[index].margin(centre, half)):
+    area = around.pose, around.size
+    if covered.margin(*area) < min(CLEARANCE, before[index].margin(*area)):
         return False
     for other, footprint_now in enumerate(now):
         if other != index:
@@ -155,16 +152,14 @@ def _moved(place: Pose, chance: np.random.Generator, bounds: Bounds) -> Pose:
     return Pose((x + dx * bounds.shift, y + dy * bounds.shift, z), turned)
 
 
-def _world_pose(part: Part) -> Pose:
-    if part.frame not in REFERENCE_FRAMES:
-        raise UnknownNameError("frame", part.frame, REFERENCE_FRAMES)
-    return REFERENCE_FRAMES[part.frame] @ part.pose
+def _world_pose(part: Part, frames: Mapping[str, Pose]) -> Pose:
+    if part.frame not in frames:
+        raise UnknownNameError("frame", part.frame, frames)
+    return frames[part.frame] @ part.pose
 
 
-def _bin_centre(place: Pose) -> tuple[float, float] | None:
-    """Return the centre of the bin that a part lies in, or None if it lies in none."""
+def _bin_around(place: Pose, layout: Layout) -> Bin | None:
+    """Return the bin that a part lies in, or None if it lies in none."""
     x, y, z = place.position
-    for centre in BIN_CENTRES.values():
-        if max(abs(x - centre[0]), abs(y - centre[1])) <= BIN_WIDTH / 2 and abs(z - BIN_PART_HEIGHT) <= _HEIGHT:
-            return centre
-    return None
+    bins = (each for each in layout.bins if abs(z - each.grid_height) <= _HEIGHT and each.covers(x, y))
+    return next(bins, None)

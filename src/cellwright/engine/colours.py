@@ -18,8 +18,6 @@ BIN = rgb(0x7E95A8)
 BIN_FLOOR = rgb(0x9DB0BF)
 FRAME = rgb(0xA7AFB5)
 
-AGV1 = rgb(0xE0762B)
-AGV2 = rgb(0x2F6FB4)
 TRAY = rgb(0xD9DDD6)
 
 ARM_GREY = rgb(0xBFC5CB)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple, TypedDict
 
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.motion.joints import STILL, Joints, MotionLimits
 from cellwright.util.errors import UsageError
 

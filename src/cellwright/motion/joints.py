@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple, TypeAlias, Union
 
-from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
-from cellwright.config.layout import RAIL_LIMIT
+from cellwright.config.arm import RAIL_LIMIT
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized, rotate

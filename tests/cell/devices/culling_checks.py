@@ -18,9 +18,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.engine_state import CHANGING_FIELDS
 from tests.cell.devices.culling_scenes import Scene, SceneRun
+from tests.support.places import BELT
 
 WINDOW = 100
 """Ticks after which the cell without culling starts from the state of the other again."""
@@ -68,7 +68,7 @@ class CullingCheck:
         self._rows = np.array([part.qpos for part in self._parts])[:, None] + np.arange(3)
         self._body_of = np.asarray(self._model.geom_bodyid, dtype=np.int64)
         self._collides = (self._model.body_contype | self._model.body_conaffinity) != 0
-        self._belt = int(self._body_of[self._model.geom(BELT_GEOM).id])
+        self._belt = int(self._body_of[self._model.geom(BELT.body).id])
         self._movable = self._model.body_treeid >= 0
         self._touched = {True: self._no_touches(), False: self._no_touches()}
         self._starts: deque[State] = deque(maxlen=2)

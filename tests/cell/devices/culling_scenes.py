@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Circumstances, Part, Trial
 from cellwright.engine.clock import nanoseconds
@@ -25,6 +24,7 @@ from cellwright.motion.kinematics import solve, tool_down
 from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
 from tests.support.cells import INITIAL, SENSORS, with_culling
+from tests.support.places import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_SURFACE
 
 BELT_X = 1.21
 

@@ -14,12 +14,12 @@ from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.model.build import WorldPart
-from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Part, ServoProfile, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.util.pose import Pose
+from tests.support.places import BIN_SURFACE
 
 MM = 1e-3
 MILLISECOND = 1_000_000

@@ -11,6 +11,7 @@ from cellwright.cell.devices.scene import ModelSnapshot, SceneModel, collision_g
 from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose, Quaternion, Vector3
+from tests.support.places import AGVS
 
 BOX = mujoco.mjtGeom.mjGEOM_BOX
 CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
@@ -74,9 +75,9 @@ def scene_of(simulation: Simulation, *models: tuple[str, str]) -> ModelSnapshot:
         number = name[-1]
         is_tray = kind == "kit_tray"
         body = model.body(f"agv{number}::{name}::{name}::tray" if is_tray else name).id
-        found.append(
-            SceneModel(name, kind, body, collision_geoms(model, body), nested_in=f"agv{number}" if is_tray else None)
-        )
+        carrier = AGVS[int(number)] if kind.startswith("agv") else None
+        nested_in = f"agv{number}" if is_tray else None
+        found.append(SceneModel(name, kind, body, collision_geoms(model, body), nested_in, carrier))
     return ModelSnapshot(simulation, found)
 
 

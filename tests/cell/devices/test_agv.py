@@ -5,12 +5,12 @@ from fractions import Fraction
 
 import pytest
 
-from cellwright.cell.devices.agv import DELIVERY_FRAMES, RETURN_FRAMES, Agv
+from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.model.frames import TRAY_SURFACE
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.errors import CellwrightError
 from tests.cell.devices.floor import MM, Floor, down, named
+from tests.support.places import AGVS, TRAY_SURFACE
 
 KIT = {
     "gear_part": (-0.17, 0.25),
@@ -74,7 +74,7 @@ def test_agv_reaches_key_frames_on_time(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
     side = 1.0 if number == 1 else -1.0
     agv.send("kit")
-    for state, frames in (("delivering", DELIVERY_FRAMES), ("returning", RETURN_FRAMES)):
+    for state, frames in (("delivering", AGVS[1].out), ("returning", AGVS[1].back)):
         floor.run_until(lambda state=state: agv.state == state, 10.0)  # type: ignore[misc]
         start = floor.simulation.now
         for time, x, y in frames:
@@ -210,7 +210,7 @@ def test_agv_departs_while_cup_presses_part_into_tray(floor: Floor) -> None:
     agv.tray.contents = ()
     floor.run_until(lambda: agv.state == "delivered", 10.0)
     assert not any(floor.simulation.data.warning.number)  # an engine that diverges reports it here, and resets itself
-    assert math.dist(floor.body_pose("agv1").position[:2], DELIVERY_FRAMES[-1][1:]) < 5 * MM
+    assert math.dist(floor.body_pose("agv1").position[:2], AGVS[1].out[-1][1:]) < 5 * MM
 
 
 @pytest.mark.slow

@@ -5,11 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.agv import DELIVERY_FRAMES, RETURN_FRAMES, KeyFrames, agv_path
+from cellwright.cell.devices.agv import agv_path
 from cellwright.cell.devices.joint_trajectory import Segment, Trajectory
+from cellwright.config.layout.layout import KeyFrames
+from tests.support.places import AGVS
 
 MILLISECOND = 1_000_000
-PATHS = [(DELIVERY_FRAMES, agv_path(DELIVERY_FRAMES, 1), 0.08), (RETURN_FRAMES, agv_path(RETURN_FRAMES, 1), 0.2)]
+OUT, BACK = AGVS[1].out, AGVS[1].back
+PATHS = [(OUT, agv_path(OUT), 0.08), (BACK, agv_path(BACK), 0.2)]
 times = st.integers(-MILLISECOND, 10_100 * MILLISECOND)
 
 
@@ -51,7 +54,7 @@ def test_path_between_key_frames_stays_close_to_original(
 
 
 def test_paths_have_original_durations_and_join_up() -> None:
-    out, back = agv_path(DELIVERY_FRAMES, 1), agv_path(RETURN_FRAMES, 1)
+    out, back = agv_path(OUT), agv_path(BACK)
     assert out.end == 8_333_333_333
     assert back.end == 10_000_000_000
     assert out.positions(out.end) == back.positions(0) == [-4.2, 8.3]
@@ -68,9 +71,9 @@ def test_velocity_is_derivative_of_position_without_jumps(time: int, case: tuple
     assert dist(route.velocities(time - step), route.velocities(time + step)) < 2.6 * 2e-4
 
 
-@given(times, st.sampled_from([DELIVERY_FRAMES, RETURN_FRAMES]))
-def test_path_of_agv_2_mirrors_agv_1(time: int, frames: KeyFrames) -> None:
-    one, two = agv_path(frames, 1), agv_path(frames, 2)
+@given(times, st.sampled_from(["out", "back"]))
+def test_path_of_agv_2_mirrors_agv_1(time: int, way: str) -> None:
+    one, two = (agv_path(getattr(AGVS[number], way)) for number in (1, 2))
     x, y = one.positions(time)
     assert two.positions(time) == [x, -y]
 
@@ -81,9 +84,7 @@ def ends(segment: Segment) -> tuple[float, float]:
     return 2.0 * square, 2.0 * square + 6.0 * cube * (segment.end - segment.start) * 1e-9
 
 
-@pytest.mark.parametrize(
-    ("route", "peak"), [(agv_path(DELIVERY_FRAMES, 1), 2.541), (agv_path(RETURN_FRAMES, 2), 1.637)]
-)
+@pytest.mark.parametrize(("route", "peak"), [(agv_path(OUT), 2.541), (agv_path(AGVS[2].back), 1.637)])
 def test_peak_acceleration_is_as_computed(route: Trajectory, peak: float) -> None:
     sampled = max(hypot(*route.accelerations(time)) for time in range(0, route.end, MILLISECOND))
     exact = max(hypot(ends(x)[end], ends(y)[end]) for x, y in zip(*route.joints, strict=True) for end in (0, 1))
@@ -93,7 +94,7 @@ def test_peak_acceleration_is_as_computed(route: Trajectory, peak: float) -> Non
 
 @pytest.mark.parametrize("time", [-5, 0])
 def test_agv_stands_still_before_and_after_path(time: int) -> None:
-    route = agv_path(DELIVERY_FRAMES, 2)
+    route = agv_path(AGVS[2].out)
     assert route.positions(time) == [0.3, -3.3]
     assert route.velocities(time) == [0.0, 0.0]
     assert route.positions(route.end - time) == [-4.2, -8.3]

@@ -11,7 +11,7 @@ from cellwright.cell.devices.joint_trajectory import JointTrajectory, Trajectory
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
 from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.cell.model.parts import PART_TYPES
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot

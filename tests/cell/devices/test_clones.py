@@ -14,12 +14,12 @@ from cellwright.cell.devices.joint_trajectory import JointTrajectory, Trajectory
 from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model import build
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import BeltPart, Options, Part, SensorConfig, Trial
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import OVER_BINS
+from tests.support.places import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
 
 CAMERA = SensorConfig("eye", "logical_camera", Pose.from_rpy((1.21, 0.0, 1.5), (0.0, np.pi / 2, 0.0)))
 HOARDED = Trial(

@@ -10,12 +10,12 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.collision_culling import CollisionCulling
 from cellwright.cell.devices.moving_bodies import SHORTEST
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import CellSettings
 from cellwright.engine.snapshot import renew_engine, restore_snapshot, take_snapshot
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, OVER_BINS, Floor, down, named, one_of_each
+from tests.support.places import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
 
 GEAR, DISK, PISTON = named("gear_part"), named("disk_part"), named("piston_rod_part")
 BELT_X = 1.21

@@ -14,11 +14,11 @@ from tempfile import TemporaryDirectory
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
-from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.engine.device import Device
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from tests.cell.devices.culling_checks import CullingCheck, Findings, drift
 from tests.cell.devices.culling_scenes import Command, Push, Scene, SceneRun, Spot, scenes
+from tests.support.places import BIN_SURFACE
 from tests.support.watching import WATCHERS, Watcher
 
 SCENES = int(os.environ.get("CELLWRIGHT_CULLING_SCENES", "6"))

@@ -5,10 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.model.frames import BELT_SPEED, BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from tests.cell.devices.floor import MM, Floor, named, one_of_each
+from tests.support.places import BELT_SPEED, BELT_SURFACE
 
 
 @pytest.fixture(scope="module")

@@ -3,11 +3,11 @@
 import pytest
 
 from cellwright.cell.devices.conveyor import DeletionWall
-from cellwright.cell.model.frames import BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, named
+from tests.support.places import BELT_SURFACE
 
 FRONT = -4.05
 """Face of the wall towards the belt: y in the world frame [m]."""

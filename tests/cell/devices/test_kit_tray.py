@@ -5,12 +5,12 @@ import math
 import pytest
 
 from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.model.frames import TRAY_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, down, named
+from tests.support.places import TRAY_SURFACE
 
 TRAY_1, TRAY_2 = (0.3, 3.15), (0.3, -3.15)
 

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
 from cellwright.clients.agents.lesson import BY_BELT, LIFT, OFF_BELT, ON_BELT, PICK, READY, STEP, WAYPOINTS
 from tests.cell.devices.floor import MILLISECOND, MM, Floor, in_order, named, one_of_each
+from tests.support.places import BELT_SURFACE, BIN_SURFACE
 
 PISTON, GEAR = named("piston_rod_part"), named("gear_part")
 BEAM = 2.25

@@ -81,7 +81,7 @@ def test_unknown_type_is_not_reported() -> None:
     camera = LogicalCamera("camera", ABOVE, scene_of(simulation, ("box_1", "box"), ("part3_1", "part3")))
     simulation.add(camera)
     assert seen(camera.read()) == ["part3_1"]
-    assert len(KNOWN_TYPES) == 16
+    assert len(KNOWN_TYPES) == 14
 
 
 def test_frame_names_contain_name_of_camera() -> None:

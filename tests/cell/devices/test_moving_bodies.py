@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, Movers, MovingBodies
-from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.bounding_boxes import Mask, gaps
 from cellwright.engine.sleeping_groups import Groups, SleepingGroups
 from tests.cell.devices.floor import Floor, named, one_of_each
+from tests.support.places import BELT
 
 BELT_SPEED = 0.2
 GEAR = named("gear_part")
@@ -22,7 +22,7 @@ class Table:
     def __init__(self, *loose: str) -> None:
         self.floor = Floor(one_of_each()).reset()
         self.model, self.data = self.floor.model, self.floor.simulation.data
-        self.belt = int(self.model.geom_bodyid[self.model.geom(BELT_GEOM).id])
+        self.belt = int(self.model.geom_bodyid[self.model.geom(BELT.body).id])
         self.moving = MovingBodies(self.model, self.belt)
         arm = int(self.model.body_treeid[self.model.body("vacuum_gripper_link").id])
         self.is_awake: Mask = np.zeros(self.model.ntree, dtype=np.bool_)
@@ -30,7 +30,7 @@ class Table:
         self.arm_dofs = np.flatnonzero(self.model.dof_treeid == arm)
         sleeping = SleepingGroups(self.model, self.moving.boxes, self.moving.parts, self.moving.links)
         self.groups: Groups = sleeping.find(self.data, self.is_awake)
-        self.belt_end = float(sleeping.fixed[self.belt].sides[1, 0])
+        self.belt_end = 4, -float(sleeping.fixed[self.belt].sides[1, 0])
 
     def movers(self, passengers: dict[int, int]) -> Movers:
         return self.moving.movers(
@@ -103,7 +103,8 @@ def test_passenger_of_belt_ignores_belt_and_meets_its_end(table: Table) -> None:
     assert movers.never[-1, count] == 0.0
     assert np.isinf(movers.never[: movers.links, count]).all()
     sides = movers.sides(table.data)
-    sides[:, -1] = (1.2, table.belt_end + 1.0, 0.95, -1.3, -table.belt_end - 1.1, -1.0)
+    end = -table.belt_end[1]
+    sides[:, -1] = (1.2, end + 1.0, 0.95, -1.3, -end - 1.1, -1.0)
     times = movers.times(sides, np.zeros(len(movers.dofs)))
     assert times[-1, count] == np.float64((1.0 - MARGIN) / BELT_SPEED)
 

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type, separation_speed
 from cellwright.config.trial.trial import Part
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor
 from tests.cell.model.bench import cell
+from tests.support.places import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_SURFACE
 
 PLACES = {
     "belt": [(1.21, y, BELT_SURFACE) for y in np.arange(-3.2, 3.9, 0.5)],

@@ -5,6 +5,7 @@ import pytest
 from cellwright.cell.devices.logical_camera import QualityControlSensor
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.devices.scene import add_agv, add_part, empty_spec, make_simulation, scene_of
+from tests.support.places import AGVS
 
 SMALL = (0.01, 0.01, 0.005)
 ON_TRAY: dict[int, Vector3] = {1: (0.3, 3.15, 0.76), 2: (0.3, -3.15, 0.76)}
@@ -25,7 +26,7 @@ def sensor_with(number: int, faulty: set[str], place: Vector3, noise: float = 0.
         (f"agv{number}", f"agv{number}"),
         (tray, "kit_tray"),
     )
-    sensor = QualityControlSensor(number, scene, faulty, noise=noise)
+    sensor = QualityControlSensor(AGVS[number], scene, faulty, noise=noise)
     simulation.add(sensor)
     return sensor
 

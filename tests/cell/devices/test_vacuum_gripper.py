@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.trial.trial import DropRegion
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MILLISECOND, MM, Floor, down, named, one_of_each
+from tests.support.places import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE
 
 OVER_BIN = (-0.45, 0.23, 1.15)
 TO_NOWHERE = DropRegion("drop", "gear_part", (-1.0, 0.0, 0.9), (0.0, 0.5, 2.0), Pose((-2.5, -2.0, 0.5)))

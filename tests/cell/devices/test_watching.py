@@ -13,6 +13,7 @@ from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, Prox
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_agv, add_block, add_part, empty_spec, make_simulation, push, scene_of
+from tests.support.places import AGVS
 
 NAMES = [f"bin7|piston_rod_part_{n}" for n in range(12)]
 
@@ -32,7 +33,7 @@ def tumbling_parts(timestep: Fraction, *, watched: bool) -> tuple[Simulation, li
     proximity = ProximitySensor("proximity_sensor", Pose((-0.3, 0.2, 0.8)), latency=Fraction(1, 100))
     profiler = LaserProfiler("laser_profiler", down)
     camera = LogicalCamera("logical_camera", down, scene, latency=Fraction(1, 30))
-    quality = QualityControlSensor(1, scene, ["piston_rod_part_1"])
+    quality = QualityControlSensor(AGVS[1], scene, ["piston_rod_part_1"])
     for sensor in (beam, proximity, profiler, camera, quality):
         simulation.add(sensor)
     push(simulation, NAMES[0], (0.3, 0.1, 0.0))

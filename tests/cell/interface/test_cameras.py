@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import camera_rows, rows
-from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.middleware.messages import TYPES
@@ -22,6 +21,7 @@ from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.support.cells import Ear
+from tests.support.places import BIN_SURFACE
 
 WIDTH, HEIGHT = 96, 72
 QUIET = "noise: {colour: 0, depth: 0, depth_growth: 0}"

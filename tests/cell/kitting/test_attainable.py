@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from cellwright.cell.kitting.attainable import attainable_score, good_parts, nearest, off_plate
 from cellwright.cell.kitting.kit_score import MAX_DISTANCE
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.layout import PART_RADII, TRAY_PLATE
-from cellwright.config.layout import PART_TYPES as LAID_OUT
+from cellwright.config.footprints import PART_RADII
+from cellwright.config.footprints import PART_TYPES as LAID_OUT
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import BeltPart, Options, Order, Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import kit, order, ordered, pose
+from tests.support.places import TRAY_PLATE
 
 GEARS = tuple(Part(f"bin5|gear_part_{n}", "gear_part", Pose()) for n in (1, 2))
 

@@ -1,6 +1,6 @@
 """Arm postures for tests, by joint, including the waypoints of the lesson."""
 
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 
 _ORDER = (
     "elbow_joint",

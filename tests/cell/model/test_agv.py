@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from cellwright.cell.model.agv import plate_name
-from cellwright.cell.model.frames import TRAY_IDS
 from cellwright.cell.model.parts import part_type
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
 from tests.cell.model.bench import MM, Bench, cell, distance
+from tests.support.places import LAYOUT, TRAY_IDS
 
 TRAY = TRAY_IDS["agv1"]
 KIT = {
@@ -134,10 +134,11 @@ def test_push_of_arm_does_not_move_agv() -> None:
 
 def test_agvs_and_trays_have_original_masses_and_plates() -> None:
     model = Bench(cell()).model
-    for agv, tray in TRAY_IDS.items():
-        assert model.body(agv).mass[0] == pytest.approx(50.0)
+    for agv in LAYOUT.carriers:
+        tray = agv.tray_link
+        assert model.body(agv.name).mass[0] == pytest.approx(50.0)
         assert model.body(tray).mass[0] == pytest.approx(1.0)
         plate = model.geom(plate_name(agv))
         assert model.geom_bodyid[plate.id] == model.body(tray).id
         assert plate.size[:2] == pytest.approx((0.25, 0.35))
-    assert plate_name("agv2") == "kit_tray_2_plate"
+    assert plate_name(LAYOUT.carrier("agv2")) == "kit_tray_2_plate"

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS
-from cellwright.cell.model.furniture import BELT_GEOM
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, Trial
 from cellwright.util.errors import UnknownNameError
 from tests.cell.model.arm_poses import ON_BELT, PICK, PLACE, READY, ZERO
 from tests.cell.model.bench import Bench, cell
+from tests.support.places import BELT
 
 FK = json.loads((Path(__file__).parents[2] / "data" / "ur10_rail_fk.json").read_text())["cases"]
 
@@ -96,7 +96,7 @@ def test_original_servo_has_original_parameters(original: Bench) -> None:
         assert model.dof_frictionloss[dof] == 0.0  # it never acted in the original
         assert model.dof_armature[dof] == 0.0
         assert list(model.joint(joint.name).range) == [-joint.limit, joint.limit]
-    assert {model.body(body).name for body in np.flatnonzero(model.body_gravcomp)} == {BELT_GEOM}
+    assert {model.body(body).name for body in np.flatnonzero(model.body_gravcomp)} == {BELT.body}
 
 
 def test_integral_term_is_clamped_in_units_of_force() -> None:

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.cell.model.arm_solids import FOOT, SOLID, Solid
-from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.clients.agents.kitter.motion import near_posture, station_posture
 from cellwright.clients.agents.kitter.pick_and_place import bin_rail
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.engine.shapes import Circle, Shape, Touch, lofted
 from cellwright.motion import Joints, tool_down
 from tests.cell.model.bench import Bench, cell
 from tests.conftest import DATA
+from tests.support.places import BIN_CENTRES, BIN_SURFACE
 
 OUTLINES = json.loads((DATA / "ur10_link_outlines.json").read_text())["links"]
 LINKS = {

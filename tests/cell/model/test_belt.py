@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.frames import BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
 from tests.cell.model.bench import MM, Bench, cell, part_on
+from tests.support.places import BELT_SURFACE
 
 SPEED = 0.2
 

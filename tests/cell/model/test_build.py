@@ -9,7 +9,7 @@ import pytest
 
 from cellwright.cell.model.arm import GRIPPER
 from cellwright.cell.model.build import World, build_world
-from cellwright.cell.model.frames import BIN_CENTRES, SHELF_SURFACE, TRAY_IDS
+from cellwright.cell.model.shelf import SHELF_SURFACE
 from cellwright.config.trial.trial import (
     BeltPart,
     CellSettings,
@@ -24,6 +24,7 @@ from cellwright.config.trial.trial import (
 )
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
+from tests.support.places import BIN_CENTRES, TRAY_IDS
 
 TRAY = TRAY_IDS["agv1"]
 BELT_TIMES = (BeltPart(3.0, "gear_part", Pose()), BeltPart(6.0, "part4", Pose()), BeltPart(9.0, "gear_part", Pose()))

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from cellwright.cell.model.arm import CUP_GEOM, GRIPPER
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import BY_BELT, ON_BELT, PICK, READY
 from tests.cell.model.bench import Bench, cell, part_on
+from tests.support.places import BELT_SURFACE, BIN_SURFACE
 
 
 def drive(bench: Bench, start: dict[str, float], goal: dict[str, float], seconds: float) -> None:

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.model.bench import Bench, at_step, cell
+from tests.support.places import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_SURFACE
 
 # centre x, y, surface z, half width x, y of a surface that parts must not pass, and the depth that is solid
 SOLIDS = np.array(

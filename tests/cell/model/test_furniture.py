@@ -4,16 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.frames import (
-    BELT_SURFACE,
-    BIN_CENTRES,
-    BIN_SURFACE,
-    SHELF_CENTRE,
-    SHELF_SURFACE,
-    TRAY_SURFACE,
-)
+from cellwright.cell.model.shelf import SHELF_SURFACE
 from cellwright.util.pose import Vector3
 from tests.cell.model.bench import Bench, cell
+from tests.support.places import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, LAYOUT, TRAY_SURFACE
 
 SOLID = np.array([0, 1, 0, 1, 0, 0], dtype=np.uint8)
 
@@ -76,7 +70,7 @@ def test_floor_is_everywhere(bench: Bench, place: tuple[float, float]) -> None:
 
 
 def test_shelf_has_its_surface(bench: Bench) -> None:
-    assert height(bench, *SHELF_CENTRE) == pytest.approx(SHELF_SURFACE)
+    assert height(bench, *LAYOUT.shelf.position[:2]) == pytest.approx(SHELF_SURFACE)
 
 
 def test_workcell_frames_are_solid_at_original_positions(bench: Bench) -> None:

@@ -6,7 +6,7 @@ import numpy.typing as npt
 import pytest
 
 from cellwright.cell.model.parts import KNOWN_TYPES, PART_TYPES, add_part, add_part_meshes, part_type
-from cellwright.config import layout
+from cellwright.config import footprints
 from cellwright.engine.shapes import Visuals, bounds
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
@@ -44,7 +44,7 @@ def model() -> mujoco.MjModel:
 
 
 def test_catalogue_has_all_described_part_types() -> None:
-    assert set(PART_TYPES) == set(layout.PART_TYPES) == set(MASSES)
+    assert set(PART_TYPES) == set(footprints.PART_TYPES) == set(MASSES)
     assert set(PART_TYPES) <= set(KNOWN_TYPES)
 
 

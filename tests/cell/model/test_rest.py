@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from cellwright.cell.model.frames import AGV_T_TRAY, BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_IDS, TRAY_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
 from tests.cell.model.bench import MM, Bench, cell, part_on
+from tests.support.places import AGV_T_TRAY, BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, TRAY_IDS, TRAY_SURFACE
 
 ON_TRAY = {
     "gear_part": ("agv1", -0.15, -0.2),

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from cellwright.cell.model.arm import GRIPPER
-from cellwright.cell.model.frames import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, SPAWN_FRAME
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.trial.trial import BeltPart, Options, Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import PICK, READY
 from tests.cell.model.bench import Bench, cell, part_on
+from tests.support.places import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, SPAWN_FRAME
 
 POOL = tuple(BeltPart(float(n), kind, Pose()) for n, kind in enumerate(PART_TYPES))
 

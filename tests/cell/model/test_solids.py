@@ -15,7 +15,7 @@ from cellwright.cell.model.build import World, build_world
 from cellwright.cell.model.solids import solids
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from cellwright.config.layout import ARM_FRAMES, ARM_JOINTS, TRAY_FRAMES
+from cellwright.config.arm import ARM_FRAMES, ARM_JOINTS
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Options, Part, Trial
@@ -23,6 +23,7 @@ from cellwright.motion import Joints, link_poses
 from cellwright.util.pose import Pose
 from tests.support.cells import BARE, ROD_IN_REACH
 from tests.support.own_parts import write_trial
+from tests.support.places import LAYOUT
 
 turns = st.floats(-3.1, 3.1)
 postures = st.builds(Joints, st.floats(-2.1, 2.1), turns, turns, turns, turns, turns, turns)
@@ -116,14 +117,14 @@ def test_frames_are_links_that_the_arm_moves(world: World) -> None:
 
 
 def test_parts_are_not_among_shapes(world: World) -> None:
-    tray = next(iter(TRAY_FRAMES))
+    tray = next(iter(LAYOUT.tray_frames))
     parts = (ROD_IN_REACH, Part("tray1|gear_part_1", "gear_part", Pose((0.1, 0.1, 0.006)), tray))
     assert solids(build_world(Trial("", has_arm=True, bin_parts=parts))) == solids(world)
 
 
 def test_agvs_are_at_their_load_points(world: World) -> None:
     shapes = solids(world)["world"]
-    for number, (tray, frame) in enumerate(TRAY_FRAMES.items(), 1):
+    for number, (tray, frame) in enumerate(LAYOUT.tray_frames.items(), 1):
         (plate,) = [shape for shape in shapes if shape["body"] == tray and shape["type"] == "box"]
         assert plate["position"][:2] == pytest.approx(frame.position[:2], abs=1e-3)
         base = [shape["position"] for shape in shapes if shape["body"] == f"agv{number}"]

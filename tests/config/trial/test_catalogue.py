@@ -10,7 +10,6 @@ import yaml
 
 from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.cell.devices.scene import Frustum
-from cellwright.config.layout import BIN_CENTRES, TRAY_FRAMES
 from cellwright.config.trial.catalogue import (
     BASELINE,
     DROPPED_PART,
@@ -26,6 +25,7 @@ from cellwright.config.trial.catalogue import (
 from cellwright.config.trial.gear2017 import load_trial, resolved
 from cellwright.config.trial.trial import Trial
 from tests.conftest import DATA
+from tests.support.places import BIN_CENTRES, LAYOUT
 
 TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]
 
@@ -110,9 +110,9 @@ def test_bin_is_in_view_of_sensors(name: str) -> None:
     assert not in_view(corners(x, y, 0.726, 0.5, 0.5))
 
 
-@pytest.mark.parametrize("frame", TRAY_FRAMES)
+@pytest.mark.parametrize("frame", LAYOUT.tray_frames)
 def test_tray_is_in_view_of_sensors(frame: str) -> None:
-    x, y, _ = TRAY_FRAMES[frame].position
+    x, y, _ = LAYOUT.tray_frames[frame].position
     assert in_view(corners(x, y, 0.756, 0.25, 0.35))
 
 

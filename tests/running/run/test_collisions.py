@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import BeltPart
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String

@@ -16,50 +16,26 @@ from typing import ClassVar, Final, Literal, TypeAlias
 from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.setpoints import Setpoints
+from cellwright.config.layout.layout import Carrier, KeyFrames
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
 
-KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
-"""Time, and x and y of AGV 1 in the world frame [m], at each key frame."""
-
 PACE: Final = Fraction(6, 5)
 """Factor by which the times of the key frames are shortened."""
 
-DELIVERY_FRAMES: Final[KeyFrames] = (
-    ("0", 0.3, 3.3),
-    ("1.5", -0.76, 3.3),
-    ("3", -2.73, 3.3),
-    ("4", -3.94, 3.6),
-    ("5.3", -4.5, 4.4),
-    ("6.5", -4.5, 5.3),
-    ("7.7", -4.5, 6.3),
-    ("9", -4.2, 8.0),
-    ("10", -4.2, 8.3),
-)
-RETURN_FRAMES: Final[KeyFrames] = (
-    ("0", -4.2, 8.3),
-    ("2.6", -4.4, 6.4),
-    ("3.8", -4.5, 5.2),
-    ("5.4", -4.4, 4.1),
-    ("6.8", -3.8, 3.5),
-    ("7.9", -2.8, 3.3),
-    ("9.4", -1.6, 3.3),
-    ("12", 0.3, 3.3),
-)
 PREPARATION = 0.75
 """Time between the call and the departure [s] (ARIAC 2017)."""
 AgvState: TypeAlias = Literal["ready_to_deliver", "preparing_to_deliver", "delivering", "delivered", "returning"]
 
 
-def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
-    """Return the path of AGV 1's origin, x and y in the world frame, from its departure; AGV 2's is the mirror image.
+def agv_path(frames: KeyFrames) -> Trajectory:
+    """Return the path of a carrier's origin, x and y, from its departure.
 
     Before and after the path the AGV stands. Its height and heading stay constant.
     """
     times = [round(Fraction(time) / PACE * NANOSECONDS) for time, _, _ in frames]
-    side = 1.0 if agv == 1 else -1.0
-    return Trajectory([_through(times, [x for _, x, _ in frames]), _through(times, [side * y for *_, y in frames])])
+    return Trajectory([_through(times, [x for _, x, _ in frames]), _through(times, [y for *_, y in frames])])
 
 
 def _through(times: list[int], values: list[float]) -> list[Segment]:
@@ -74,7 +50,7 @@ def _through(times: list[int], values: list[float]) -> list[Segment]:
 
 
 class Agv(Device):
-    """AGV number 1 or 2.
+    """AGV.
 
     A call makes it prepare. After 0.75 s the parts are locked to the tray, the kit is submitted (`on_submit` is called
     with the kit type) and it departs. At the end of the path the kit leaves the cell, and the AGV returns.
@@ -82,14 +58,14 @@ class Agv(Device):
 
     STATE: ClassVar[tuple[str, ...]] = ("state", "kit_type", "_departed")
 
-    def __init__(self, number: int, tray: KitTray) -> None:
-        super().__init__(f"agv{number}")
-        self.number = number
+    def __init__(self, carrier: Carrier, tray: KitTray) -> None:
+        super().__init__(carrier.name)
+        self.number = carrier.number
         self.tray = tray
         self.state: AgvState = "ready_to_deliver"
         self.kit_type = ""
         self.on_submit: list[Callable[[Agv, str], None]] = []
-        self._paths = {"delivering": agv_path(DELIVERY_FRAMES, number), "returning": agv_path(RETURN_FRAMES, number)}
+        self._paths = {"delivering": agv_path(carrier.out), "returning": agv_path(carrier.back)}
         self._station = self._paths["delivering"].positions(0)
         self._departed = 0
 

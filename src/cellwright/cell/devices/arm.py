@@ -7,7 +7,7 @@ from cellwright.cell.devices.joint_trajectory import JointTrajectory
 from cellwright.cell.devices.setpoints import Setpoints
 from cellwright.cell.devices.trajectory_controller import Following, JointTrajectoryController
 from cellwright.cell.devices.trajectory_goal import GoalRequest, TrajectoryGoal
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation

@@ -25,9 +25,8 @@ import numpy as np
 
 from cellwright.cell.devices.closed_bodies import ClosedBodies
 from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies
+from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies, end_of_belt
 from cellwright.cell.devices.parts import Overlaps
-from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.bounding_boxes import Mask, Numbers, Vectors, facing, gaps
 from cellwright.engine.clock import NEVER
 from cellwright.engine.device import Device, State
@@ -108,10 +107,10 @@ class CollisionCulling(Device):
         self.passengers = {}
         self._bodies = ClosedBodies(model)
         self._tree = model.body_treeid.astype(np.int64)
-        self._belt = int(model.geom_bodyid[model.geom(BELT_GEOM).id])
+        self._belt = int(model.geom_bodyid[model.geom(self._conveyor.belt.body).id])
         self._moving = moving = MovingBodies(model, self._belt)
         self._sleeping = SleepingGroups(model, moving.boxes, moving.parts, moving.links)
-        self._belt_end = float(self._sleeping.fixed[self._belt].sides[1, 0])
+        self._belt_end = end_of_belt(self._conveyor.belt.direction, self._sleeping.fixed[self._belt])
         self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
         self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
         self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
@@ -270,7 +269,7 @@ class CollisionCulling(Device):
     def _are_steady(self, bodies: list[int] | Numbers) -> Mask:
         """Return which parts move as the belt does."""
         deviation = self._velocities[self._dofs[bodies]]
-        deviation[:, 1] += self._conveyor.speed
+        deviation[:, :3] -= self._conveyor.velocity
         return np.asarray((np.abs(deviation) < _STEADY).all(axis=1))
 
     def _wake_up(self, is_awake: Mask) -> list[int]:
@@ -378,7 +377,7 @@ class CollisionCulling(Device):
         self._movers = None
         self._bodies.carry(body, is_weightless=carrier == self._belt)
         if carrier == self._belt:
-            self._velocities[self._dofs[body]] = 0.0, -self._conveyor.speed, 0.0, 0.0, 0.0, 0.0
+            self._velocities[self._dofs[body]] = *self._conveyor.velocity, 0.0, 0.0, 0.0
 
     def _put_down(self, body: int, groups: Groups) -> None:
         """Open a part again, and what carries it."""

@@ -12,13 +12,13 @@ from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
-from cellwright.cell.model.frames import BELT_SPEED, SPAWN_FRAME
-from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
+from cellwright.cell.model.furniture import wall_name
+from cellwright.config.layout.layout import Belt
 from cellwright.config.trial.trial import BeltPart, Trial
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.device import Device, PlainState, State
 from cellwright.engine.simulation import Simulation
-from cellwright.util.pose import Pose
+from cellwright.util.pose import Pose, Vector3
 
 _SLOW = 2.0
 """Below this multiple of the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
@@ -33,9 +33,10 @@ class Conveyor(Device):
 
     STATE: ClassVar[tuple[str, ...]] = ("power",)
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: Parts, belt: Belt) -> None:
         super().__init__("conveyor")
         self.parts = parts
+        self.belt = belt
         self.power = 0.0
         self.on_power: list[Callable[[Conveyor], None]] = []
         """Callbacks that run when the power has been set."""
@@ -43,7 +44,7 @@ class Conveyor(Device):
     def attach(self, simulation: Simulation) -> None:
         """Look up the belt."""
         super().attach(simulation)
-        self._geom = simulation.model.geom(BELT_GEOM).id
+        self._geom = simulation.model.geom(self.belt.body).id
         # Without the flag the engine ignores surface velocities that were all zero when it compiled.
         simulation.model.flg_surfacevel = 1
 
@@ -54,8 +55,15 @@ class Conveyor(Device):
 
     @property
     def speed(self) -> float:
-        """Speed of the surface [m/s] towards world -y."""
-        return BELT_SPEED * self.power / 100.0
+        """Speed of the surface [m/s] in the belt's direction."""
+        return self.belt.speed * self.power / 100.0
+
+    @property
+    def velocity(self) -> Vector3:
+        """Velocity of the surface [m/s] in the world."""
+        x, y, z = self.belt.direction
+        speed = self.speed
+        return (x * speed, y * speed, z * speed)
 
     def set_power(self, power: float) -> bool:
         """Run at `power` percent. Anything outside 0..100 is ignored, as in the original; return False then."""
@@ -79,7 +87,7 @@ class Conveyor(Device):
         # The surface velocity is in the geom's own frame, and the geom may be turned.
         simulation.refresh()
         world_R_geom = simulation.data.geom_xmat[self._geom].reshape(3, 3)
-        model.geom_surfacevel[self._geom, :3] = world_R_geom.T @ (0.0, -self.speed, 0.0)
+        model.geom_surfacevel[self._geom, :3] = world_R_geom.T @ self.velocity
         for part in self._on_belt():
             # a changed surface velocity does not wake parts
             simulation.wake(part.body)
@@ -99,14 +107,15 @@ class Conveyor(Device):
 class DeletionWall(Device):
     """Device that removes parts that touch the wall's volume."""
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: Parts, belt: Belt) -> None:
         super().__init__("deletion_wall")
         self.parts = parts
+        self.belt = belt
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the wall."""
         super().attach(simulation)
-        self._geom = simulation.model.geom(DELETION_WALL_GEOM).id
+        self._geom = simulation.model.geom(wall_name(self.belt)).id
 
     def reset(self) -> None:
         """Check five times a second from now on."""
@@ -115,8 +124,10 @@ class DeletionWall(Device):
     def handle_look(self, number: int) -> None:
         """Remove the parts that touch the wall."""
         self._schedule(number + 1)
+        self.simulation.refresh()
         centre = self.simulation.model.geom_pos[self._geom]
-        half = self.simulation.model.geom_size[self._geom] + MAX_PART_SIZE
+        turn = abs(self.simulation.data.geom_xmat[self._geom].reshape(3, 3))
+        half = turn @ self.simulation.model.geom_size[self._geom] + MAX_PART_SIZE
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
             if self.parts.touches(part, self._geom, cutoff=1e-3):
@@ -266,6 +277,7 @@ class Population(PopulationSchedule, Device):
         cycles, delay = trial.options.belt_population_cycles, trial.circumstances.belt_delay
         PopulationSchedule.__init__(self, trial.belt_parts, cycles, delay)
         self.parts = parts
+        self._spawn = conveyor.belt.spawn
         conveyor.on_power.append(self._take_power)
 
     def control(self, action: PopulationAction) -> None:
@@ -278,7 +290,7 @@ class Population(PopulationSchedule, Device):
         appearance = self.pop(self.simulation.now)
         is_spawned = appearance is not None and appearance.name in self.parts.in_play
         if appearance is not None and appearance.in_pool and not is_spawned:
-            self.parts.appear(appearance.name, SPAWN_FRAME @ appearance.pose)
+            self.parts.appear(appearance.name, self._spawn @ appearance.pose)
         self._plan()
 
     def _take_power(self, conveyor: Conveyor) -> None:

@@ -9,8 +9,7 @@ from cellwright.cell.devices.parts import Parts, engage_weld
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.agv import plate_name
 from cellwright.cell.model.build import WorldPart
-from cellwright.cell.model.frames import TRAY_IDS
-from cellwright.config.layout import TRAY_PLATE
+from cellwright.config.layout.layout import Carrier
 from cellwright.config.trial.trial import KitObject
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
@@ -45,11 +44,13 @@ class KitTray(Device):
     another part is not among them. It changes once a second and then runs the callbacks in `on_report`.
     """
 
-    def __init__(self, number: int, parts: Parts) -> None:
-        super().__init__(f"kit_tray_{number}")
-        self.number = number
+    def __init__(self, carrier: Carrier, parts: Parts) -> None:
+        super().__init__(carrier.tray_name)
+        self.number = carrier.number
         self.parts = parts
-        self.link = TRAY_IDS[f"agv{number}"]
+        self.carrier = carrier
+        self.link = carrier.tray_link
+        self._extent = carrier.plate
         self.contents: tuple[TrayPart, ...] = ()
         self.on_report: list[Callable[[KitTray], None]] = []
 
@@ -57,7 +58,7 @@ class KitTray(Device):
         """Look up link and plate."""
         super().attach(simulation)
         self._body = simulation.model.body(self.link).id
-        self._plate = simulation.model.geom(plate_name(f"agv{self.number}")).id
+        self._plate = simulation.model.geom(plate_name(self.carrier)).id
 
     def reset(self) -> None:
         """Begin a run: empty, with reports each second from now on."""
@@ -91,7 +92,7 @@ class KitTray(Device):
     def is_below(self, point: Vector3) -> bool:
         """Return whether a point of the world [m] is above the plate, within 0.3 m of it."""
         x, y, z = self.world_T_tray.inverse().transform(point)
-        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UP
+        return abs(x) <= self._extent[0] / 2 and abs(y) <= self._extent[1] / 2 and 0.0 <= z <= _UP
 
     def lock(self) -> None:
         """Fix the reported parts to the tray, each where it is, so that none is lost on the way.

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self, Unpack
 
 import numpy as np
@@ -14,23 +13,18 @@ import numpy as np
 from cellwright.cell.devices.scene import Frustum, ModelSnapshot, SceneModel, SeenModels, StoredState
 from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.model import parts
-from cellwright.cell.model.frames import AGV_T_TRAY
+from cellwright.config.layout.layout import Carrier
 from cellwright.engine.sensor import Reading, Sensor, SensorOptions
 from cellwright.util.pose import Pose, quaternion_from_rpy, quaternion_product
 
-AGV_TYPES = frozenset({"agv1", "agv2"})
 TRAY_TYPE = "kit_tray"
 PART_TYPES = frozenset(parts.KNOWN_TYPES)
-KNOWN_TYPES = AGV_TYPES | {TRAY_TYPE} | PART_TYPES
+KNOWN_TYPES = {TRAY_TYPE} | PART_TYPES
 POSITION_SD = 0.001
 """Standard deviation of each coordinate of a position [m]."""
 ANGLE_SD = 0.01
 """Standard deviation of each of roll, pitch and yaw [rad]."""
 _NOISE_A_MODEL = 6
-WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
-    {1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)), 2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574))}
-)
-"""Poses of the fixed sensors over the trays of AGV 1 and AGV 2."""
 
 
 class TfFrame(NamedTuple):
@@ -108,14 +102,13 @@ class LogicalCamera(Sensor[CameraReading]):
         self._view = scene.add_view(self.frustum, reported)
         self._camera_T_world = world_T_sensor.inverse()
         self._children = [f"{name}_{trimmed_name(model.name)}_frame" for model in scene.models]
-        self._trays = {kind: f"{name}_kit_tray_{kind.removeprefix('agv')}_frame" for kind in AGV_TYPES}
         self._frame = TfFrame("world", self.frame, world_T_sensor)
         self._exact_of: tuple[list[int], bytes] = [], b""
         self._exact: list[Pose] = []
 
     def reports(self, model: SceneModel) -> bool:
         """Return whether the camera reports this model when it is in view."""
-        return model.type in KNOWN_TYPES or model.type in self.scene.own_types
+        return model.tray is not None or model.type in KNOWN_TYPES or model.type in self.scene.own_types
 
     def measure(self, index: int) -> CameraReading:
         """Measure the models in view now."""
@@ -156,10 +149,11 @@ class LogicalCamera(Sensor[CameraReading]):
     def _detect(self, index: int, camera_T_model: Pose, noise: Sequence[float]) -> Detection:
         model, child = self.scene.models[index], self._children[index]
         kind = model.type
-        if kind in AGV_TYPES:
-            tray = self._trays[kind]
+        if model.tray is not None:
+            tray = f"{self.name}_{model.tray.tray_name}_frame"
             # the AGV is measured exactly; the noise goes into the pose of its tray, which is known, not measured
-            frames = (TfFrame(self.frame, child, camera_T_model), TfFrame(child, tray, blurred(AGV_T_TRAY, noise)))
+            child_T_tray = blurred(model.tray.home_T_tray, noise)
+            frames = (TfFrame(self.frame, child, camera_T_model), TfFrame(child, tray, child_T_tray))
             return Detection(model.name, kind, camera_T_model, frames)
         camera_T_model = blurred(camera_T_model, noise)
         if kind == TRAY_TYPE:
@@ -194,10 +188,10 @@ class QualityControlSensor(LogicalCamera):
     aspect: ClassVar[float] = 0.35
 
     def __init__(
-        self, number: int, scene: ModelSnapshot, faulty_parts: Collection[str], **options: Unpack[SensorOptions]
+        self, carrier: Carrier, scene: ModelSnapshot, faulty_parts: Collection[str], **options: Unpack[SensorOptions]
     ) -> None:
         self.faulty_parts = frozenset(faulty_parts)
-        super().__init__(f"quality_control_sensor_{number}", WORLD_T_QUALITY_CONTROL[number], scene, **options)
+        super().__init__(f"quality_control_sensor_{carrier.number}", carrier.quality, scene, **options)
 
     def reports(self, model: SceneModel) -> bool:
         """Return whether the sensor reports this model when it is in view: a faulty part."""

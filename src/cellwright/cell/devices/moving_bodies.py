@@ -11,6 +11,7 @@ import numpy as np
 
 from cellwright.engine.bounding_boxes import FAR, BodyBoxes, Boxes, Mask, Numbers, Vectors, facing, gaps, sides_at
 from cellwright.engine.sleeping_groups import Groups, rotations
+from cellwright.util.pose import Vector3
 
 MARGIN = 0.02
 """Gap [m] below which bodies are taken for touching. Contacts begin at 1 mm; the rest is reserve."""
@@ -155,7 +156,7 @@ class MovingBodies:
         groups: Groups,
         passengers: Mapping[int, int],
         *,
-        belt_end: float,
+        belt_end: tuple[int, float],
         belt_speed: float,
     ) -> Movers:
         """Return what moves.
@@ -165,7 +166,7 @@ class MovingBodies:
             is_awake: which trees are awake.
             groups: the groups of what sleeps.
             passengers: body and carrier of each passenger.
-            belt_end: y of the edge to which the belt moves [m].
+            belt_end: side of a box, as `Boxes` counts them, and its value [m] at the edge to which the belt moves.
             belt_speed: speed of the belt [m/s].
         """
         links = [body for tree, bodies in self.links.items() if is_awake[tree] for body in bodies]
@@ -177,9 +178,10 @@ class MovingBodies:
         carried_by = np.array(carriers, dtype=np.int64)
         is_gliding = carried_by == self._belt
         boxes = self.boxes.at(bodies, np.zeros((len(bodies), 3)), np.zeros((len(bodies), 9)))
-        # Beyond the belt's end is a half space: the belt moves towards -y. What rides the belt must be open there.
+        # Beyond the belt's end is a half space. What rides the belt must be open there.
         behind = np.full((6, 1), -FAR)
-        behind[4] = -belt_end
+        side, value = belt_end
+        behind[side] = value
         beyond = Boxes(behind, np.array([-1]), np.array([-1]))
         columns = Boxes.joined([groups.boxes, beyond, boxes.some(slice(free, None))])
         never = np.where(boxes.ignore(columns), np.inf, 0.0)
@@ -276,3 +278,13 @@ class MovingBodies:
                 if body in parts and other not in parts:
                     welds[body].append((weld, other))
         return welds
+
+
+def end_of_belt(direction: Vector3, belt: Boxes) -> tuple[int, float]:
+    """Return the side of the half space behind a belt's end, as `Boxes` counts sides, and its value [m].
+
+    The belt goes along an axis of the world; for an oblique one it is the nearest axis.
+    """
+    axis = max(range(3), key=lambda each: abs(direction[each]))
+    sides = belt.sides[:, 0]
+    return (axis + 3, -float(sides[axis])) if direction[axis] < 0 else (axis, -float(sides[axis + 3]))

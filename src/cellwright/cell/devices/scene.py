@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.config.layout.layout import Carrier
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3
 
@@ -76,6 +77,7 @@ class SceneModel:
     Attributes:
         name: full model name (`bin7|piston_rod_part_3`, `agv1`, `kit_tray_1`).
         nested_in: name of the model that it is nested in, or None.
+        tray: the carrier with its tray, if it is one.
     """
 
     name: str
@@ -83,6 +85,7 @@ class SceneModel:
     body: int
     geoms: tuple[int, ...]
     nested_in: str | None = None
+    tray: Carrier | None = None
 
 
 def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:

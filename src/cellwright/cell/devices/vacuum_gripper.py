@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts, engage_weld
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
-from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.clock import NANOSECONDS, NEVER
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.simulation import Simulation
@@ -171,6 +170,7 @@ class VacuumGripper(VacuumCheck, Device):
     Args:
         parts: the parts of the cell.
         phase: see `VacuumCheck`.
+        belts: names of the belts' geoms, which count as moving.
 
     Attributes:
         on_change: callbacks that run when it is switched, grips or releases.
@@ -178,10 +178,11 @@ class VacuumGripper(VacuumCheck, Device):
             part at, or None.
     """
 
-    def __init__(self, parts: Parts, phase: int | None = None) -> None:
+    def __init__(self, parts: Parts, phase: int | None = None, belts: Sequence[str] = ()) -> None:
         Device.__init__(self, "gripper")
         VacuumCheck.__init__(self, phase)
         self.parts = parts
+        self._belt_names = tuple(belts)
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
         parts.on_taken.append(self._notice_taken)
@@ -193,7 +194,7 @@ class VacuumGripper(VacuumCheck, Device):
         self._body = model.body(GRIPPER).id
         self._cup = model.geom(CUP_GEOM).id
         self._face = model.geom(CUP_FACE_GEOM).id
-        self._belt = model.geom(BELT_GEOM).id
+        self._belts = [model.geom(name).id for name in self._belt_names]
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
         """Switch the vacuum on or off. Switching it off releases the part at once."""
@@ -263,7 +264,7 @@ class VacuumGripper(VacuumCheck, Device):
         if part is not None:
             return self._touched(part, alignment)
         name = model.geom(geom).name or model.body(body).name
-        moves = geom == self._belt or int(model.body_treeid[body]) >= 0
+        moves = geom in self._belts or int(model.body_treeid[body]) >= 0
         return CupContact(name, ContactKind.MOVABLE if moves else ContactKind.FIXED, alignment)
 
     def _touched(self, part: WorldPart, alignment: float) -> CupContact:

@@ -6,7 +6,7 @@ reason is reported.
 
 from collections.abc import Iterable
 
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.controller_manager_msgs import (

@@ -9,7 +9,6 @@ import numpy as np
 from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
 from cellwright.cell.model.arm import GRIPPER, JOINTS, WRIST_3_T_TOOL
-from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, BIN_YAW, load_point
 from cellwright.config.trial.trial import PictureCameraConfig, Trial
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import OPTICAL
@@ -17,8 +16,6 @@ from cellwright.util.pose import Pose
 
 ARM_CHAIN = ("linear_arm_actuator", *(joint.link for joint in JOINTS))
 """The rail and the links that the joints move, each in the frame of the previous one."""
-
-BIN_FRAME_HEIGHT = 0.72
 
 LINK_FRAMES = (
     TfFrame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
@@ -30,11 +27,11 @@ LINK_FRAMES = (
 def static_frames(trial: Trial) -> list[TfFrame]:
     """Return the frames that never move: bins, load points, belt, sensors, and frames fixed to a link of the arm."""
     frames = [
-        TfFrame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_YAW)))
-        for name, (x, y) in BIN_CENTRES.items()
+        TfFrame("world", f"{each.name}_frame", Pose((*each.centre, each.frame_height), each.link.quaternion))
+        for each in trial.layout.bins
     ]
-    frames += [TfFrame("world", f"{agv}_load_point_frame", load_point(agv)) for agv in AGV_HOMES]
-    frames.append(TfFrame("world", "belt_frame", BELT_FRAME))
+    frames += [TfFrame("world", f"{each.name}_load_point_frame", each.load_point) for each in trial.layout.carriers]
+    frames += [TfFrame("world", f"{each.name}_frame", each.frame) for each in trial.layout.belts]
     # The original left out sensors by their names, not by their type: a camera's frame came from the camera itself.
     frames += [
         TfFrame(

@@ -18,8 +18,7 @@ from cellwright.cell.interface.rows import rows
 from cellwright.cell.model.arm import BODIES, GRIPPER, JOINTS, WRIST_3_T_GRIPPER, Cylinder, gains_of
 from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
 from cellwright.cell.model.arm_solids import SOLID
-from cellwright.cell.model.frames import RAIL
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
 from cellwright.engine.shapes import Shape
 from cellwright.util.pose import Pose, Vector3
@@ -147,7 +146,7 @@ def robot_description(trial: Trial) -> str:
     for frame in fixed.values():
         _add_frame(robot, frame)
     if trial.has_arm:
-        _add_arm(robot)
+        _add_arm(robot, trial.layout.rail)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
 
@@ -157,9 +156,9 @@ def _add_frame(robot: Element, frame: TfFrame) -> None:
     add_joint(robot, "fixed", f"{frame.child}_joint", frame.parent, frame.child, frame.pose)
 
 
-def _add_arm(robot: Element) -> None:
+def _add_arm(robot: Element, rail: Pose) -> None:
     add_link(robot, _RAIL_LINK, solid=[BEAM])
-    add_joint(robot, "fixed", f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, RAIL)
+    add_joint(robot, "fixed", f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, rail)
     before = _RAIL_LINK
     for joint in JOINTS:
         name = joint.link

@@ -24,7 +24,7 @@ from cellwright.cell.interface.devices import CellDevices, present
 from cellwright.cell.interface.frames import arm_chain, fixed_arm_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Order
 from cellwright.engine.device import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock

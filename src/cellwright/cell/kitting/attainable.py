@@ -17,9 +17,13 @@ from dataclasses import dataclass
 from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.kitting.kit_score import BONUS_POINTS, MAX_DISTANCE, POSE_POINTS, PRESENCE_POINTS
 from cellwright.cell.kitting.referee import Announcements
-from cellwright.config.layout import PART_RADII, TRAY_PLATE
+from cellwright.config.footprints import PART_RADII
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import Kit, Order, Trial
 from cellwright.util.pose import Pose
+
+TRAY_PLATE = gear2017().carriers[0].plate
+"""Edge lengths of a tray's plate [m]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,10 +25,12 @@ from cellwright.cell.kitting.kit_score import (
 )
 from cellwright.cell.kitting.scorer import GameScore, OrderScore, TrialScore, system_cost
 from cellwright.cell.kitting.unsent import UnsentTray, unsent_trays
-from cellwright.config.layout import TRAY_PLATE
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import seconds
 
+TRAY_PLATE = gear2017().carriers[0].plate
+"""Edge lengths of a tray's plate [m]."""
 NOT_SUBMITTED = "not submitted"
 ON_ITS_WAY = "on its way"
 NOT_ANNOUNCED = "not announced"

@@ -5,8 +5,7 @@ from typing import Any
 
 import mujoco
 
-from cellwright.cell.model.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
-from cellwright.config.layout import TRAY_PLATE
+from cellwright.config.layout.layout import Carrier
 from cellwright.engine import colours
 from cellwright.engine.shapes import Colour, Role, Touch, Visuals, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose, Vector3
@@ -29,33 +28,31 @@ damping times timestep over mass. On the way to 0.5 m/s it creeps 0.06 mm with t
 the bare mass of the AGV it creeps 4 mm.
 """
 
-_COLOURS = {"agv1": colours.AGV1, "agv2": colours.AGV2}
 
-
-def plate_name(agv: str) -> str:
+def plate_name(carrier: Carrier) -> str:
     """Return the name of the geom that parts lie on on an AGV's tray."""
-    return f"kit_tray_{agv[-1]}_plate"
+    return f"{carrier.tray_name}_plate"
 
 
-def add_agv(spec: Any, visuals: Visuals, agv: str) -> None:
-    """Add an AGV at home, on two slides along world x and y whose positions [m] count from there.
+def add_agv(spec: Any, visuals: Visuals, carrier: Carrier) -> None:
+    """Add an AGV at home, on two slides along the axes of its path whose positions [m] count from there.
 
     The drives are `pid` actuators `<agv>_x` and `<agv>_y` with position and velocity inputs. By default a tree with
     actuators never sleeps, nor does anything on it; this one is allowed to.
     """
-    home = AGV_HOMES[agv]
+    agv, home = carrier.name, carrier.home
     body = spec.worldbody.add_body(name=agv, pos=home.position, quat=home.quaternion)
     body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED
-    axes: tuple[tuple[str, Vector3], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)))
+    axes: tuple[tuple[str, Vector3], ...] = tuple(zip("xy", carrier.axes, strict=True))
     for name, axis in axes:
         local = home.inverse().rotate(axis)
         slide = body.add_joint(name=f"{agv}_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=local)
         slide.armature = DRIVE_MASS
         drive = spec.add_actuator(name=f"{agv}_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=f"{agv}_{name}")
         drive.set_to_pid(kp=STIFFNESS, kv=DAMPING)
-    _fill_agv(body, visuals, _COLOURS[agv])
-    tray = body.add_body(name=TRAY_IDS[agv], pos=AGV_T_TRAY.position)
-    _fill_tray(tray, visuals, plate_name(agv))
+    _fill_agv(body, visuals, carrier.colour)
+    tray = body.add_body(name=carrier.tray_link, pos=carrier.home_T_tray.position)
+    _fill_tray(tray, visuals, carrier)
 
 
 def _fill_agv(body: Any, visuals: Visuals, colour: Colour) -> None:
@@ -82,17 +79,17 @@ def _fill_agv(body: Any, visuals: Visuals, colour: Colour) -> None:
             )
 
 
-def _fill_tray(tray: Any, visuals: Visuals, plate_geom: str) -> None:
+def _fill_tray(tray: Any, visuals: Visuals, carrier: Carrier) -> None:
     """Add the plate and its four rims; the plate is thicker below than it looks, so that nothing falls through.
 
     A rim is a stack of thin capsules. A flat part that lands on the narrow top of a box gets a contact that points
     sideways about once in a thousand times. That contact flings it off.
     """
-    top = TRAY_SURFACE - AGV_T_TRAY.position[2]
+    top = carrier.surface - carrier.home_T_tray.position[2]
     thick = 0.08
-    plate = box(*TRAY_PLATE, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
-    add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
-    visuals.add(tray.name, box(*TRAY_PLATE, 0.01, at(z=top - 0.005), colours.TRAY))
+    plate = box(*carrier.plate, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
+    add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_name(carrier), mass=TRAY_MASS)
+    visuals.add(tray.name, box(*carrier.plate, 0.01, at(z=top - 0.005), colours.TRAY))
     rim, layers = 0.0254, 3
     radius = (rim - top) / layers / 2
     for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):

@@ -13,8 +13,7 @@ from typing import Any
 import mujoco
 
 from cellwright.cell.model import arm_looks
-from cellwright.cell.model.frames import RAIL
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointGains, ServoProfile
 from cellwright.engine.shapes import Visuals
 from cellwright.util.errors import UnknownNameError
@@ -154,7 +153,7 @@ def check_joints(*names: str) -> None:
             raise UnknownNameError("arm joint", name, ARM_JOINTS)
 
 
-def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float) -> None:
+def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float, rail_pose: Pose) -> None:
     """Add rail, arm and cup to a model specification, before everything else: the solver prefers the long tree first.
 
     Args:
@@ -162,8 +161,9 @@ def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: fl
         visuals: receives what is only seen of it.
         settings: servo profile and gains.
         contact_time: time constant [s] of the cup's contacts.
+        rail_pose: frame of the rail, `linear_arm_actuator`, in the world.
     """
-    rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
+    rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=rail_pose.position, quat=rail_pose.quaternion)
     arm_looks.dress_rail(rail, visuals)
     gains = gains_of(settings)
     link = rail

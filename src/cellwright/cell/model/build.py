@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import count, takewhile
 from typing import Any
 
 import mujoco
@@ -13,11 +14,11 @@ from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
 from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
 from cellwright.cell.model.clones import clone_name, first_bodies
-from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, shelf_slot
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
-from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
+from cellwright.cell.model.shelf import shelf_slot
+from cellwright.config.layout.layout import Carrier, Layout
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.shapes import Visuals
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -87,7 +88,7 @@ class WorldPart:
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
         grip: id of the weld to the gripper; None without an arm.
-        locks: ids of the welds to the trays of AGV 1 and AGV 2; empty without AGVs.
+        locks: ids of the welds to the trays of AGV 1, AGV 2, …; empty without AGVs.
         start: its pose when a run begins, in the world frame.
         pooled: true if it waits on the shelf until it is put into play.
         shelf: its body's own slot on the shelf, for before and after it is in play.
@@ -164,15 +165,15 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         ModelFileError: a user-defined model that the engine cannot use.
     """
     spec, visuals = mujoco.MjSpec(), Visuals()
+    layout = trial.layout
     spec.modelname = trial.name
     spec.compiler.degree = False
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
     if trial.has_arm:
         check_joints(*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
-        add_arm(spec, visuals, trial.settings.arm, contact_time(timestep))
-    agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
-    for agv in agvs:
+        add_arm(spec, visuals, trial.settings.arm, contact_time(timestep), layout.rail)
+    for agv in trial.carriers:
         add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
@@ -183,7 +184,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         raise DescriptionError(
             [f"{trial.name}: the parts may have at most {MAX_SHAPES} shapes in total (got {shapes})"]
         )
-    _add_fixed(spec, visuals, len(everything))
+    _add_fixed(spec, visuals, layout, len(everything))
     for sensor in trial.sensors:
         add_housing(visuals, sensor)
     add_furniture(spec, visuals, trial.furniture)
@@ -191,10 +192,10 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     for each in own.values():
         each.form.add_meshes(spec, visuals)
     planned += _plan_bodies(first_bodies(trial) if bodies is None else bodies, kinds)
-    slots = [shelf_slot(k, len(everything), part.kind.bottom) for k, part in enumerate(planned)]
+    slots = [shelf_slot(layout.shelf, k, len(everything), part.kind.bottom) for k, part in enumerate(planned)]
     for part, slot in zip(planned, slots, strict=True):
         add_part(spec, visuals, part.name, part.kind, part.start or slot)
-        _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
+        _add_holds(spec, part.name, trial.has_arm, trial.carriers, contact_time(timestep))
     if len(everything) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
     model = _compiled(spec, trial.name, has_clones=bool(clones))
@@ -213,13 +214,16 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     )
 
 
-def _add_fixed(spec: Any, visuals: Visuals, slots: int) -> None:
-    furniture.add_floor(spec, visuals)
-    furniture.add_bins(spec, visuals)
-    furniture.add_conveyor(spec, visuals)
-    furniture.add_deletion_wall(spec)
-    furniture.add_frames(spec, visuals)
-    furniture.add_shelf(spec, slots)
+def _add_fixed(spec: Any, visuals: Visuals, layout: Layout, slots: int) -> None:
+    furniture.add_floor(spec, visuals, layout)
+    for each in layout.bins:
+        furniture.add_bin(spec, visuals, each)
+    for belt in layout.belts:
+        furniture.add_conveyor(spec, visuals, belt)
+    for belt in layout.belts:
+        furniture.add_deletion_wall(spec, belt)
+    furniture.add_frames(spec, visuals, layout)
+    furniture.add_shelf(spec, slots, layout)
 
 
 def _compiled(spec: Any, name: str, *, has_clones: bool) -> Any:
@@ -242,8 +246,7 @@ def _compiled(spec: Any, name: str, *, has_clones: bool) -> Any:
 
 def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
     """Yield the parts that stand in the cell when the trial begins, then those of AGV 1's demo tray."""
-    has_trays = trial.options.insert_agvs
-    frames = {name: pose for name, pose in REFERENCE_FRAMES.items() if has_trays or name not in TRAY_FRAMES}
+    frames = trial.reference_frames
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
         if part.frame not in frames:
@@ -267,10 +270,10 @@ def _kind(kinds: Mapping[str, PartType], name: str) -> PartType:
     return kinds[name]
 
 
-def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
+def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[Carrier, ...], time: float) -> None:  # noqa: FBT001
     """Add the inactive welds that can hold a part: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
     holders = [(f"grip|{part}", GRIPPER)] if has_arm else []
-    holders += [(f"lock{agv[-1]}|{part}", TRAY_IDS[agv]) for agv in agvs]
+    holders += [(f"lock{agv.number}|{part}", agv.tray_link) for agv in agvs]
     for name, holder in holders:
         weld = spec.add_equality(
             name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=holder, name2=part
@@ -301,7 +304,7 @@ def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
         dof=int(joint.dofadr[0]),
         geoms=tuple(geom for geom in geoms if model.geom_contype[geom]),
         grip=grip if grip >= 0 else None,
-        locks=tuple(lock for lock in (weld("lock1"), weld("lock2")) if lock >= 0),
+        locks=tuple(takewhile(lambda lock: lock >= 0, (weld(f"lock{number}") for number in count(1)))),
         start=part.start or slot,
         pooled=part.start is None,
         shelf=slot,

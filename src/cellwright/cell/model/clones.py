@@ -8,7 +8,6 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Sequence
 
-from cellwright.cell.model.frames import BELT_SPEED, DELETION_WALL, SPAWN_FRAME
 from cellwright.config.trial.trial import Trial
 
 
@@ -40,6 +39,7 @@ def _riding(trial: Trial, kind: str) -> int:
     period = max(part.time for part in trial.belt_parts)
     parts = sorted((part for part in trial.belt_parts if part.type == kind), key=lambda part: part.time)
     times = [turn * period + part.time for turn in range(trial.options.belt_population_cycles) for part in parts]
-    start = max((SPAWN_FRAME @ part.pose).position[1] for part in parts)
-    ride = (start - DELETION_WALL[1]) / BELT_SPEED
+    belt = trial.layout.belts[0]
+    start = min(belt.along((belt.spawn @ part.pose).position) for part in parts)
+    ride = (belt.along(belt.wall.position) - start) / belt.speed
     return max(count - bisect_right(times, time - ride) for count, time in enumerate(times, 1))

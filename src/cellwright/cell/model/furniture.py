@@ -8,8 +8,8 @@ from typing import Any
 
 import mujoco
 
-from cellwright.cell.model import frames
-from cellwright.config.layout import REFERENCE_FRAMES
+from cellwright.cell.model import shelf
+from cellwright.config.layout.layout import Belt, Bin, Layout
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, capsule, cylinder
@@ -17,10 +17,6 @@ from cellwright.util.pose import Pose
 
 _LENS_FORWARD = (0.0, 1.5708, 0.0)
 """Turn of a cylinder's axis from z to x, the viewing direction of a sensor."""
-BELT_GEOM = "conveyor_belt"
-"""Geom with the moving surface."""
-DELETION_WALL_GEOM = "deletion_wall"
-"""Geom that removes the parts that touch it."""
 SHELF_BODY = "shelf"
 
 
@@ -60,7 +56,7 @@ def _lens(radius: float, x: float, colour: Colour) -> Shape:
     return cylinder(radius, 0.012, Pose.from_rpy((x, 0.0, 0.0), _LENS_FORWARD), colour)
 
 
-def add_floor(spec: Any, visuals: Visuals) -> None:
+def add_floor(spec: Any, visuals: Visuals, layout: Layout) -> None:
     """Add the infinite floor at height 0, with lines where people and AGVs go."""
     spec.worldbody.add_geom(
         name="floor",
@@ -72,29 +68,31 @@ def add_floor(spec: Any, visuals: Visuals) -> None:
         conaffinity=0,
     )
     line, height = 0.08, 0.002
+
+    def place(x: float, y: float) -> Pose:
+        return layout.frame @ at(x, y, height / 2)
+
     for side in (1.0, -1.0):
         visuals.add(
             "world",
-            box(2.3, line, height, at(0.3, 2.45 * side, height / 2), colours.LINE_YELLOW),
-            box(2.3, line, height, at(0.3, 4.15 * side, height / 2), colours.LINE_YELLOW),
-            box(line, 1.78, height, at(1.41, 3.3 * side, height / 2), colours.LINE_YELLOW),
+            box(2.3, line, height, place(0.3, 2.45 * side), colours.LINE_YELLOW),
+            box(2.3, line, height, place(0.3, 4.15 * side), colours.LINE_YELLOW),
+            box(line, 1.78, height, place(1.41, 3.3 * side), colours.LINE_YELLOW),
         )
     visuals.add(
         "world",
-        box(line, 8.6, height, at(-1.75, 0.0, height / 2), colours.LINE_YELLOW),
-        box(line, 16.0, height, at(2.35, 3.0, height / 2), colours.LINE_YELLOW),
+        box(line, 8.6, height, place(-1.75, 0.0), colours.LINE_YELLOW),
+        box(line, 16.0, height, place(2.35, 3.0), colours.LINE_YELLOW),
     )
 
 
-def add_bins(spec: Any, visuals: Visuals) -> None:
-    """Add the eight bins; the open sides of each face world +x and -x."""
-    for name in frames.BIN_CENTRES:
-        frame = REFERENCE_FRAMES[f"{name}::link"]
-        body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
-        _fill_bin(body, visuals)
+def add_bin(spec: Any, visuals: Visuals, each: Bin) -> None:
+    """Add a bin, whose open sides are at +-x of its pose."""
+    body = spec.worldbody.add_body(name=each.name, pos=each.link.position, quat=each.link.quaternion)
+    _fill_bin(body, visuals, each.surface)
 
 
-def _fill_bin(body: Any, visuals: Visuals) -> None:
+def _fill_bin(body: Any, visuals: Visuals, surface: float) -> None:
     """Add one bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
 
     Base and sills are visual only: nothing gets there, and every collision shape costs time in each step.
@@ -104,9 +102,7 @@ def _fill_bin(body: Any, visuals: Visuals) -> None:
     corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
     # solid from half height on: nothing tunnels through a floor of this thickness
     floor = 0.225
-    add_shape(
-        body, box(2 * inner, 2 * inner, floor, at(z=frames.BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH
-    )
+    add_shape(body, box(2 * inner, 2 * inner, floor, at(z=surface - floor / 2), colours.BIN_FLOOR), Role.BOTH)
     foot = box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK)
     visuals.add(body.name, foot)
     outer = inner + thick / 2
@@ -133,29 +129,27 @@ def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float,
     add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
 
 
-def add_conveyor(spec: Any, visuals: Visuals) -> None:
-    """Add the conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
-    length, width, thickness = frames.CONVEYOR_SIZE
-    body = spec.worldbody.add_body(
-        name=BELT_GEOM, pos=frames.CONVEYOR_CENTRE.position, quat=frames.CONVEYOR_CENTRE.quaternion
-    )
+def add_conveyor(spec: Any, visuals: Visuals, belt: Belt) -> None:
+    """Add a conveyor. Its belt stands still; the surface of the geom, named as the body, moves along its local +x."""
+    length, width, thickness = belt.size
+    body = spec.worldbody.add_body(name=belt.body, pos=belt.centre.position, quat=belt.centre.quaternion)
     # no effect on a fixed body, but without any the engine would ignore that of gliding parts
     body.gravcomp = 1.0
-    add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
-    surface = frames.BELT_SURFACE - frames.CONVEYOR_CENTRE.position[2]
+    add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=belt.body)
+    surface = belt.surface - belt.centre.position[2]
     for side in (1.0, -1.0):
         visuals.add(
-            BELT_GEOM,
+            belt.body,
             box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE),
             box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT),
             *(box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK) for k in range(-3, 4)),
         )
     for end in (1.0, -1.0):
         drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
-        visuals.add(BELT_GEOM, cylinder(thickness / 2, width, drum, colours.RUBBER))
+        visuals.add(belt.body, cylinder(thickness / 2, width, drum, colours.RUBBER))
 
 
-def add_frames(spec: Any, visuals: Visuals) -> None:
+def add_frames(spec: Any, visuals: Visuals, layout: Layout) -> None:
     """Add two portals over the bins and a fence along the conveyor: posts and bars for sensors, which an arm can hit.
 
     They have the yaw of the original's workcell, which is rounded to 1.57. Each is a flat body of its own: the arm is
@@ -164,7 +158,7 @@ def add_frames(spec: Any, visuals: Visuals) -> None:
     thick = 0.05
 
     def add_body(name: str, x: float, z: float = 0.0) -> Any:
-        frame = frames.WORKCELL @ at(x=x, z=z)
+        frame = layout.workcell @ at(x=x, z=z)
         return spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
 
     for number, x in enumerate((-1.08, -0.3143), 1):
@@ -179,23 +173,29 @@ def add_frames(spec: Any, visuals: Visuals) -> None:
     beam = add_body("conveyor_beam", 1.21, 3.0)
     add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
-        visuals.add("world", box(0.54, thick, thick, frames.WORKCELL @ at(1.455, y, 3.0), colours.FRAME))
+        visuals.add("world", box(0.54, thick, thick, layout.workcell @ at(1.455, y, 3.0), colours.FRAME))
 
 
-def add_shelf(spec: Any, slots: int) -> None:
+def add_shelf(spec: Any, slots: int, layout: Layout) -> None:
     """Add the shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
-    side = frames.SHELF_PITCH * (frames.shelf_columns(slots) + 1)
-    body = spec.worldbody.add_body(name=SHELF_BODY, pos=(*frames.SHELF_CENTRE, 0.0))
-    add_shape(body, box(side, side, frames.SHELF_SURFACE, at(z=frames.SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
+    side = shelf.SHELF_PITCH * (shelf.shelf_columns(slots) + 1)
+    body = spec.worldbody.add_body(name=SHELF_BODY, pos=layout.shelf.position, quat=layout.shelf.quaternion)
+    add_shape(body, box(side, side, shelf.SHELF_SURFACE, at(z=shelf.SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
 
 
-def add_deletion_wall(spec: Any) -> None:
+def wall_name(belt: Belt) -> str:
+    """Return the name of the geom that removes the parts that touch it."""
+    return "deletion_wall" if belt.body == "conveyor_belt" else f"deletion_wall_{belt.body}"
+
+
+def add_deletion_wall(spec: Any, belt: Belt) -> None:
     """Add the invisible, contact-free space at the end of the belt in which parts leave the cell."""
     spec.worldbody.add_geom(
-        name=DELETION_WALL_GEOM,
+        name=wall_name(belt),
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=(0.5, 0.05, 0.5),
-        pos=frames.DELETION_WALL,
+        size=tuple(edge / 2 for edge in belt.wall_size),
+        pos=belt.wall.position,
+        quat=belt.wall.quaternion,
         group=int(Role.UNSEEN),
         contype=0,
         conaffinity=0,

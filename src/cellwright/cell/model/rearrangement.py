@@ -12,8 +12,7 @@ import numpy as np
 
 from cellwright.cell.model.arm import CUP_GEOM, check_joints
 from cellwright.cell.model.build import World, WorldPart, first_pose
-from cellwright.config.layout import REFERENCE_FRAMES
-from cellwright.config.trial.trial import Part, Trial
+from cellwright.config.trial.trial import Trial
 from cellwright.util.pose import Pose
 
 _SLIDING = 0
@@ -39,7 +38,9 @@ def rearrange(world: World, trial: Trial) -> World:
     model = world.model
     placed = [*trial.bin_parts, *trial.extra_parts]
     count = len(placed)
-    parts = [_move(model, part, entry) for part, entry in zip(world.parts[:count], placed, strict=True)]
+    frames = trial.layout.reference_frames
+    starts = [frames[entry.frame] @ entry.pose for entry in placed]
+    parts = [_move(model, part, start) for part, start in zip(world.parts[:count], starts, strict=True)]
     has_trial_friction = np.ones(model.ngeom, dtype=np.bool_)
     if trial.has_arm:
         has_trial_friction[model.geom(CUP_GEOM).id] = False  # the cup has its own
@@ -50,8 +51,7 @@ def rearrange(world: World, trial: Trial) -> World:
     return replace(world, parts=(*parts, *world.parts[count:]), initial_qpos=qpos, initial_ctrl=ctrl)
 
 
-def _move(model: Any, part: WorldPart, entry: Part) -> WorldPart:
-    start: Pose = REFERENCE_FRAMES[entry.frame] @ entry.pose
+def _move(model: Any, part: WorldPart, start: Pose) -> WorldPart:
     model.body_pos[part.body] = start.position
     quaternion = np.array(start.quaternion)
     mujoco.mju_normalize4(quaternion)

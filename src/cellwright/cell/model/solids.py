@@ -8,7 +8,7 @@ import numpy as np
 
 from cellwright.cell.model.build import World
 from cellwright.cell.model.furniture import SHELF_BODY
-from cellwright.config.layout import ARM_FRAMES
+from cellwright.config.arm import ARM_FRAMES
 
 _TYPES = {
     mujoco.mjtGeom.mjGEOM_PLANE: "plane",

@@ -10,7 +10,7 @@ from typing import Any
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.pictures import LatestPicture, picture_topics
 from cellwright.clients.client.session import Latest, NodeClient
-from cellwright.config import layout
+from cellwright.config import arm
 from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
@@ -18,7 +18,7 @@ from cellwright.middleware.messages.standard import JointTrajectory, String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 
-ARM_JOINTS = tuple(sorted(layout.ARM_JOINTS))
+ARM_JOINTS = tuple(sorted(arm.ARM_JOINTS))
 """The arm's joints in the order of joint states (alphabetical)."""
 
 ARRIVED = 0.01

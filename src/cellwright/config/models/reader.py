@@ -9,7 +9,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from cellwright.config.layout import PART_TYPES
+from cellwright.config.footprints import PART_TYPES
 from cellwright.config.models.files import ModelFileError, check_mjcf, open_model
 from cellwright.config.models.meshes import MAX_SIZE, is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelShapeKind, UserModel

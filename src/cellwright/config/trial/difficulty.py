@@ -9,17 +9,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH, RAIL_LIMIT, TRAY_FRAMES, TRAY_PLATE
+from cellwright.config.arm import RAIL_LIMIT
+from cellwright.config.layout.layout import Layout, is_on_plate
 from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
 from cellwright.util.pose import Vector3
 
-_TRAY_TOP = 0.755
-_BIN_TOP = 0.725
-_BELT_TOP = 0.907
-_BELT_SIDES = (0.883, 1.537)
-
-_RAIL_X = 0.3
-_SHOULDER_HEIGHT = 1.1273
+_SHOULDER_RISE = 1.1273 - 0.9
+"""Height of the shoulder over the rail's frame [m]."""
 _ARM_LENGTH = 0.612 + 0.5723
 _WRIST_LENGTH = 0.1157
 _HAND_LENGTH = 0.11
@@ -40,43 +36,38 @@ DifficultyKind: TypeAlias = Literal[
 ]
 
 
-def place_of(point: Vector3) -> str:
-    """Name the place under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor".
-
-    The AGVs stand so that x and y of a tray's frame are those of the world.
-    """
-    x, y, _ = point
-    for number, frame in enumerate(TRAY_FRAMES.values(), start=1):
-        if _within(x - frame.position[0], TRAY_PLATE[0]) and _within(y - frame.position[1], TRAY_PLATE[1]):
-            return f"AGV {number}"
-    for name, (bin_x, bin_y) in BIN_CENTRES.items():
-        if _within(x - bin_x, BIN_WIDTH) and _within(y - bin_y, BIN_WIDTH):
-            return name.replace("bin", "bin ")
-    return "the belt" if _BELT_SIDES[0] <= x <= _BELT_SIDES[1] else "the floor"
+def place_of(point: Vector3, layout: Layout) -> str:
+    """Name the place under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor"."""
+    return _surface_under(point, layout)[0]
 
 
-def is_on_tray(x: float, y: float) -> bool:
-    """Return whether a point of a tray's frame [m] lies on its plate."""
-    return _within(x, TRAY_PLATE[0]) and _within(y, TRAY_PLATE[1])
-
-
-def is_within_reach(point: Vector3) -> bool:
+def is_within_reach(point: Vector3, layout: Layout) -> bool:
     """Return whether the arm can lower its cup, pointing down, to an object that fell at this point of the world.
 
     The object comes to rest on the surface under the point. Upper arm and forearm, both stretched, must span the
     distance from the shoulder to the wrist. The hand keeps the wrist above the object, and bends once more towards it.
     Obstacles are ignored, so a point may be out of reach all the same.
     """
-    x, y, _ = point
-    place = place_of(point)
-    top = {"AGV": _TRAY_TOP, "bin": _BIN_TOP, "the": _BELT_TOP if place == "the belt" else 0.0}[place.split()[0]]
-    beside = math.hypot(x - _RAIL_X, max(abs(y) - RAIL_LIMIT, 0.0))
-    below = _SHOULDER_HEIGHT - (top + _HAND_LENGTH)
+    _, top = _surface_under(point, layout)
+    x, y, _ = layout.rail.inverse().transform(point)
+    beside = math.hypot(x, max(abs(y) - RAIL_LIMIT, 0.0))
+    below = layout.rail.position[2] + _SHOULDER_RISE - (top + _HAND_LENGTH)
     return math.hypot(max(beside - _WRIST_LENGTH, 0.0), below) <= _ARM_LENGTH
 
 
-def _within(offset: float, length: float) -> bool:
-    return abs(offset) <= length / 2 + 1e-9
+def _surface_under(point: Vector3, layout: Layout) -> tuple[str, float]:
+    """Return the place under a point in words, and the height of its surface [m]."""
+    x, y, _ = point
+    for agv in layout.carriers:
+        if agv.covers(x, y):
+            return f"AGV {agv.number}", agv.surface
+    for each in layout.bins:
+        if each.covers(x, y):
+            return each.name.replace("bin", "bin "), each.surface
+    for belt in layout.belts:
+        if belt.covers(x, y):
+            return "the belt", belt.surface
+    return "the floor", 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +160,8 @@ def _pose_difficulties(trial: Trial) -> Iterator[Difficulty]:
     turned = dict.fromkeys(kind for kind, height in heights if height < _UPSIDE_DOWN)
     if turned:
         yield Difficulty("turned_over", f"{_listed(list(turned))} to be turned over")
-    off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
+    places = [each.pose.position[:2] for each in objects]
+    off = sum(not any(is_on_plate(x, y, agv.plate) for agv in trial.layout.carriers) for x, y in places)
     if off:
         yield Difficulty("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
 
@@ -180,21 +172,21 @@ def _drop_difficulties(trial: Trial) -> Iterator[Difficulty]:
     for region in trial.drop_regions:
         if region.type not in ordered:
             continue
-        kind, where = _drop_kind(region)
+        kind, where = _drop_kind(region, trial.layout)
         places = grouped.setdefault((kind, region.type, where), [])
         x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
-        places.append(place_of((x, y, z)))
+        places.append(place_of((x, y, z), trial.layout))
     for (kind, part_type, where), places in grouped.items():
         yield Difficulty(kind, f"{part_type} dropped over {_listed(sorted(set(places)))}, {where}")
 
 
-def _drop_kind(region: DropRegion) -> tuple[DifficultyKind, str]:
+def _drop_kind(region: DropRegion, layout: Layout) -> tuple[DifficultyKind, str]:
     """Return the place where a part falls, as a kind of demand and in words."""
     point = region.destination.position
-    place = place_of(point)
+    place = place_of(point, layout)
     if place.startswith("AGV"):
         return "dropped_on_tray", "onto the tray"
-    if not is_within_reach(point):
+    if not is_within_reach(point, layout):
         return "dropped_out_of_reach", "out of reach"
     return "dropped_in_reach", f"onto {place}"
 

@@ -14,7 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from cellwright.config.layout import PART_TYPES, REFERENCE_FRAMES, TRAY_FRAMES
+from cellwright.config.footprints import PART_TYPES
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.overrides import Override, apply_overrides, refuse_without_effect
 from cellwright.config.parsing.python2 import dictionary_order, number_text
@@ -149,7 +150,8 @@ def _read(
     options, aliases = section("options", parts.read_options, reader) or (Options(), parts.DEFAULT_ALIASES)
     own = section(OWN, read_settings, reader) or {}
     types = PART_TYPES | own.get("part_models", {}).keys()
-    registry = parts.PartRegistry(reader, options, aliases, types)
+    layout = gear2017()
+    registry = parts.PartRegistry(reader, options, aliases, types, layout)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
     # The original's parser walks sections in the order of Python 2's dictionaries, and numbers parts as it meets them.
     walked = dictionary_order(name for name in root.entries if name != OWN)
@@ -166,10 +168,10 @@ def _read(
     _raise_errors(overrides, reader.problems)
 
     time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
-    frames = set(REFERENCE_FRAMES) - (set() if options.insert_agvs else set(TRAY_FRAMES))
+    frames = layout.reference_frames.keys() - (set() if options.insert_agvs else layout.tray_frames.keys())
     inserted = bins if options.insert_models_over_bins else ()
     spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
-    locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | registry.locations
+    locations = {"tray": {f"{each.name}_load_point" for each in layout.carriers}} | registry.locations
     trial = Trial(
         name=name,
         has_arm=has_arm,
@@ -184,6 +186,7 @@ def _read(
         drop_regions=drops,
         material_locations={kind: tuple(sorted(places)) for kind, places in locations.items()},
         overrides=tuple(map(str, overrides)),
+        layout=layout,
         **own,
     )
     parts.check_faulty(faulty, trial, reader)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 from itertools import product
 
-from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
+from cellwright.config.layout.layout import Layout
 from cellwright.config.parsing.python2 import dictionary_order, quotient
 from cellwright.config.parsing.reader import Keys, Placement, Reader, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, describe, shortened
@@ -68,13 +68,14 @@ class PartRegistry:
     """Count of the parts while they are read: the numbers in their names, their total, and their locations.
 
     Numbers are counted per type as written: an alias counts apart from its type. An alias of an alias is not followed.
-    `types` are the part types that have a model; `locations` are the places of each type.
+    `types` are the part types that have a model, `layout` that of the cell; `locations` are the places of each type.
     """
 
     reader: Reader
     options: Options
     aliases: Mapping[str, str]
     types: frozenset[str]
+    layout: Layout
     count: int = 0
     locations: defaultdict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
@@ -109,7 +110,7 @@ def read_bins(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
     reader = registry.reader
     found: dict[str, Part] = {}
     for _, name, table in reader.tables(node):
-        origin = _origin(name, table, reader)
+        origin = _origin(name, table, registry)
         models = table.get("models")
         if models is None or (isinstance(models, Leaf) and models.value is None):
             continue
@@ -129,12 +130,12 @@ def read_bins(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
 
 def read_extras(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
     """Return the section `models_to_spawn`: single parts, each in the frame of a link."""
-    reader = registry.reader
+    reader, frames = registry.reader, registry.layout.reference_frames
     found: dict[str, Part] = {}
     for entry, frame, frame_table in reader.tables(node):
         reader.ignored(frame_table, ("models",))
-        if frame not in REFERENCE_FRAMES:
-            message = f"unknown reference frame, its parts are left out{suggestion(frame, REFERENCE_FRAMES)}"
+        if frame not in frames:
+            message = f"unknown reference frame, its parts are left out{suggestion(frame, frames)}"
             reader.problems.warn(entry, message, ignored=entry)
         models = reader.required(frame_table, "models")
         for model in reader.entries(models) if models else ():
@@ -155,15 +156,16 @@ def read_part(table: Table, registry: PartRegistry) -> tuple[str, Placement] | N
     return registry.part_type(values["type"], table.entries["type"].value, table), values["pose"]
 
 
-def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
+def _origin(name: str, table: Table, registry: PartRegistry) -> Vector3 | None:
     """Return the origin of a bin's grids [m]: as written, else the bin's corner."""
+    reader = registry.reader
     values = BIN.read(table, reader)
     if "xyz" in table:
         return values.get("xyz")
-    if name in BIN_CENTRES:
-        x, y = BIN_CENTRES[name]
-        return (x - BIN_WIDTH / 2, y - BIN_WIDTH / 2, BIN_PART_HEIGHT)
-    hint = f"; only bins have a default{did_you_mean(name, BIN_CENTRES)}"
+    bins = {each.name: each for each in registry.layout.bins}
+    if name in bins:
+        return bins[name].corner.position
+    hint = f"; only bins have a default{did_you_mean(name, bins)}"
     reader.required(table, "xyz", hint)
     return None
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import get_args
 
-from cellwright.config.layout import ARM_FRAMES
+from cellwright.config.arm import ARM_FRAMES
 from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
 from cellwright.config.parsing.tree import Entry, Table, YamlNode, shortened
 from cellwright.config.trial.other_years import LATER_SENSORS

@@ -9,7 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
-from cellwright.config.layout import PART_TYPES
+from cellwright.config.footprints import PART_TYPES
+from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.layout.layout import Carrier, Layout
 from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
 from cellwright.util.errors import UsageError
@@ -313,10 +315,22 @@ class Trial:
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)
     overrides: tuple[str, ...] = field(default=(), compare=False)
+    layout: Layout = field(default_factory=gear2017)
 
     def __post_init__(self) -> None:
         if self.time_limit is not None and self.time_limit < 0.0:
             raise UsageError(f"time_limit: must not be negative (got {self.time_limit:g}); use None for no limit")
+
+    @property
+    def carriers(self) -> tuple[Carrier, ...]:
+        """Carriers that are in the cell."""
+        return self.layout.carriers if self.options.insert_agvs else ()
+
+    @property
+    def reference_frames(self) -> Mapping[str, Pose]:
+        """World poses of the frames for parts that are in the cell, by name."""
+        trays = {} if self.options.insert_agvs else self.layout.tray_frames
+        return {name: pose for name, pose in self.layout.reference_frames.items() if name not in trays}
 
     def belt_clones(self) -> tuple[tuple[str, str], ...]:
         """Names, without origin, and types of the belt's parts: `gear_part_clone_0`, type by type."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, get_args
 
-from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section
 from cellwright.config.parsing.tree import Leaf, Table, YamlNode, children, describe, shortened

@@ -10,7 +10,7 @@ import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.model.arm import GRIPPER, JOINTS
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.viewer.services.names import MIN_DEVIATION
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from cellwright.cell.cell import Cell
-from cellwright.config.layout import ARM_FRAMES, ARM_JOINTS
+from cellwright.config.arm import ARM_FRAMES, ARM_JOINTS
 from cellwright.motion import Joints
 
 LINKS = ARM_FRAMES[1:]

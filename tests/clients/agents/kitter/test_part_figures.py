@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cellwright.cell.model.parts import PART_TYPES as BUILT
 from cellwright.cell.model.parts import add_part, add_part_meshes, part_type
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures, box_outline
-from cellwright.config.layout import PART_TYPES
+from cellwright.config.footprints import PART_TYPES
 from cellwright.engine.shapes import Visuals, bounds
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT
-from cellwright.config.trial.difficulty import is_on_tray, is_within_reach, place_of
+from cellwright.config.trial.difficulty import is_within_reach, place_of
+from tests.support.places import BIN_CENTRES, BIN_PART_HEIGHT, LAYOUT
 
 
 @pytest.mark.parametrize(
@@ -19,18 +19,12 @@ from cellwright.config.trial.difficulty import is_on_tray, is_within_reach, plac
     ],
 )
 def test_place_of_point_names_surface_below(point: tuple[float, float, float], place: str) -> None:
-    assert place_of(point) == place
-
-
-def test_point_on_tray_is_within_plate() -> None:
-    assert is_on_tray(0.25, -0.35)
-    assert not is_on_tray(0.26, 0.0)
-    assert not is_on_tray(0.0, 0.36)
+    assert place_of(point, LAYOUT) == place
 
 
 @pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
 def test_near_bins_are_within_reach(name: str) -> None:
-    assert is_within_reach((*BIN_CENTRES[name], BIN_PART_HEIGHT))
+    assert is_within_reach((*BIN_CENTRES[name], BIN_PART_HEIGHT), LAYOUT)
 
 
 @pytest.mark.parametrize(
@@ -46,4 +40,4 @@ def test_near_bins_are_within_reach(name: str) -> None:
     ],
 )
 def test_points_within_arm_length_are_within_reach(point: tuple[float, float, float], reached: bool) -> None:
-    assert is_within_reach(point) == reached
+    assert is_within_reach(point, LAYOUT) == reached

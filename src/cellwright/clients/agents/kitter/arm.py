@@ -31,7 +31,7 @@ from cellwright.clients.agents.kitter.motion import (
     velocities_along,
 )
 from cellwright.clients.client import Client
-from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS
 from cellwright.middleware.messages.conversions import NANOSECONDS, nanoseconds
 from cellwright.motion import JointMotion, Joints, forward, move
 from cellwright.util.errors import UsageError

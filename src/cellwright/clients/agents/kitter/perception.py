@@ -10,7 +10,7 @@ from typing import Any
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.client import Client
-from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH
+from cellwright.config.layout.gear2017 import gear2017
 from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.util.pose import Pose, Vector3, normalized
 
@@ -73,7 +73,7 @@ class Area:
         return all(self.low[axis] <= other.high[axis] and other.low[axis] <= self.high[axis] for axis in range(3))
 
 
-BINS = Area.around(((x, y, BIN_SURFACE) for x, y in BIN_CENTRES.values()), BIN_WIDTH / 2)
+BINS = Area.around(((*each.centre, BIN_SURFACE) for each in gear2017().bins), 0.3)
 BELT = Area(
     (BELT_MIDDLE - BELT_HALF_WIDTH, -4.3, BELT_SURFACE - 0.02),
     (BELT_MIDDLE + BELT_HALF_WIDTH, 10.3, BELT_SURFACE + 0.02),
@@ -107,7 +107,7 @@ def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
 
 def is_in_bin(x: float, y: float) -> bool:
     """Return whether a point of the world is over a bin."""
-    return any(max(abs(x - bin_x), abs(y - bin_y)) < BIN_WIDTH / 2 for bin_x, bin_y in BIN_CENTRES.values())
+    return any(each.covers(x, y) for each in gear2017().bins)
 
 
 @dataclass(frozen=True, slots=True)

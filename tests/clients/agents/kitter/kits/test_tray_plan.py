@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cellwright.clients.agents.kitter.kits import PART_GAP, RIM_GAP, find_place, find_turning_spot, fits
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import TRAY_HALF_X, TRAY_HALF_Y
-from cellwright.config.layout import PART_TYPES
+from cellwright.config.footprints import PART_TYPES
 from cellwright.util.pose import Pose
 
 figures = Catalogue().figures

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.layout import PART_FOOTPRINTS, PART_RADII, UNKNOWN_RADIUS, footprint
+from cellwright.config.footprints import PART_FOOTPRINTS, PART_RADII, UNKNOWN_RADIUS, footprint
 from cellwright.util.pose import Pose
 
 TYPES = st.sampled_from(sorted(PART_FOOTPRINTS))
@@ -60,8 +60,8 @@ def test_footprint_of_tilted_or_unknown_part_is_disc() -> None:
 
 
 def test_footprint_margin_in_square_is_signed() -> None:
-    assert footprint("gear_part", at(0.1, -0.2)).margin((0.0, 0.0), 0.3) == pytest.approx(0.3 - 0.2392)
-    assert footprint("gear_part", at(1.0, 0.0)).margin((0.0, 0.0), 0.3) == pytest.approx(0.3 - 1.0392)
+    assert footprint("gear_part", at(0.1, -0.2)).margin(Pose(), (0.6, 0.6)) == pytest.approx(0.3 - 0.2392)
+    assert footprint("gear_part", at(1.0, 0.0)).margin(Pose(), (0.6, 0.6)) == pytest.approx(0.3 - 1.0392)
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, TURNS)

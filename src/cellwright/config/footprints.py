@@ -1,6 +1,6 @@
-"""Layout of the 2017 cell: bins, trays, frames, joints and part types, and the footprints of parts.
+"""Footprints of parts: the floor that a part covers, and the gaps between two parts.
 
-Figures: the cell's published models (positions in m, world frame; yaw in rad).
+Figures: the meshes of the 2017 competition.
 """
 
 from __future__ import annotations
@@ -13,28 +13,6 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from cellwright.util.pose import Pose
-
-BIN_CENTRES: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {f"bin{n}": xy for n, xy in enumerate(product((-1.0, -0.3), (-1.33, -0.535, 0.23, 0.995)), start=1)}
-)
-"""Centre x, y [m] of each bin."""
-
-BIN_WIDTH = 0.6
-"""Width [m] of a bin's square; its grid of parts starts at the corner of least x and y."""
-
-BIN_PART_HEIGHT = 0.75
-"""Height [m] of the origin of a bin's grid."""
-
-TRAY_FRAMES: Mapping[str, Pose] = MappingProxyType(
-    {
-        "agv1::kit_tray_1::kit_tray_1::tray": Pose.from_rpy((0.3, 3.15, 0.75), (0.0, 0.0, 3.14159)),
-        "agv2::kit_tray_2::kit_tray_2::tray": Pose.from_rpy((0.3, -3.15, 0.75)),
-    }
-)
-"""World poses of the two tray links while the AGVs are at their load points."""
-
-TRAY_PLATE = (0.5, 0.7)
-"""Edge lengths [m] of a tray's plate along x and y of the tray frame, whose origin is in its middle."""
 
 Piece: TypeAlias = tuple[float, float, float, float, float]
 """Piece of a part's footprint: centre x, y, half edges a, b and radius r [m].
@@ -74,48 +52,6 @@ PART_RADII: Mapping[str, float] = MappingProxyType(
 
 PART_TYPES = frozenset(PART_RADII)
 """Part types that have a model."""
-
-REFERENCE_FRAMES: Mapping[str, Pose] = MappingProxyType(
-    {
-        "world": Pose(),
-        # The belt's middle, oriented as the frame in which belt parts appear: x along the belt's direction.
-        "conveyor_belt::belt": Pose.from_rpy((1.21, 3.0, 0.8126), (0.0, 0.0, -1.57079)),
-        **{f"{name}::link": Pose.from_rpy((x, y, 0.0), (0.0, 0.0, 1.5708)) for name, (x, y) in BIN_CENTRES.items()},
-        **TRAY_FRAMES,
-    }
-)
-"""World poses of the frames that `models_to_spawn` accepts."""
-
-ARM_JOINTS = (
-    "linear_arm_actuator_joint",
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "elbow_joint",
-    "wrist_1_joint",
-    "wrist_2_joint",
-    "wrist_3_joint",
-)
-"""The arm's joints in the order of its controller."""
-
-RAIL_LIMIT = 2.1
-"""Range of the arm's rail to either side [m]."""
-
-TURN_LIMIT = 6.283185307179586
-"""Range of each of the arm's other joints to either side [rad]."""
-
-ARM_FRAMES = (
-    "linear_arm_actuator",
-    "base_link",
-    "shoulder_link",
-    "upper_arm_link",
-    "forearm_link",
-    "wrist_1_link",
-    "wrist_2_link",
-    "wrist_3_link",
-    "vacuum_gripper_link",
-)
-"""Links of the arm that sensors can be mounted on, from the rail to the tool."""
-
 
 Point: TypeAlias = tuple[float, float]
 
@@ -157,13 +93,20 @@ class Footprint:
             return far
         return min(_gap(a, b) for a, b in product(self.patches, other.patches))
 
-    def margin(self, centre: Point, half: float) -> float:
-        """Return the clearance [m] to the edges of a square; negative outside.
+    def margin(self, area: Pose, size: tuple[float, float]) -> float:
+        """Return the clearance [m] to the edges of a rectangle; negative outside.
 
-        The square has its middle at `centre`, and edges of 2 `half` [m] along the axes.
+        Args:
+            area: its middle; its edges are along x and y.
+            size: lengths of these edges [m].
         """
-        spans = [(patch.span(1.0, 0.0), patch.span(0.0, 1.0)) for patch in self.patches]
-        return half - max(max(centre[0] - x[0], x[1] - centre[0], centre[1] - y[0], y[1] - centre[1]) for x, y in spans)
+        margins = []
+        for axis, length in zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), size, strict=True):
+            nx, ny, _ = area.rotate(axis)
+            middle = nx * area.position[0] + ny * area.position[1]
+            spans = [patch.span(nx, ny) for patch in self.patches]
+            margins.append(length / 2 - max(max(middle - lower, upper - middle) for lower, upper in spans))
+        return min(margins)
 
 
 def footprint(part_type: str, world_T_part: Pose) -> Footprint:
