@@ -1,17 +1,20 @@
 """Layout as a value: moved as a whole, and asked for places."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.layout.layout import Layout, is_on_plate
+from cellwright.config.layout.layout import Layout, Tray, is_on_plate
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 from tests.support.places import LAYOUT
 
 QUARTERS = st.sampled_from([math.pi / 2, math.pi, -math.pi / 2])
+TRAY = Tray(3, "tray1", Pose.from_rpy((0.95, 0.3, 0.0), (0.0, 0.0, 0.4)), size=(0.4, 0.6), surface=0.8)
+WITH_TRAY = replace(LAYOUT, trays=(TRAY,))
 offsets = st.floats(-5.0, 5.0)
 
 
@@ -41,8 +44,8 @@ def places(layout: Layout) -> dict[str, Pose]:
 @given(offsets, offsets, st.floats(-3.0, 3.0))
 def test_all_places_move_with_the_layout(x: float, y: float, yaw: float) -> None:
     by = Pose.from_rpy((x, y, 0.0), (0.0, 0.0, yaw))
-    moved = places(LAYOUT.moved(by))
-    for name, pose in places(LAYOUT).items():
+    moved = places(WITH_TRAY.moved(by))
+    for name, pose in places(WITH_TRAY).items():
         if name != "world":
             assert moved[name].position == pytest.approx((by @ pose).position, abs=1e-9)
 
@@ -64,8 +67,28 @@ def test_point_on_tray_is_within_plate() -> None:
     assert not is_on_plate(0.0, 0.36, (0.5, 0.7))
 
 
+def test_fixed_tray_has_its_frame_just_below_its_surface() -> None:
+    frame = WITH_TRAY.reference_frames["tray1::kit_tray_3::tray"]
+    assert frame.position == pytest.approx((0.95, 0.3, 0.795))
+    assert frame.yaw == pytest.approx(0.4)
+    assert TRAY.tray_surface.position == pytest.approx((0.95, 0.3, 0.8))
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_fixed_tray_covers_the_points_over_its_plate(x: float, y: float) -> None:
+    there = TRAY.tray_frame.transform((x, y, 0.0))
+    edge = min(abs(abs(x) - 0.2), abs(abs(y) - 0.3))
+    assert TRAY.covers(*there[:2]) == (abs(x) <= 0.2 and abs(y) <= 0.3) or edge < 1e-6
+
+
+def test_stations_are_the_agvs_and_then_the_fixed_trays() -> None:
+    assert [each.number for each in WITH_TRAY.stations] == [1, 2, 3]
+
+
 def test_unknown_name_is_refused_with_a_similar_one() -> None:
     with pytest.raises(UnknownNameError, match="bin7"):
         LAYOUT.bin("bin77")
     with pytest.raises(UnknownNameError, match="agv1"):
         LAYOUT.carrier("agv11")
+    with pytest.raises(UnknownNameError, match="tray1"):
+        WITH_TRAY.tray("tray11")

@@ -18,7 +18,10 @@ KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
 Colour: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue and opacity, 0 to 1."""
 
-T = TypeVar("T", "Bin", "Carrier")
+T = TypeVar("T", "Bin", "Carrier", "Tray")
+PLATE_TOP = 0.005
+"""Height [m] of the surface of a fixed tray over its link, as with an AGV's tray."""
+
 _DIGITS = 12
 """Digits to which a turned direction is rounded.
 
@@ -169,6 +172,61 @@ class Carrier:
 
 
 @dataclass(frozen=True, slots=True)
+class Tray:
+    """Fixed tray: a kit is built and submitted where it stands.
+
+    Attributes:
+        number: its number, in the name of its tray; numbers go on after those of the carriers.
+        name: its name in topics, frames and trials.
+        pose: middle of its plate, at height 0.
+        size: edge lengths of its plate along x and y.
+        surface: height of the surface that parts lie on.
+        rim: height of its rim over that surface; 0 for none.
+    """
+
+    number: int
+    name: str
+    pose: Pose
+    size: tuple[float, float] = (0.5, 0.7)
+    surface: float = 0.755
+    rim: float = 0.0204
+
+    @property
+    def tray_link(self) -> str:
+        """Name of its link."""
+        return f"{self.name}::{self.tray_name}::tray"
+
+    @property
+    def tray_frame(self) -> Pose:
+        """Pose of its link, as trials mean it: as far below the surface as that of an AGV's tray."""
+        return self.pose @ Pose((0.0, 0.0, self.surface - PLATE_TOP))
+
+    @property
+    def plate(self) -> tuple[float, float]:
+        """Edge lengths of its plate along x and y of its link, whose origin is in its middle."""
+        return self.size
+
+    @property
+    def tray_surface(self) -> Pose:
+        """Middle of the surface that parts lie on."""
+        return self.pose @ Pose((0.0, 0.0, self.surface))
+
+    @property
+    def tray_name(self) -> str:
+        """Name of its tray in topics and frames."""
+        return f"kit_tray_{self.number}"
+
+    def covers(self, x: float, y: float) -> bool:
+        """Return whether a point of the world lies over the plate."""
+        at = self.pose.inverse().transform((x, y, 0.0))
+        return is_on_plate(at[0], at[1], self.size)
+
+
+Station: TypeAlias = Carrier | Tray
+"""Place with a tray where a kit is built."""
+
+
+@dataclass(frozen=True, slots=True)
 class Layout:
     """Layout of a cell.
 
@@ -180,6 +238,7 @@ class Layout:
         rail: frame of the arm's rail.
         workcell: frame of posts, bars and lines on the floor.
         shelf: middle of the shelf for parts that are not in play, at height 0.
+        trays: the fixed trays.
 
     The shelf is outside every view, and in line with the cell. The engine's broad phase uses boxes along the principal
     axes of all objects. A shelf to one side would skew these axes, and every flat object would fill a fat box.
@@ -198,6 +257,12 @@ class Layout:
     rail: Pose
     workcell: Pose
     shelf: Pose
+    trays: tuple[Tray, ...] = ()
+
+    @property
+    def stations(self) -> tuple[Station, ...]:
+        """All places with a tray, in the order of their numbers: carriers, then fixed trays."""
+        return (*self.carriers, *self.trays)
 
     @property
     def reference_frames(self) -> Mapping[str, Pose]:
@@ -213,7 +278,7 @@ class Layout:
     @property
     def tray_frames(self) -> Mapping[str, Pose]:
         """World poses of the trays' links at their stations, by name."""
-        return {each.tray_link: each.tray_frame for each in self.carriers}
+        return {each.tray_link: each.tray_frame for each in self.stations}
 
     def bin(self, name: str) -> Bin:
         """Return a bin by its name, or raise an UnknownNameError."""
@@ -222,6 +287,10 @@ class Layout:
     def carrier(self, name: str) -> Carrier:
         """Return a carrier by its name, or raise an UnknownNameError."""
         return _named("AGV", name, self.carriers)
+
+    def tray(self, name: str) -> Tray:
+        """Return a fixed tray by its name, or raise an UnknownNameError."""
+        return _named("tray", name, self.trays)
 
     def moved(self, by: Pose) -> Layout:
         """Return the whole layout moved and turned about the vertical: `by` maps the old world to the new one."""
@@ -257,6 +326,7 @@ class Layout:
             rail=by @ self.rail,
             workcell=by @ self.workcell,
             shelf=by @ self.shelf,
+            trays=tuple(replace(each, pose=by @ each.pose) for each in self.trays),
         )
 
 

@@ -168,10 +168,11 @@ def _read(
     _raise_errors(overrides, reader.problems)
 
     time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
-    frames = layout.reference_frames.keys() - (set() if options.insert_agvs else layout.tray_frames.keys())
+    frames = Trial(name, options=options, layout=layout).reference_frames
     inserted = bins if options.insert_models_over_bins else ()
     spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
-    locations = {"tray": {f"{each.name}_load_point" for each in layout.carriers}} | registry.locations
+    trays = {f"{each.name}_load_point" for each in layout.carriers} | {each.name for each in layout.trays}
+    locations = ({"tray": trays} if trays else {}) | registry.locations
     trial = Trial(
         name=name,
         has_arm=has_arm,

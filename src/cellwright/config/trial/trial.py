@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 
 from cellwright.config.footprints import PART_TYPES
 from cellwright.config.layout.gear2017 import gear2017
-from cellwright.config.layout.layout import Carrier, Layout
+from cellwright.config.layout.layout import Carrier, Layout, Station
 from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
 from cellwright.util.errors import UsageError
@@ -110,12 +110,16 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class BeltPart:
-    """Part that appears on the conveyor `time` [s] after the population starts; `pose` is in the spawn frame."""
+    """Part that appears on a belt `time` [s] after the population starts; `pose` is in the belt's spawn frame.
+
+    `belt` is the belt's name in the layout.
+    """
 
     time: float
     type: str
     pose: Pose
     written: Placement | None = field(default=None, compare=False, repr=False)
+    belt: str = "belt"
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,10 +133,14 @@ class KitObject:
 
 @dataclass(frozen=True, slots=True)
 class Kit:
-    """Kit of an order; `kit_type` is its name, `order_0_kit_0`."""
+    """Kit of an order; `kit_type` is its name, `order_0_kit_0`.
+
+    `tray` names the AGV or the fixed tray that it has to be submitted from; None for any.
+    """
 
     kit_type: str
     objects: tuple[KitObject, ...]
+    tray: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,10 +335,15 @@ class Trial:
         return self.layout.carriers if self.options.insert_agvs else ()
 
     @property
+    def stations(self) -> tuple[Station, ...]:
+        """Places with a tray that are in the cell, in the order of their numbers: carriers, then fixed trays."""
+        return (*self.carriers, *self.layout.trays)
+
+    @property
     def reference_frames(self) -> Mapping[str, Pose]:
         """World poses of the frames for parts that are in the cell, by name."""
-        trays = {} if self.options.insert_agvs else self.layout.tray_frames
-        return {name: pose for name, pose in self.layout.reference_frames.items() if name not in trays}
+        absent = {each.tray_link for each in self.layout.carriers} - {each.tray_link for each in self.carriers}
+        return {name: pose for name, pose in self.layout.reference_frames.items() if name not in absent}
 
     def belt_clones(self) -> tuple[tuple[str, str], ...]:
         """Names, without origin, and types of the belt's parts: `gear_part_clone_0`, type by type."""
