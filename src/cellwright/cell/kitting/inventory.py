@@ -60,10 +60,7 @@ class DropZones:
         if part_type in self._spent:
             return None
         for region in self.regions:
-            if region.type == part_type and all(
-                low <= value <= high
-                for low, value, high in zip(region.lower, world_position, region.upper, strict=True)
-            ):
+            if region.type == part_type and region.covers(world_position):
                 self._spent.add(part_type)
                 return region
         return None

@@ -174,8 +174,7 @@ def _drop_difficulties(trial: Trial) -> Iterator[Difficulty]:
             continue
         kind, where = _drop_kind(region, trial.layout)
         places = grouped.setdefault((kind, region.type, where), [])
-        x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
-        places.append(place_of((x, y, z), trial.layout))
+        places.append(place_of(region.centre, trial.layout))
     for (kind, part_type, where), places in grouped.items():
         yield Difficulty(kind, f"{part_type} dropped over {_listed(sorted(set(places)))}, {where}")
 

@@ -162,9 +162,10 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class DropRegion:
-    """Box in the world frame where the gripper loses a part of `type` once, which falls to `destination` (world frame).
+    """Box where the gripper loses a part of `type` once, which falls to `destination` (world frame).
 
-    `lower` and `upper` are sorted per axis [m]; `written` are two corners and the destination.
+    `lower` and `upper` are corners along the axes of `frame`, sorted per axis [m]. `written` are two corners and the
+    destination.
     """
 
     name: str
@@ -173,6 +174,18 @@ class DropRegion:
     upper: Vector3
     destination: Pose
     written: tuple[Vector3, Vector3, Placement] | None = field(default=None, compare=False, repr=False)
+    frame: Pose = field(default_factory=Pose)
+
+    @property
+    def centre(self) -> Vector3:
+        """Middle of the box in the world [m]."""
+        x, y, z = ((low + high) / 2 for low, high in zip(self.lower, self.upper, strict=True))
+        return self.frame.transform((x, y, z))
+
+    def covers(self, point: Vector3) -> bool:
+        """Return whether a point of the world [m] is in the closed box."""
+        at = self.frame.inverse().transform(point)
+        return all(low <= value <= high for low, value, high in zip(self.lower, at, self.upper, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
