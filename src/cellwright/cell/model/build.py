@@ -222,7 +222,8 @@ def _add_fixed(spec: Any, visuals: Visuals, layout: Layout, slots: int) -> None:
         furniture.add_conveyor(spec, visuals, belt)
     for belt in layout.belts:
         furniture.add_deletion_wall(spec, belt)
-    furniture.add_frames(spec, visuals, layout)
+    for structure in layout.structure:
+        furniture.add_structure(spec, visuals, structure)
     furniture.add_shelf(spec, slots, layout)
 
 

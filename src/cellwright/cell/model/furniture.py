@@ -10,6 +10,7 @@ import mujoco
 
 from cellwright.cell.model import shelf
 from cellwright.config.layout.layout import Belt, Bin, Layout
+from cellwright.config.layout.surroundings import Structure
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, capsule, cylinder
@@ -18,6 +19,7 @@ from cellwright.util.pose import Pose
 _LENS_FORWARD = (0.0, 1.5708, 0.0)
 """Turn of a cylinder's axis from z to x, the viewing direction of a sensor."""
 SHELF_BODY = "shelf"
+_LINE_HEIGHT = 0.002
 
 
 def add_housing(visuals: Visuals, sensor: SensorConfig) -> None:
@@ -67,23 +69,11 @@ def add_floor(spec: Any, visuals: Visuals, layout: Layout) -> None:
         contype=1,
         conaffinity=0,
     )
-    line, height = 0.08, 0.002
-
-    def place(x: float, y: float) -> Pose:
-        return layout.frame @ at(x, y, height / 2)
-
-    for side in (1.0, -1.0):
+    for line in layout.floor_lines:
+        length, width = line.size
         visuals.add(
-            "world",
-            box(2.3, line, height, place(0.3, 2.45 * side), colours.LINE_YELLOW),
-            box(2.3, line, height, place(0.3, 4.15 * side), colours.LINE_YELLOW),
-            box(line, 1.78, height, place(1.41, 3.3 * side), colours.LINE_YELLOW),
+            "world", box(length, width, _LINE_HEIGHT, line.middle @ at(z=_LINE_HEIGHT / 2), colours.LINE_YELLOW)
         )
-    visuals.add(
-        "world",
-        box(line, 8.6, height, place(-1.75, 0.0), colours.LINE_YELLOW),
-        box(line, 16.0, height, place(2.35, 3.0), colours.LINE_YELLOW),
-    )
 
 
 def add_bin(spec: Any, visuals: Visuals, each: Bin) -> None:
@@ -149,31 +139,13 @@ def add_conveyor(spec: Any, visuals: Visuals, belt: Belt) -> None:
         visuals.add(belt.body, cylinder(thickness / 2, width, drum, colours.RUBBER))
 
 
-def add_frames(spec: Any, visuals: Visuals, layout: Layout) -> None:
-    """Add two portals over the bins and a fence along the conveyor: posts and bars for sensors, which an arm can hit.
-
-    They have the yaw of the original's workcell, which is rounded to 1.57. Each is a flat body of its own: the arm is
-    first tested against its bounding box.
-    """
-    thick = 0.05
-
-    def add_body(name: str, x: float, z: float = 0.0) -> Any:
-        frame = layout.workcell @ at(x=x, z=z)
-        return spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
-
-    for number, x in enumerate((-1.08, -0.3143), 1):
-        portal = add_body(f"camera_frame_{number}", x)
-        add_shape(portal, box(thick, 3.5, thick, at(y=-0.25, z=2.0), colours.FRAME), Role.BOTH)
-        for y in (-2.0, 1.5):
-            add_shape(portal, box(thick, thick, 1.975, at(y=y, z=0.9875), colours.FRAME), Role.BOTH)
-    fence = add_body("conveyor_frame", 1.7)
-    add_shape(fence, box(thick, 10.0, thick, at(z=0.95), colours.FRAME), Role.BOTH)
-    for y in range(-5, 6):
-        add_shape(fence, box(thick, thick, 3.0, at(y=float(y), z=1.5), colours.FRAME), Role.BOTH)
-    beam = add_body("conveyor_beam", 1.21, 3.0)
-    add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
-    for y in (-5.0, 0.0, 5.0):
-        visuals.add("world", box(0.54, thick, thick, layout.workcell @ at(1.455, y, 3.0), colours.FRAME))
+def add_structure(spec: Any, visuals: Visuals, each: Structure) -> None:
+    """Add a structure: a body with its solid boxes; those that are only drawn stand in the world."""
+    if each.boxes:
+        body = spec.worldbody.add_body(name=each.name, pos=each.pose.position, quat=each.pose.quaternion)
+        for block in each.boxes:
+            add_shape(body, box(*block.size, block.middle, colours.FRAME), Role.BOTH)
+    visuals.add("world", *(box(*block.size, each.pose @ block.middle, colours.FRAME) for block in each.drawn))
 
 
 def add_shelf(spec: Any, slots: int, layout: Layout) -> None:

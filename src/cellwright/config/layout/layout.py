@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias, TypeVar
+from typing import Literal, TypeAlias, TypeVar
 
+from cellwright.config.layout.surroundings import FloorLine, Place, Structure, View
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
@@ -21,6 +22,9 @@ Colour: TypeAlias = tuple[float, float, float, float]
 T = TypeVar("T", "Bin", "Carrier", "Tray")
 PLATE_TOP = 0.005
 """Height [m] of the surface of a fixed tray over its link, as with an AGV's tray."""
+
+Side: TypeAlias = Literal["+x", "-x", "+y", "-y"]
+"""Side of a floor plan, by its axis."""
 
 _DIGITS = 12
 """Digits to which a turned direction is rounded.
@@ -36,11 +40,14 @@ class Bin:
     Attributes:
         name: its name in topics, frames and trials.
         pose: middle of its floor plan, at height 0; grids of parts go along x and y.
-        link: pose of its model, whose closed sides are at +-x.
+        link: pose of its model: `pose`, turned by any number of right angles, which may be rounded.
         size: edge lengths along x and y of the area for parts.
         surface: height of the surface that parts lie on.
         grid_height: height of the origin of its grids of parts.
         frame_height: height of its frame in the transform tree.
+        walls: height of its walls over the surface; 0 for none.
+        open: sides of `pose` that have a wall only near the corners.
+        gap: distance from the area for parts to the walls.
     """
 
     name: str
@@ -50,6 +57,9 @@ class Bin:
     surface: float = 0.725
     grid_height: float = 0.75
     frame_height: float = 0.72
+    walls: float = 0.06589
+    open: tuple[Side, ...] = ()
+    gap: float = 0.0
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -236,9 +246,12 @@ class Layout:
         belts: the belts.
         carriers: the AGVs.
         rail: frame of the arm's rail.
-        workcell: frame of posts, bars and lines on the floor.
         shelf: middle of the shelf for parts that are not in play, at height 0.
         trays: the fixed trays.
+        structure: posts, bars and tables, in the order of their bodies.
+        floor_lines: lines on the floor.
+        views: camera presets.
+        places: named poses of the user's.
 
     The shelf is outside every view, and in line with the cell. The engine's broad phase uses boxes along the principal
     axes of all objects. A shelf to one side would skew these axes, and every flat object would fill a fat box.
@@ -255,9 +268,12 @@ class Layout:
     belts: tuple[Belt, ...]
     carriers: tuple[Carrier, ...]
     rail: Pose
-    workcell: Pose
     shelf: Pose
     trays: tuple[Tray, ...] = ()
+    structure: tuple[Structure, ...] = ()
+    floor_lines: tuple[FloorLine, ...] = ()
+    views: tuple[View, ...] = ()
+    places: tuple[Place, ...] = ()
 
     @property
     def stations(self) -> tuple[Station, ...]:
@@ -324,9 +340,12 @@ class Layout:
                 for each in self.carriers
             ),
             rail=by @ self.rail,
-            workcell=by @ self.workcell,
             shelf=by @ self.shelf,
             trays=tuple(replace(each, pose=by @ each.pose) for each in self.trays),
+            structure=tuple(each.moved(by) for each in self.structure),
+            floor_lines=tuple(each.moved(by) for each in self.floor_lines),
+            views=tuple(each.moved(by) for each in self.views),
+            places=tuple(each.moved(by) for each in self.places),
         )
 
 
