@@ -98,7 +98,7 @@ def test_graph_has_names_of_contract_only(cell: Ground) -> None:
     assert sorted(of_the_time) == sorted(map(name, TOPICS))
     services_of_the_time = [each for each in services if not each.startswith(OURS)]
     assert sorted(services_of_the_time) == sorted(map(name, SERVICES))
-    assert {"/cellwright/part_types", "/cellwright/solids"} <= set(services)
+    assert {"/cellwright/part_types", "/cellwright/solids", "/cellwright/layout"} <= set(services)
 
 
 @pytest.mark.parametrize("case", TOPICS, ids=name)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
 from typing import cast, get_args
 
@@ -14,6 +14,7 @@ from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
 from cellwright.cell.model.solids import solids
+from cellwright.config.layout.data import layout_data
 from cellwright.engine.clock import NANOSECONDS, seconds
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
@@ -53,6 +54,7 @@ class CellCommands:
         self._cell = cell
         self._own_types = part_types_json(world.own_types)
         self._solids = cache(lambda: json.dumps(solids(world)))
+        self._layout = cache(lambda: json.dumps(layout_data(replace(cell.trial.layout, carriers=cell.trial.carriers))))
 
     def start_competition(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Start the trial."""
@@ -81,6 +83,10 @@ class CellCommands:
     def solids(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """The solid shapes of arm and cell."""
         return TriggerResponse(success=True, message=self._solids())
+
+    def layout(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
+        """The layout of the cell."""
+        return TriggerResponse(success=True, message=self._layout())
 
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""

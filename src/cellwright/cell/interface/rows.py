@@ -116,6 +116,9 @@ TRIAL = (
     accepts(SERVICE, "/cellwright/solids", "std_srvs/Trigger", ALWAYS,
           "Shapes of the arm's links and of what they must not hit, but for parts, as a JSON object in `message`.",
           handler="solids"),
+    accepts(SERVICE, "/cellwright/layout", "std_srvs/Trigger", ALWAYS,
+          "Places and sizes of bins, belts, trays, AGVs and the arm's rail, as a JSON object in `message`.",
+          handler="layout"),
 )
 
 ARM = (

@@ -11,6 +11,8 @@ from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.pictures import LatestPicture, picture_topics
 from cellwright.clients.client.session import Latest, NodeClient
 from cellwright.config import arm
+from cellwright.config.layout.data import layout_from_data
+from cellwright.config.layout.layout import Layout
 from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
@@ -34,6 +36,7 @@ _PREFIX = "/ariac/"
 _STATUS_TOPIC = "/cellwright/intention"
 _PART_TYPES = "/cellwright/part_types"
 _SOLIDS = "/cellwright/solids"
+_LAYOUT = "/cellwright/layout"
 _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
 
 log = logging.getLogger(__name__)
@@ -109,6 +112,23 @@ class Client(NodeClient):
         """Return the places of a type's parts, such as `bin7` or `belt`; none for an unknown type."""
         request = osrf_gear.GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
+
+    def layout(self) -> Layout:
+        """Return the layout of the cell: places and sizes of its bins, belts, trays, AGVs and the arm's rail.
+
+        Lengths are in m, poses in the world. It says nothing of parts and orders.
+
+        Example:
+            >>> from cellwright import Cell, Client, Trial
+            >>> layout = Client.in_process(Cell(Trial("2017's cell"))).layout()
+            >>> layout.bin("bin7").surface, [each.name for each in layout.carriers]
+            (0.725, ['agv1', 'agv2'])
+
+        Raises:
+            CellwrightError: the server has no such service: it is no cell.
+            UsageError: the answer is of another version of Cellwright.
+        """
+        return layout_from_data(json.loads(self.call(_LAYOUT, TriggerRequest()).message))
 
     def part_types(self) -> Mapping[str, Mapping[str, Any]]:
         """Return the part types of the trial's own, by name; empty where there are none.
