@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
 from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
+from cellwright.cell.model.bins import add_bin
 from cellwright.cell.model.clones import clone_name, first_bodies
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
@@ -217,7 +218,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
 def _add_fixed(spec: Any, visuals: Visuals, layout: Layout, slots: int) -> None:
     furniture.add_floor(spec, visuals, layout)
     for each in layout.bins:
-        furniture.add_bin(spec, visuals, each)
+        add_bin(spec, visuals, each)
     for belt in layout.belts:
         furniture.add_conveyor(spec, visuals, belt)
     for belt in layout.belts:

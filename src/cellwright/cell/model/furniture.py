@@ -1,4 +1,4 @@
-"""Fixed bodies of the cell: floor, bins, conveyor, frames, shelf, deletion wall, and housings of sensors.
+"""Fixed bodies of the cell: floor, conveyor, structure, shelf, deletion wall, and housings of sensors.
 
 Surfaces that parts lie on are thick solids: a part that falls from a metre moves 9 mm in a step of 2 ms.
 """
@@ -9,11 +9,11 @@ from typing import Any
 import mujoco
 
 from cellwright.cell.model import shelf
-from cellwright.config.layout.layout import Belt, Bin, Layout
+from cellwright.config.layout.layout import Belt, Layout
 from cellwright.config.layout.surroundings import Structure
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine import colours
-from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, capsule, cylinder
+from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, cylinder
 from cellwright.util.pose import Pose
 
 _LENS_FORWARD = (0.0, 1.5708, 0.0)
@@ -74,49 +74,6 @@ def add_floor(spec: Any, visuals: Visuals, layout: Layout) -> None:
         visuals.add(
             "world", box(length, width, _LINE_HEIGHT, line.middle @ at(z=_LINE_HEIGHT / 2), colours.LINE_YELLOW)
         )
-
-
-def add_bin(spec: Any, visuals: Visuals, each: Bin) -> None:
-    """Add a bin, whose open sides are at +-x of its pose."""
-    body = spec.worldbody.add_body(name=each.name, pos=each.link.position, quat=each.link.quaternion)
-    _fill_bin(body, visuals, each.surface)
-
-
-def _fill_bin(body: Any, visuals: Visuals, surface: float) -> None:
-    """Add one bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
-
-    Base and sills are visual only: nothing gets there, and every collision shape costs time in each step.
-    """
-    # inner half width, walls (grown outward), height of their upper edge
-    inner, thick, rim = 0.3175, 0.008, 0.79089
-    corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
-    # solid from half height on: nothing tunnels through a floor of this thickness
-    floor = 0.225
-    add_shape(body, box(2 * inner, 2 * inner, floor, at(z=surface - floor / 2), colours.BIN_FLOOR), Role.BOTH)
-    foot = box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK)
-    visuals.add(body.name, foot)
-    outer = inner + thick / 2
-    for side in (1.0, -1.0):
-        _add_wall(body, Pose.from_rpy((outer * side, 0.0, 0.0), (0.0, 0.0, math.pi / 2)), 2 * inner, thick, base, rim)
-        for end in (1.0, -1.0):
-            x = (inner + thick - corner / 2) * end
-            _add_wall(body, at(x, outer * side), corner, thick, base, rim)
-            wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (math.pi / 2, 0.0, 0.0))
-            visuals.add(body.name, cylinder(0.05, 0.03, wheel, colours.RUBBER))
-        visuals.add(body.name, box(middle, thick, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN))
-
-
-def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float, top: float) -> None:
-    """Add a wall along x of `foot` with a rounded upper edge.
-
-    Between a flat part and the narrow flat top of a box the engine sometimes finds a contact that points sideways.
-    """
-    radius = thick / 2
-    shoulder = top - radius
-    plate = box(length, thick, shoulder - bottom, foot @ at(z=(shoulder + bottom) / 2), colours.BIN)
-    edge = foot @ Pose.from_rpy((0.0, 0.0, shoulder), (0.0, math.pi / 2, 0.0))
-    add_shape(body, plate, Role.BOTH)
-    add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
 
 
 def add_conveyor(spec: Any, visuals: Visuals, belt: Belt) -> None:
