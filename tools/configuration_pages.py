@@ -1,7 +1,7 @@
-"""Tables of bounds in the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
+"""Tables of the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
 
-They are generated from the readers' own constants. In a page a table stands between `<!-- made: NAME -->` and
-`<!-- end -->`; the rest of the page is written by hand.
+Bounds are generated from the readers' own constants, and entries from the texts of `entries.yaml`. In a page a table
+stands between `<!-- made: NAME -->` or `<!-- entries: NAME -->` and `<!-- end -->`; the rest is written by hand.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from pathlib import Path
 from cellwright.config.models.files import MAX_ASSET_BYTES
 from cellwright.config.models.reader import MAX_FURNITURE, MAX_TYPES
 from cellwright.config.models.xml import MAX_SHAPES
+from cellwright.config.parsing import entries
+from cellwright.config.parsing.entries import EntryText
 from cellwright.config.parsing.expressions import MAX_BITS, MAX_LENGTH
 from cellwright.config.parsing.overrides import MAX_OVERRIDES
 from cellwright.config.parsing.reader import MAX_COORDINATE, MAX_MESH_BYTES, MAX_NAME_LENGTH
@@ -39,7 +41,8 @@ from cellwright.config.trial.sensors import (
 from cellwright.util.errors import UnknownNameError
 
 _MADE = re.compile(
-    r"(?<=^<!-- made: )(?P<name>[a-z0-9-]+)(?P<open> -->\n).*?(?=^<!-- end -->$)", re.MULTILINE | re.DOTALL
+    r"(?<=^<!-- )(?P<kind>made|entries): (?P<name>[a-z0-9-]+)(?P<open> -->\n).*?(?=^<!-- end -->$)",
+    re.MULTILINE | re.DOTALL,
 )
 
 
@@ -54,14 +57,20 @@ def filled(page: str) -> str:
     Raises:
         UnknownNameError: the page names an unknown table.
     """
-    made = tables()
+    made = {"made": tables(), "entries": {name: _entries(rows) for name, rows in entries.tables().items()}}
 
     def fill(found: re.Match[str]) -> str:
-        if found["name"] not in made:
-            raise UnknownNameError("table", found["name"], made)
-        return f"{found['name']}{found['open']}\n{made[found['name']]}\n"
+        kind, name = found["kind"], found["name"]
+        if name not in made[kind]:
+            raise UnknownNameError("table", name, made[kind])
+        return f"{kind}: {name}{found['open']}\n{made[kind][name]}\n"
 
     return _MADE.sub(fill, page)
+
+
+def _entries(rows: Mapping[str, EntryText]) -> str:
+    lines = (f"| `{name}` | {' | '.join(text)} |" for name, text in rows.items())
+    return "\n".join(["| entry | value | meaning | default |", "|---|---|---|---|", *lines, ""])
 
 
 def _bounds(rows: Mapping[str, str]) -> str:

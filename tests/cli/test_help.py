@@ -23,6 +23,8 @@ COMMANDS = [
     "view",
     "replay",
     "check",
+    "cell",
+    "cell schema",
     "plot",
     "trials",
     "robot",

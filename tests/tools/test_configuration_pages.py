@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
+from cellwright.config.parsing import entries
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import cameras, group_reader, robots
 from cellwright.config.robot.robots import find_robot, load_robot
@@ -25,57 +26,11 @@ from cellwright.config.trial.trial import (
     Trial,
 )
 from cellwright.util.errors import DescriptionError, UnknownNameError
+from tests.config.trial.whole import WHOLE
 from tools.configuration_pages import filled, tables
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = ["configuration.md", "robot-configuration.md"]
-POSE = {"xyz": [0, 0, 1]}
-WHOLE: dict[str, Any] = {
-    "arm": {"type": "ur10"},
-    "sensors": {"beam": {"type": "break_beam", "pose": POSE}},
-    "options": {"insert_models_over_bins": True, "spawn_extra_models": True},
-    "orders": {
-        "order_0": {
-            "announcement_condition": "time",
-            "announcement_condition_value": 0,
-            "parts": {"part_0": {"type": "gear_part", "pose": POSE}},
-            "kit_count": 1,
-        }
-    },
-    "models_over_bins": {
-        "bin1": {
-            "models": {
-                "gear_part": {
-                    "xyz_start": [0.1, 0.1, 0.0],
-                    "xyz_end": [0.5, 0.5, 0.0],
-                    "rpy": [0, 0, 0],
-                    "num_models_x": 2,
-                    "num_models_y": 2,
-                }
-            },
-            "xyz": [-1.3, -1.6, 0.75],
-        }
-    },
-    "models_to_spawn": {"world": {"models": {"one": {"type": "gear_part", "pose": POSE}}}},
-    "drops": {
-        "drop_regions": {
-            "one": {
-                "min": {"xyz": [0, 2.7, 0.6]},
-                "max": {"xyz": [0.6, 3.5, 1.5]},
-                "destination": POSE,
-                "part_type_to_drop": "gear_part",
-            }
-        }
-    },
-    "cellwright": {
-        "arm": {
-            "gains": {"elbow_joint": {"p": 1, "d": 1, "i": 1, "i_clamp": 1}},
-            "constraints": {"elbow_joint": {"trajectory": 0.1, "goal": 0.1}},
-        }
-    },
-}
-"""Trial with an entry in each section."""
-
 PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
     "sections": (Keys(optional=dict.fromkeys(gear2017.TOP_LEVEL)), ()),
     "sensors": (sensors.SENSOR, ("sensors", "beam")),
@@ -163,7 +118,13 @@ def default_text(default: object) -> str:
 
 
 def test_reference_has_each_table_of_entries_once() -> None:
-    assert sorted(entries_on_pages()) == sorted(REFERENCE)
+    assert sorted(entries_on_pages()) == sorted(REFERENCE) == sorted(entries.tables())
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_keys_of_a_trial_have_their_texts(name: str) -> None:
+    keys, _, _ = REFERENCE[name]
+    assert not keys.texts or {*entries.texts(keys.texts)} == {*keys.names}
 
 
 def test_trial_with_all_entries_is_valid() -> None:
@@ -185,12 +146,12 @@ def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bo
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("place", "name"), [(place, name) for place, (entries, _) in PLACES.items() for name in entries.names]
+    ("place", "name"), [(place, name) for place, (keys, _) in PLACES.items() for name in keys.names]
 )
 def test_only_required_entries_are_mandatory(place: str, name: str) -> None:
-    entries, where = PLACES[place]
+    keys, where = PLACES[place]
     text = changed(where, name, less=True)
-    if name in entries.required:
+    if name in keys.required:
         with pytest.raises(DescriptionError, match=f"the required entry '{name}' is missing"):
             load_trial(text=text)
     else:
@@ -241,12 +202,12 @@ def test_missing_required_robot_entry_is_refused(tmp_path: Path) -> None:
             load_robot(file, messages.append)
 
 
-@pytest.mark.parametrize(("group", "entries"), [("arms", group_reader.ARMS), ("grippers", group_reader.GRIPPERS)])
-def test_missing_required_group_entry_is_refused(group: str, entries: Keys, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("group", "keys"), [("arms", group_reader.ARMS), ("grippers", group_reader.GRIPPERS)])
+def test_missing_required_group_entry_is_refused(group: str, keys: Keys, tmp_path: Path) -> None:
     whole = yaml.safe_load(find_robot("tandem").read_text())
     urdf = find_robot("tandem").parent / whole["urdf_path"]
     file = tmp_path / "vr_configs.yml"
-    for name in entries.required:
+    for name in keys.required:
         body = yaml.safe_load(yaml.safe_dump({**whole, "urdf_path": urdf.as_posix()}))
         del body[group][0][name]
         file.write_text(yaml.safe_dump(body))

@@ -46,6 +46,7 @@ _ROOM = "cellwright.cli"
 COMMANDS = {
     "run": "run.command:run",
     "check": "check:check",
+    "cell": "cell.command:app",
     "eval": "eval.command:evaluate",
     "eval merge": "eval.merge:merge",
     "eval compare": "eval.compare:compare",

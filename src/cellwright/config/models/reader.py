@@ -15,7 +15,9 @@ from cellwright.config.models.meshes import MAX_SIZE, is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelShapeKind, UserModel
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
+from cellwright.config.parsing.coordinates import coordinates
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Read, Reader, one_of, section
+from cellwright.config.parsing.schema import NUMBER, Elsewhere, Schema, accepts, array, bounded, mapping
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe
 from cellwright.util.pose import Pose, Vector3
 
@@ -25,11 +27,8 @@ MAX_SCALE = 1e6
 
 _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
 _USES = ("both", "touched", "seen")
-_ROUND = section(
-    Keys({"radius": Reader.number, "length": Reader.number}, strict="entry"),
-    lambda radius, length: (float(radius), float(length), 0.0),
-)
-_SPHERE = section(Keys({"radius": Reader.number}, strict="entry"), lambda radius: (float(radius), 0.0, 0.0))
+_LENGTH: Schema = {"type": "number", "minimum": MIN_SIZE, "maximum": MAX_SIZE}
+
 MIN_MASS, MAX_MASS = 1e-3, 100.0
 """Bounds of a part's mass [kg]."""
 MAX_PART_EXTENT = 0.22
@@ -37,11 +36,13 @@ MAX_PART_EXTENT = 0.22
 MAX_FURNITURE = 200
 MAX_TYPES = 200
 """Maximum number of user-defined part types."""
+_COORDINATES = coordinates(3)
 _RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
+@accepts(lambda: mapping(_PART.schema() | _exactly_one("shapes", "file")))
 def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
     """Return the user-defined part types by name."""
     table = reader.table(node)
@@ -49,14 +50,13 @@ def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
     if table and len(table.entries) > MAX_TYPES:
         reader.problems.error(node, f"too many part types (got {len(table.entries)}, at most {MAX_TYPES})")
         return {}
-    keys = Keys(optional={"mass": Reader.number, "color": _colour, "shapes": None, "file": None}, strict="entry")
     for entry in table.entries.values() if table else ():
         name = reader.text_key(entry)
         body = reader.table(entry.value)
         if name is None or body is None:
             continue
         _check_name(name, entry, reader)
-        model = _model(body, entry, reader, keys.read(body, reader))
+        model = _model(body, entry, reader, _PART.read(body, reader))
         if model is None:
             continue
         if model.mjcf is None and not any(shape.is_touched for shape in model.shapes):
@@ -74,6 +74,7 @@ def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
     return found
 
 
+@accepts(lambda: array(_FURNITURE.schema() | _exactly_one("shapes", "file"), 0, MAX_FURNITURE))
 def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     """Return the user-defined furniture."""
     if not isinstance(node, Items):
@@ -82,15 +83,13 @@ def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     if len(node.items) > MAX_FURNITURE:
         reader.problems.error(node, f"too many pieces (got {len(node.items)}, at most {MAX_FURNITURE})")
         return ()
-    optional: dict[str, Read | None] = {"pose": Reader.pose, "color": _colour, "shapes": None, "file": None}
-    keys = Keys({"name": Reader.name}, optional, "entry")
     found: dict[str, Furniture] = {}
     for item in node.items:
         expressions.check_expressions(item, reader.problems)
         table = reader.table(item)
         if table is None:
             continue
-        values = keys.read(table, reader)
+        values = _FURNITURE.read(table, reader)
         name, model = values.get("name"), _model(table, table, reader, values)
         if name is None or model is None:
             continue
@@ -101,6 +100,7 @@ def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     return tuple(found.values())
 
 
+@accepts(array({"type": "number", "minimum": 0, "maximum": 1}, 3, 4))
 def _colour(reader: Reader, node: YamlNode) -> Colour | None:
     """Return red, green, blue and opacity (1 if the file gives none)."""
     items = node.items if isinstance(node, Items) else ()
@@ -120,6 +120,7 @@ def _path(reader: Reader, node: YamlNode) -> Path | None:
     return Path(node.place.path).parent / node.value
 
 
+@accepts({"type": "string"})
 def _mesh(reader: Reader, node: YamlNode) -> Path | None:
     path = _path(reader, node)
     try:
@@ -131,11 +132,13 @@ def _mesh(reader: Reader, node: YamlNode) -> Path | None:
     return path
 
 
+@accepts(array(_LENGTH, 3))
 def _lengths(reader: Reader, node: YamlNode) -> Vector3 | None:
-    lengths = reader.coordinates(node, 3)
+    lengths = _COORDINATES(reader, node)
     return None if lengths is None else (float(lengths[0]), float(lengths[1]), float(lengths[2]))
 
 
+@accepts({"anyOf": [array({"type": "number"}, 3), NUMBER]})
 def _scale(reader: Reader, node: YamlNode) -> Vector3 | None:
     """Return the scale factors of a mesh: three numbers, or one for all axes."""
     if isinstance(node, Items):
@@ -195,18 +198,7 @@ def _shapes(node: YamlNode, reader: Reader) -> tuple[ModelShape, ...]:
 
 
 def _shape(table: Table, reader: Reader) -> ModelShape | None:
-    readers: dict[str, Read] = {
-        "box": _lengths,
-        "cylinder": _ROUND,
-        "capsule": _ROUND,
-        "sphere": _SPHERE,
-        "mesh": _mesh,
-        "pose": Reader.pose,
-        "color": _colour,
-        "scale": _scale,
-        "use": one_of(_USES, "use"),
-    }
-    values = Keys(optional=readers, strict="entry").read(table, reader)
+    values = _SHAPE.read(table, reader)
     forms = [name for name in _FORMS if name in table]
     if len(forms) != 1:
         reader.problems.error(table, f"must have exactly one of {', '.join(_FORMS)} (got {', '.join(forms) or 'none'})")
@@ -271,3 +263,48 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
         reader.problems.error(entry, message)
     elif name in PART_TYPES or name in _RESERVED:
         reader.problems.error(entry, f"the model name {name!r} is in use; choose another")
+
+
+@accepts(bounded(NUMBER, MIN_MASS, MAX_MASS))
+def _mass(reader: Reader, node: YamlNode) -> float | None:
+    """Return a mass [kg], which is judged with the part."""
+    return reader.number(node)
+
+
+def _exactly_one(*names: str) -> Schema:
+    return {"oneOf": [{"required": [name]} for name in names]}
+
+
+@accepts(_LENGTH)
+def _length(reader: Reader, node: YamlNode) -> float | None:
+    """Return a length, which is judged with the others of its shape."""
+    return reader.number(node)
+
+
+_ROUND: Read = section(
+    Keys({"radius": _length, "length": _length}, strict="entry"),
+    lambda radius, length: (float(radius), float(length), 0.0),
+)
+_SPHERE: Read = section(Keys({"radius": _length}, strict="entry"), lambda radius: (float(radius), 0.0, 0.0))
+_SHAPE: Keys = Keys(
+    optional={
+        "box": _lengths,
+        "cylinder": _ROUND,
+        "capsule": _ROUND,
+        "sphere": _SPHERE,
+        "mesh": _mesh,
+        "pose": Reader.pose,
+        "color": _colour,
+        "scale": _scale,
+        "use": one_of(_USES, "use"),
+    },
+    strict="entry",
+)
+_MODEL: Mapping[str, "Read | Elsewhere"] = {
+    "color": _colour,
+    "shapes": Elsewhere(lambda: array(_SHAPE.schema() | _exactly_one(*_FORMS), 1, MAX_SHAPES)),
+    "file": Elsewhere({"type": "string"}),
+}
+"""Shapes or a file, of which exactly one is there, and a colour."""
+_PART: Keys = Keys(optional={"mass": _mass, **_MODEL}, strict="entry")
+_FURNITURE: Keys = Keys({"name": Reader.name}, {"pose": Reader.pose, **_MODEL}, "entry")

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from cellwright.config.parsing import expressions
+from cellwright.config.parsing import entries, expressions, schema
 from cellwright.config.parsing.python2 import dictionary_order, scalar_text
+from cellwright.config.parsing.schema import Elsewhere, Schema, accepts
 from cellwright.config.parsing.tree import (
     MAX_PROBLEMS,
     Entry,
@@ -43,22 +44,30 @@ _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """Entries of a section, each with the reader of its value; None if the section's own reader reads it.
+    """Entries of a section, each with the reader of its value, or without one if the section's own reader reads it.
 
     Attributes:
         required: mandatory entries.
         optional: optional entries.
         strict: the noun for an unknown entry in errors; if empty, an unknown entry is a warning.
+        texts: name of the table of texts on the entries, in `entries.yaml`.
     """
 
-    required: Mapping[str, Read | None] = field(default_factory=dict)
-    optional: Mapping[str, Read | None] = field(default_factory=dict)
+    required: Mapping[str, Read | Elsewhere | None] = field(default_factory=dict)
+    optional: Mapping[str, Read | Elsewhere | None] = field(default_factory=dict)
     strict: str = ""
+    texts: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the entries."""
         return (*self.required, *self.optional)
+
+    def schema(self) -> Schema:
+        """Return the JSON Schema of the section."""
+        readers = {**self.required, **self.optional}
+        descriptions = {name: text.description for name, text in entries.texts(self.texts).items()}
+        return schema.table_schema(readers, self.required, descriptions, strict=bool(self.strict))
 
     def read(self, table: Table, reader: Reader, others: Sequence[str] = ()) -> dict[str, Any]:
         """Return the values in a table by name, and report missing, unknown and refused ones.
@@ -77,12 +86,12 @@ class Keys:
         values: dict[str, Any] = {}
         for name, read in (*self.required.items(), *self.optional.items()):
             node = reader.required(table, name) if name in self.required else table.get(name)
-            values[name] = read(reader, node) if node and read else None
+            values[name] = read(reader, node) if node and callable(read) else None
         return {name: value for name, value in values.items() if value is not None}
 
     def complete(self, values: Collection[str]) -> bool:
         """Return whether each required entry that has a reader has a value."""
-        return all(name in values for name, read in self.required.items() if read)
+        return all(name in values for name, read in self.required.items() if callable(read))
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +172,7 @@ class Reader:
         for number, entry in enumerate(unknown):
             yield entry, str(entry.name) if number < MAX_PROBLEMS else ""
 
+    @accepts(schema.NAME)
     def name(self, node: YamlNode) -> str | None:
         """Return a name: a text, or a number, which becomes one."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
@@ -192,6 +202,7 @@ class Reader:
         self.problems.error(where, f"must be a name of at most {MAX_NAME_LENGTH} printable characters")
         return None
 
+    @accepts(schema.NUMBER)
     def number(self, node: YamlNode) -> float | None:
         """Return a finite number that is not evaluated; it may stand in quotes."""
         match node:
@@ -214,6 +225,7 @@ class Reader:
         self.problems.error(where, "must be a finite number")
         return None
 
+    @accepts({**schema.NUMBER, "minimum": 0})
     def not_negative(self, node: YamlNode) -> float | None:
         """Return a number that is 0 or more."""
         number = self.number(node)
@@ -222,6 +234,7 @@ class Reader:
             return None
         return None if number is None else float(number)
 
+    @accepts({"type": "boolean"})
     def boolean(self, node: YamlNode) -> bool | None:
         """Return true or false."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
@@ -229,6 +242,7 @@ class Reader:
         self.problems.error(node, f"must be true or false (got {describe(node)})")
         return None
 
+    @accepts({"type": "integer", "minimum": 0})
     def whole(self, node: YamlNode, *, minimum: int = 0) -> int | None:
         """Return a whole number of at least `minimum`."""
         if isinstance(node, Leaf) and isinstance(node.value, int):
@@ -244,6 +258,7 @@ class Reader:
         self.problems.error(node, f"must be a whole number (got {describe(node)}){hint}")
         return None
 
+    @accepts(schema.array(schema.EXPRESSION, 3, 3))
     def vector(self, node: YamlNode) -> Vector3 | None:
         """Return three numbers or expressions; values that cannot be evaluated have been reported before."""
         if not isinstance(node, Items):
@@ -257,35 +272,11 @@ class Reader:
             return None
         return (numbers[0], numbers[1], numbers[2])
 
+    @accepts(schema.array(schema.EXPRESSION, 3, 3))
     def position(self, node: YamlNode) -> Vector3 | None:
         """Return three coordinates [m], which may be expressions."""
         vector = self.vector(node)
         return vector if vector is None or self.check_coordinates(node, vector) else None
-
-    def coordinates(self, node: YamlNode, minimum: int) -> tuple[float, ...] | None:
-        """Return at least `minimum` plain numbers [m]; whole numbers stay whole, since their division rounds down."""
-        if not isinstance(node, Items):
-            self.problems.error(node, f"must be a list of three numbers (got {describe(node)})")
-            return None
-        if len(node.items) < minimum:
-            self.problems.error(node, f"must be a list of three numbers (got a list of {len(node.items)})")
-            return None
-        if len(node.items) > 3:
-            message = f"must be a list of three numbers (got a list of {len(node.items)}); the others are ignored"
-            self.problems.warn(node, message)
-        numbers: list[float] = []
-        for item in node.items[:3]:
-            if isinstance(item, Leaf) and isinstance(item.value, int | float):
-                number = self.finite(item, item.value)
-            else:
-                number = None
-                self.problems.error(
-                    item, f"must be a plain number (got {describe(item)}); this list has no expressions"
-                )
-            if number is not None:
-                numbers.append(number)
-        complete = len(numbers) == len(node.items[:3])
-        return tuple(numbers) if complete and self.check_coordinates(node, numbers) else None
 
     def check_coordinates(self, where: Located, numbers: Iterable[float]) -> bool:
         """Return whether coordinates [m] are plausible for a cell; report them if not."""
@@ -295,22 +286,28 @@ class Reader:
         self.problems.error(where, f"coordinates must be within ±{MAX_COORDINATE:g} m (got {far[0]:g})")
         return False
 
+    @accepts(lambda: _PLACEMENT.schema())
     def placement(self, node: YamlNode) -> Placement | None:
         """Return a pose as written: a mapping with `xyz` and `rpy`, either of which may be missing."""
         table = self.table(node)
         if table is None:
             return None
-        return Placement(**Keys(optional={"xyz": Reader.position, "rpy": Reader.vector}).read(table, self))
+        return Placement(**_PLACEMENT.read(table, self))
 
+    @accepts(lambda: _PLACEMENT.schema())
     def pose(self, node: YamlNode) -> Pose | None:
         """Return the pose of a placement."""
         placement = self.placement(node)
         return placement.pose if placement else None
 
 
+_PLACEMENT: Keys = Keys(optional={"xyz": Reader.position, "rpy": Reader.vector})
+
+
 def one_of(known: Collection[str], kind: str = "value") -> Read:
     """Return a reader of one of several words; the error calls any other an unknown `kind`."""
 
+    @accepts(schema.words(known))
     def read(reader: Reader, node: YamlNode) -> str | None:
         name = reader.name(node)
         if name is None or name in known:
@@ -321,9 +318,20 @@ def one_of(known: Collection[str], kind: str = "value") -> Read:
     return read
 
 
+def any_name(suggested: Collection[str]) -> Read:
+    """Return a reader of any name; editors suggest some of them."""
+
+    @accepts(schema.suggested(suggested))
+    def read(reader: Reader, node: YamlNode) -> str | None:
+        return reader.name(node)
+
+    return read
+
+
 def choice(known: Sequence[str]) -> Read:
     """Return a reader of one of a few words; the error states the value found."""
 
+    @accepts(schema.words(known))
     def read(reader: Reader, node: YamlNode) -> str | None:
         if isinstance(node, Leaf) and node.value in known:
             return str(node.value)
@@ -337,6 +345,7 @@ def choice(known: Sequence[str]) -> Read:
 def numbers(count: int, names: str) -> Read:
     """Return a reader of a list of `count` numbers; the error calls them by their `names`."""
 
+    @accepts(schema.array(schema.NUMBER, count, count))
     def read(reader: Reader, node: YamlNode) -> tuple[float, ...] | None:
         if not isinstance(node, Items) or len(node.items) != count:
             found = f"a list of {len(node.items)}" if isinstance(node, Items) else describe(node)
@@ -359,6 +368,7 @@ def whole(minimum: int, maximum: int, unit: str = "") -> Read:
 
 
 def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, unit: str) -> Read:
+    @accepts(schema.bounded(schema.schema_of(read), minimum, maximum))
     def bounded(reader: Reader, node: YamlNode) -> Any:
         found = read(reader, node)
         if found is None or minimum <= found <= maximum:
@@ -373,20 +383,10 @@ def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, 
 def section(keys: Keys, make: Callable[..., Any]) -> Read:
     """Return a reader of a mapping with keys, which calls `make` with the values if all required ones are there."""
 
+    @accepts(keys.schema)
     def read(reader: Reader, node: YamlNode) -> Any:
         table = reader.table(node)
         values = keys.read(table, reader) if table else {}
         return make(**values) if table and keys.complete(values) else None
 
     return read
-
-
-def plain(node: YamlNode) -> Any:
-    """Return a node as plain data: dicts, lists and scalars."""
-    match node:
-        case Table():
-            return {str(entry.name): plain(entry.value) for entry in node.entries.values()}
-        case Items():
-            return [plain(item) for item in node.items]
-        case Leaf():
-            return node.value

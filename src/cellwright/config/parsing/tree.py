@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Literal, Protocol, TypeAlias, Union
+from typing import Any, Literal, Protocol, TypeAlias, Union
 
 from cellwright.util.errors import DescriptionError, one_printable_line
 
@@ -201,3 +201,14 @@ def describe(node: YamlNode) -> str:
 def shortened(text: str, length: int = 60) -> str:
     """Return the text, truncated to `length` characters."""
     return text if len(text) <= length else text[: length - 1] + "…"
+
+
+def plain(node: YamlNode) -> Any:
+    """Return a node as plain data: dicts, lists and scalars."""
+    match node:
+        case Table():
+            return {str(entry.name): plain(entry.value) for entry in node.entries.values()}
+        case Items():
+            return [plain(item) for item in node.items]
+        case Leaf():
+            return node.value

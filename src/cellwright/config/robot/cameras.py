@@ -8,8 +8,8 @@ import math
 import re
 from typing import Any, TypeVar, cast
 
-from cellwright.config.parsing.reader import Keys, Reader, plain
-from cellwright.config.parsing.tree import Items, Leaf, YamlNode, describe, shortened
+from cellwright.config.parsing.reader import Keys, Reader
+from cellwright.config.parsing.tree import Items, Leaf, YamlNode, describe, plain, shortened
 from cellwright.config.robot.config import CameraConfig, RobotConfig
 from cellwright.config.trial import sensors
 from cellwright.config.trial.trial import PictureCameraConfig

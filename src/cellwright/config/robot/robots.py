@@ -12,9 +12,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from cellwright.config.parsing.reader import Keys, Reader, choice, numbers, plain
+from cellwright.config.parsing.reader import Keys, Reader, choice, numbers
 from cellwright.config.parsing.sources import read_texts
-from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode, describe, refusal
+from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode, describe, plain, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
 from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RobotConfig

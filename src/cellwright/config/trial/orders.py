@@ -5,9 +5,10 @@ from dataclasses import replace
 
 from cellwright.config.parsing.python2 import dictionary_order
 from cellwright.config.parsing.reader import Keys, Reader
+from cellwright.config.parsing.schema import NUMBER, Elsewhere, mapping, suggested
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe, shortened
 from cellwright.config.trial.other_years import OtherYear
-from cellwright.config.trial.parts import MAX_PARTS, PartRegistry, read_part
+from cellwright.config.trial.parts import MAX_PARTS, PART, PartRegistry, read_part
 from cellwright.config.trial.trial import Kit, KitObject, Order
 from cellwright.util.errors import suggestion
 
@@ -17,7 +18,13 @@ MAX_KITS = 10_000
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
 ORDER = Keys(
-    dict.fromkeys(("announcement_condition", "announcement_condition_value", "parts")), {"kit_count": Reader.whole}
+    {
+        "announcement_condition": Elsewhere(suggested(CONDITIONS)),
+        "announcement_condition_value": Elsewhere(NUMBER),
+        "parts": Elsewhere(lambda: mapping(PART.schema())),
+    },
+    {"kit_count": Reader.whole},
+    texts="orders",
 )
 
 

@@ -3,12 +3,14 @@
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import partial
 from itertools import product
 
+from cellwright.config.footprints import PART_TYPES
 from cellwright.config.layout.layout import Layout
+from cellwright.config.parsing.coordinates import coordinates
 from cellwright.config.parsing.python2 import dictionary_order, quotient
-from cellwright.config.parsing.reader import Keys, Placement, Reader, section
+from cellwright.config.parsing.reader import Keys, Placement, Reader, any_name, section
+from cellwright.config.parsing.schema import Elsewhere, mapping
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, describe, shortened
 from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
@@ -25,26 +27,34 @@ MAX_PARTS = 2000
 """Maximum number of parts in one cell, including those on the belt's pool."""
 _MAX_SEARCHED = 100
 """Number of names above which the search for similar ones stops: it takes long and is no help by then."""
-PART = Keys({"type": Reader.name, "pose": Reader.placement})
-BIN = Keys({"models": None}, {"xyz": Reader.position})
+TYPE = any_name(sorted(PART_TYPES))
+PART = Keys({"type": TYPE, "pose": Reader.placement}, texts="extras")
 GRID = Keys(
     {
-        "xyz_start": partial(Reader.coordinates, minimum=3),
-        "xyz_end": partial(Reader.coordinates, minimum=2),
+        "xyz_start": coordinates(3),
+        "xyz_end": coordinates(2),
         "rpy": Reader.vector,
         "num_models_x": Reader.whole,
         "num_models_y": Reader.whole,
-    }
+    },
+    texts="grids",
 )
+BIN = Keys({"models": Elsewhere(lambda: mapping(GRID.schema()))}, {"xyz": Reader.position}, texts="bins")
+BELT_PART = Keys({"pose": Reader.placement})
+EXTRAS = Keys({"models": Elsewhere(lambda: mapping(PART.schema()))})
 _BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part: {1.0: {pose: {…}}}"
 _NO_POSE = "; files without one are of the 2016 format"
 _MAX_SUGGESTED = 20
 """Number of unknown names after which the search for similar ones stops: it takes long and is no help by then."""
 _CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
 OPTIONS = Keys(
-    optional={**dict.fromkeys(_SWITCHES, read_switch), "belt_population_cycles": Reader.whole, ALIASES: read_aliases}
+    optional={**dict.fromkeys(_SWITCHES, read_switch), "belt_population_cycles": Reader.whole, ALIASES: read_aliases},
+    texts="options",
 )
-DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": read_destination, "part_type_to_drop": Reader.name})
+DROP_REGION = Keys(
+    {"min": _CORNER, "max": _CORNER, "destination": read_destination, "part_type_to_drop": TYPE}, texts="drop-regions"
+)
+DROPS = Keys({"drop_regions": Elsewhere(lambda: mapping(DROP_REGION.schema()))})
 
 
 def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, str]]:
@@ -133,7 +143,7 @@ def read_extras(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
     reader, frames = registry.reader, registry.layout.reference_frames
     found: dict[str, Part] = {}
     for entry, frame, frame_table in reader.tables(node):
-        reader.ignored(frame_table, ("models",))
+        reader.ignored(frame_table, EXTRAS.names)
         if frame not in frames:
             message = f"unknown reference frame, its parts are left out{suggestion(frame, frames)}"
             reader.problems.warn(entry, message, ignored=entry)
@@ -238,7 +248,7 @@ def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, ("pose",))
+    reader.ignored(table, BELT_PART.names)
     pose = reader.required(table, "pose")
     placement = reader.placement(pose) if pose else None
     if placement is None:
@@ -254,7 +264,7 @@ def read_drops(node: YamlNode, registry: PartRegistry) -> tuple[DropRegion, ...]
     table = reader.table(node)
     if table is None:
         return ()
-    reader.ignored(table, ("drop_regions",))
+    reader.ignored(table, DROPS.names)
     regions_node = reader.required(table, "drop_regions")
     drops: dict[object, DropRegion] = {}
     for entry in reader.entries(regions_node) if regions_node else ():

@@ -5,8 +5,9 @@ from collections.abc import Collection, Sequence
 from typing import get_args
 
 from cellwright.config.arm import ARM_FRAMES
-from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
-from cellwright.config.parsing.tree import Entry, Table, YamlNode, shortened
+from cellwright.config.parsing.reader import Keys, Reader, any_name, number, one_of, section, whole
+from cellwright.config.parsing.schema import NAME, accepts, mapping
+from cellwright.config.parsing.tree import Entry, Table, YamlNode, plain, shortened
 from cellwright.config.trial.other_years import LATER_SENSORS
 from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise, PluginDevice, SensorConfig, WhenLate
 from cellwright.config.trial.values import CAMERA_TYPES, SENSOR_TYPES, read_camera_type
@@ -25,7 +26,7 @@ RESERVED_NAMES = {
 }
 """Topics of the cell, which sensors must not be named after."""
 
-SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
+SENSOR = Keys({"type": any_name(SENSOR_TYPES), "pose": Reader.pose}, texts="sensors")
 
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 MAX_CAMERAS = 16
@@ -44,7 +45,9 @@ MAX_CAMERA_LATENCY = 10.0
 """Maximum delay of a picture [s]."""
 WORLD = "world"
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
+NOISE = Keys(
+    optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry", texts="own-noise"
+)
 """Keys of a camera's noise."""
 CAMERA = Keys(
     {"type": read_camera_type, "pose": Reader.pose},
@@ -62,6 +65,7 @@ CAMERA = Keys(
         "when_late": one_of(get_args(WhenLate)),
     },
     "entry",
+    "own-sensors",
 )
 """Keys of a camera under `sensors` in the section `cellwright`."""
 
@@ -209,6 +213,7 @@ def _check_together(entry: Entry, camera: PictureCameraConfig, reader: Reader) -
         )
 
 
+@accepts(mapping({"type": "object", "properties": {"type": NAME}, "required": ["type"]}))
 def read_plugin_devices(reader: Reader, node: YamlNode) -> tuple[PluginDevice, ...]:
     """Return the devices of plugins: `{name: {type, …}}`; all other entries are settings of the device."""
     table = reader.table(node)

@@ -4,8 +4,9 @@ from typing import Any, get_args
 
 from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing.reader import Keys, Reader, one_of, section, whole
+from cellwright.config.parsing.schema import Elsewhere, mapping
 from cellwright.config.parsing.tree import YamlNode
-from cellwright.config.trial.sensors import read_plugin_devices
+from cellwright.config.trial.sensors import CAMERA, read_plugin_devices
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, ServoProfile
 from cellwright.config.trial.values import by_joint, read_constraints, read_initial_joints, read_timestep
 
@@ -15,6 +16,7 @@ GAINS = Keys(
     {"p": Reader.not_negative, "d": Reader.not_negative},
     {"i": Reader.not_negative, "i_clamp": Reader.not_negative},
     "gain",
+    "gains",
 )
 OWN_ARM = Keys(
     optional={
@@ -27,6 +29,7 @@ OWN_ARM = Keys(
         "initial_joint_states": read_initial_joints,
     },
     strict="entry",
+    texts="own-arm",
 )
 """Keys under `arm` in the section `cellwright`."""
 
@@ -38,10 +41,11 @@ OWN = Keys(
         "arm": section(OWN_ARM, dict),
         "parts": read_part_models,
         "furniture": read_furniture,
-        "sensors": None,
+        "sensors": Elsewhere(lambda: mapping(CAMERA.schema())),
         "devices": read_plugin_devices,
     },
     strict="entry",
+    texts="own",
 )
 """Keys of the section `cellwright`; `read_cameras` reads its `sensors`, which depend on those of the 2017 format."""
 

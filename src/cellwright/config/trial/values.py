@@ -8,6 +8,7 @@ from typing import Any, get_args
 from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section
+from cellwright.config.parsing.schema import EXPRESSION, NAME, Schema, accepts, bounded, mapping, schema_of, words
 from cellwright.config.parsing.tree import Leaf, Table, YamlNode, children, describe, shortened
 from cellwright.config.trial.trial import CameraType, JointTolerance, SensorType
 from cellwright.util.errors import ExpressionError
@@ -18,13 +19,16 @@ MAX_TIMESTEP = Fraction(1, 50)
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 _NOT_NEGATIVE = Reader.not_negative
 CONSTRAINTS = Keys(
-    optional={"goal_time": _NOT_NEGATIVE, "stopped_velocity_tolerance": _NOT_NEGATIVE}, strict="joint or entry"
+    optional={"goal_time": _NOT_NEGATIVE, "stopped_velocity_tolerance": _NOT_NEGATIVE},
+    strict="joint or entry",
+    texts="constraints",
 )
-TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, strict="tolerance")
+TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, strict="tolerance", texts="tolerances")
 SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
 CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
 
 
+@accepts({**bounded(NAME, float(MIN_TIMESTEP), float(MAX_TIMESTEP)), "pattern": rf"^({_STEP.pattern})$"})
 def read_timestep(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
     """Return the timestep [s] as numerator and denominator in lowest terms."""
     text = str(node.value) if isinstance(node, Leaf) and isinstance(node.value, str | int | float) else ""
@@ -47,6 +51,7 @@ def by_joint(read: Read) -> Keys:
     return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
 
 
+@accepts(lambda: _constraints_schema())
 def read_constraints(reader: Reader, node: YamlNode) -> dict[str, Any] | None:
     """Return fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
     table = reader.table(node)
@@ -56,6 +61,7 @@ def read_constraints(reader: Reader, node: YamlNode) -> dict[str, Any] | None:
     return CONSTRAINTS.read(table, reader, ARM_JOINTS) | {"tolerances": tolerances}
 
 
+@accepts({"type": "object", "properties": dict.fromkeys(ARM_JOINTS, EXPRESSION), "additionalProperties": False})
 def read_initial_joints(reader: Reader, node: YamlNode) -> dict[str, float]:
     """Return joint positions, which may be expressions; values that cannot be evaluated have been reported before."""
     states: dict[str, float] = {}
@@ -75,6 +81,7 @@ def read_initial_joints(reader: Reader, node: YamlNode) -> dict[str, float]:
     return states
 
 
+@accepts({"type": "boolean"})
 def read_switch(reader: Reader, node: YamlNode) -> bool:
     """Return a switch. A value that is no truth value counts as in Python, as in the original."""
     if isinstance(node, Leaf) and isinstance(node.value, bool):
@@ -84,6 +91,7 @@ def read_switch(reader: Reader, node: YamlNode) -> bool:
     return truth
 
 
+@accepts(mapping(NAME))
 def read_aliases(reader: Reader, node: YamlNode) -> Mapping[str, str]:
     """Return the types of parts by their aliases."""
     table = reader.table(node)
@@ -95,12 +103,14 @@ def read_aliases(reader: Reader, node: YamlNode) -> Mapping[str, str]:
     return aliases
 
 
+@accepts(lambda: {**schema_of(Reader.placement), "required": ["xyz"]})
 def read_destination(reader: Reader, node: YamlNode) -> Placement | None:
     """Return the place for the parts of a drop region; it must have a position."""
     table = reader.table(node)
     return reader.placement(table) if table and reader.required(table, "xyz") else None
 
 
+@accepts(words(CAMERA_TYPES))
 def read_camera_type(reader: Reader, node: YamlNode) -> str | None:
     """Return the type of a camera; types of other sensors are refused with their place."""
     kind = reader.name(node)
@@ -108,3 +118,9 @@ def read_camera_type(reader: Reader, node: YamlNode) -> str | None:
         reader.problems.error(node, f"a {kind} belongs in the top-level section sensors")
         return None
     return one_of(CAMERA_TYPES, "camera type")(reader, node) if kind is not None else None
+
+
+def _constraints_schema() -> Schema:
+    """Return the schema of constraints: those of all joints, and tolerances by joint."""
+    own = CONSTRAINTS.schema()
+    return {**own, "properties": {**own["properties"], **dict.fromkeys(ARM_JOINTS, TOLERANCE.schema())}}

@@ -1,0 +1,1 @@
+"""Command group `cellwright cell`: help in writing the file of a cell."""

@@ -1,0 +1,65 @@
+"""A trial with an entry in each section of the 2017 format and in Cellwright's own."""
+
+from typing import Any
+
+POSE = {"xyz": [0, 0, 1], "rpy": [0, "pi/2", 0]}
+PART = {"type": "gear_part", "pose": POSE}
+WHOLE: dict[str, Any] = {
+    "arm": {"type": "ur10"},
+    "sensors": {"beam": {"type": "break_beam", "pose": POSE}},
+    "options": {
+        "insert_models_over_bins": True,
+        "spawn_extra_models": True,
+        "model_type_aliases": {"gear": "gear_part"},
+    },
+    "time_limit": 60,
+    "orders": {
+        "order_0": {
+            "announcement_condition": "time",
+            "announcement_condition_value": 0,
+            "parts": {"part_0": PART},
+            "kit_count": 1,
+        }
+    },
+    "models_over_bins": {
+        "bin1": {
+            "models": {
+                "gear_part": {
+                    "xyz_start": [0.1, 0.1, 0.0],
+                    "xyz_end": [0.5, 0.5, 0.0],
+                    "rpy": [0, 0, 0],
+                    "num_models_x": 2,
+                    "num_models_y": 2,
+                }
+            },
+            "xyz": [-1.3, -1.6, 0.75],
+        }
+    },
+    "belt_parts": {"gear_part": {1.5: {"pose": POSE}}},
+    "faulty_parts": ["gear_part_1"],
+    "models_to_spawn": {"world": {"models": {"one": PART}}},
+    "drops": {
+        "drop_regions": {
+            "one": {
+                "min": {"xyz": [0, 2.7, 0.6]},
+                "max": {"xyz": [0.6, 3.5, 1.5]},
+                "destination": POSE,
+                "part_type_to_drop": "gear_part",
+            }
+        }
+    },
+    "cellwright": {
+        "seed": 1,
+        "timestep": "1/500",
+        "collision_culling": True,
+        "arm": {
+            "servo": "precise",
+            "gains": {"elbow_joint": {"p": 1, "d": 1, "i": 1, "i_clamp": 1}},
+            "constraints": {"goal_time": 0.5, "elbow_joint": {"trajectory": 0.1, "goal": 0.1}},
+            "initial_joint_states": {"elbow_joint": "pi/2"},
+        },
+        "parts": {"cube": {"mass": 0.2, "color": [1, 0, 0], "shapes": [{"box": [0.04, 0.04, 0.04], "use": "both"}]}},
+        "furniture": [{"name": "table", "pose": POSE, "shapes": [{"cylinder": {"radius": 0.1, "length": 0.2}}]}],
+        "sensors": {"eye": {"type": "rgbd_camera", "pose": POSE, "width": 640, "noise": {"depth": 0.01}}},
+    },
+}
