@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
+from cellwright.config.layout import keys
 from cellwright.config.parsing import entries
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import cameras, group_reader, robots
@@ -63,6 +64,21 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "tolerances": (values.TOLERANCE, "arm.constraints.<joint>.", JointTolerance),
     "own-sensors": (sensors.CAMERA, "", PictureCameraConfig),
     "own-noise": (sensors.NOISE, "noise.", PictureNoise),
+    "cell": (keys.CELL, "", None),
+    "cell-frame": (keys.MOVE, "frame.", None),
+    "cell-bins": (keys.BIN, "", None),
+    "cell-belts": (keys.BELT, "", None),
+    "cell-wall": (keys.WALL, "wall.", None),
+    "cell-carriers": (keys.CARRIER, "", None),
+    "cell-path": (keys.PATH, "path.", None),
+    "cell-trays": (keys.TRAY, "", None),
+    "cell-arms": (keys.ARM, "", None),
+    "cell-mount": (keys.MOUNT, "mount.", None),
+    "cell-structure": (keys.STRUCTURE, "", None),
+    "cell-blocks": (keys.BLOCK, "boxes[].", None),
+    "cell-lines": (keys.LINE, "floor_lines[].", None),
+    "cell-views": (keys.VIEW, "", None),
+    "cell-places": (keys.FRAME, "", None),
     "robot": (robots.ENTRIES, "", None),
     "robot-base-pose": (robots.BASE_POSES, "base_pose.", None),
     "robot-arms": (group_reader.ARMS, "arms[].", None),

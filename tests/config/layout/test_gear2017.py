@@ -1,10 +1,27 @@
 """Layout of 2017: its places are where the original had them."""
 
+import json
 import math
+from dataclasses import asdict
+from pathlib import Path
 
 import pytest
 
+from cellwright.config.layout.gear2017 import gear2017
 from tests.support.places import BELT_SURFACE, LAYOUT, SPAWN_FRAME
+
+FIGURES = Path(__file__).parents[2] / "data" / "layout2017.json"
+
+
+def test_layout_has_original_figures_to_last_bit() -> None:
+    found = json.loads(json.dumps(asdict(gear2017())))
+    for name, figures in json.loads(FIGURES.read_text()).items():
+        # as texts, in which 0.0 and -0.0 differ
+        assert repr(found[name]) == repr(figures), name
+
+
+def test_layout_is_read_once() -> None:
+    assert gear2017() is gear2017()
 
 
 def test_trays_are_at_described_frames() -> None:

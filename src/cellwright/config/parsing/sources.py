@@ -149,6 +149,7 @@ class JoinedText:
         for text in texts:
             self._starts.append(length)
             length += len(text.content)
+        self._places: dict[tuple[int, int], Place] = {}
         self._line_starts = [[0, *(match.end() for match in _LINE_END.finditer(text.content))] for text in texts]
 
     def place(self, index: int) -> Place:
@@ -156,7 +157,10 @@ class JoinedText:
         index = max(0, min(index, len(self.content) - 1))
         file = max(bisect_right(self._starts, index) - 1, 0)
         line = bisect_right(self._line_starts[file], index - self._starts[file])
-        return Place(file, self._texts[file].path, line)
+        # a line has many values, and all are at one place
+        if (file, line) not in self._places:
+            self._places[file, line] = Place(file, self._texts[file].path, line)
+        return self._places[file, line]
 
     @property
     def has_content(self) -> bool:

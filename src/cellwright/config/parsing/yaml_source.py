@@ -35,6 +35,7 @@ MAX_SCALAR = 10_000
 """Maximum length of a single value in characters."""
 
 _MAX_KEY_LENGTH = 80
+_FAST_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
 
 
@@ -92,6 +93,17 @@ def _composed(text: JoinedText) -> Iterator[tuple["_Composer", yaml.Node | None]
         raise _refusal(text, mark.index if mark else 0, f"invalid YAML: {message}") from None
     except RecursionError:
         raise _refusal(text, 0, f"nested deeper than {MAX_DEPTH} levels") from None
+
+
+def parse_packaged(text: JoinedText) -> Table:
+    """Return the top level of a file of the package, which needs no bounds: with the parser in C where there is one."""
+    loader = _PackagedLoader(text.content)
+    try:
+        root = _TreeBuilder(loader, text, Problems()).node(loader.get_single_node(), "")
+    finally:
+        loader.dispose()
+    assert isinstance(root, Table)
+    return root
 
 
 def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
@@ -189,10 +201,33 @@ def _too_many_values(mark: yaml.Mark) -> _UnsupportedYamlError:
     )
 
 
+class _PackagedLoader(_FAST_LOADER):  # type: ignore[misc]
+    """Loader that looks at each text once: keys and numbers of a layout come again and again."""
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._tags: dict[Any, Any] = {}
+        self._values: dict[Any, Any] = {}
+
+    def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+        if kind is not ScalarNode:
+            return super().resolve(kind, value, implicit)
+        key = (value, implicit)
+        if key not in self._tags:
+            self._tags[key] = super().resolve(kind, value, implicit)
+        return self._tags[key]
+
+    def construct_object(self, node: Any, deep: bool = False) -> Any:  # noqa: FBT001
+        key = (node.tag, node.value)
+        if key not in self._values:
+            self._values[key] = super().construct_object(node, deep)
+        return self._values[key]
+
+
 class _TreeBuilder:
     """Builder of the tree from PyYAML's nodes."""
 
-    def __init__(self, loader: _Composer, text: JoinedText, problems: Problems) -> None:
+    def __init__(self, loader: Any, text: JoinedText, problems: Problems) -> None:
         self._loader = loader
         self._text = text
         self._problems = problems
@@ -259,7 +294,8 @@ class _TreeBuilder:
             raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not supported") from None
         except (ValueError, OverflowError, TypeError, LookupError, AttributeError):
             raise self._invalid(node, f"{shortened(node.value)!r} is not valid for its YAML type") from None
-        if (isinstance(value, int) and value.bit_length() > 1024) or not isinstance(value, Hashable):
+        # the test of an abstract class is slow, and numbers and texts are most of a file
+        if (isinstance(value, int) and value.bit_length() > 1024) or not isinstance(value, (str, float, Hashable)):
             raise self._invalid(node, "the number is too large")
         return value
 

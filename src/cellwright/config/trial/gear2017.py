@@ -8,14 +8,16 @@ what the original refused and what has no meaning, and lists all errors at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 from cellwright.config.footprints import PART_TYPES
+from cellwright.config.layout.basing import CELL
 from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.layout.reader import Cell, read_cell
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.overrides import Override, apply_overrides, refuse_without_effect
 from cellwright.config.parsing.python2 import dictionary_order, number_text
@@ -41,6 +43,8 @@ TOP_LEVEL = (
     *("drops", "models_to_spawn"),
 )
 """Sections of the 2017 format."""
+KNOWN = (*TOP_LEVEL, CELL, OWN)
+"""Sections of a trial."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +88,7 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None, overrides
     if paths and not root.entries and not joined.has_content:
         message = "the file is empty, or has comments only; write the sections of a trial, or {} for an empty cell"
         raise refusal(paths[0], 0, message)
-    refuse_lost_indentation(root, (*TOP_LEVEL, OWN))
+    refuse_lost_indentation(root, KNOWN)
     root = apply_overrides(root, overrides, problems)
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems), overrides)
     return Loaded(trial, problems.warnings, time_limit, faulty)
@@ -138,9 +142,8 @@ def _read(
     """Read all sections, and build the trial only if there was no error."""
     expressions.check_expressions(root, reader.problems)
     other_year = OtherYear(root)
-    known = (*TOP_LEVEL, OWN)
-    for entry, similar in reader.unknown(root, known):
-        message = other_year.top_level_message(entry.name, known) if similar else "unknown top-level entry"
+    for entry, similar in reader.unknown(root, KNOWN):
+        message = other_year.top_level_message(entry.name, KNOWN) if similar else "unknown top-level entry"
         reader.problems.error(entry, message)
 
     def section(name: str, read: Callable[..., T], *more: object) -> T | None:
@@ -150,7 +153,8 @@ def _read(
     options, aliases = section("options", parts.read_options, reader) or (Options(), parts.DEFAULT_ALIASES)
     own = section(OWN, read_settings, reader) or {}
     types = PART_TYPES | own.get("part_models", {}).keys()
-    layout = gear2017()
+    cell = _cell(root, reader, types, overrides)
+    layout = cell.layout
     registry = parts.PartRegistry(reader, options, aliases, types, layout)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
     # The original's parser walks sections in the order of Python 2's dictionaries, and numbers parts as it meets them.
@@ -163,6 +167,10 @@ def _read(
     faulty = section("faulty_parts", parts.read_faulty, reader) or {}
     time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
+    if has_arm and not cell.has_rail:
+        message = "the cell has no place for an arm; write cell: arms: {arm: {mount: {kind: rail, at: [x, y]}}}"
+        reader.problems.error(root.entries["arm"], message)
+    has_arm = has_arm or cell.has_arm
     sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reader) or ()
     sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
     _raise_errors(overrides, reader.problems)
@@ -194,6 +202,19 @@ def _read(
     _warn_unused(root, trial, reader)
     _raise_errors(overrides, reader.problems)
     return trial, time_limit, tuple(faulty)
+
+
+def _cell(root: Table, reader: Reader, types: Collection[str], overrides: Sequence[Override]) -> Cell:
+    """Return the cell: that of the section `cell`, or that of 2017."""
+    entry = root.entries.get(CELL)
+    if entry is None:
+        return Cell(gear2017(), has_rail=True)
+    table = reader.table(entry.value)
+    cell = read_cell(table, reader, types) if table else None
+    if cell is None:
+        _raise_errors(overrides, reader.problems)
+        raise AssertionError
+    return cell
 
 
 def _raise_errors(overrides: Sequence[Override], problems: Problems) -> None:

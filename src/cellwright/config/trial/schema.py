@@ -1,5 +1,6 @@
 """JSON Schema of the files of a trial, made from the tables of keys that read them."""
 
+from cellwright.config.layout.schema import cell_schema
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.parsing.schema import (
     DRAFT,
@@ -51,7 +52,7 @@ def trial_schema() -> Schema:
         "$schema": DRAFT,
         "title": "Trial of Cellwright",
         **sections,
-        "properties": {**sections["properties"], "cellwright": own},
+        "properties": {**sections["properties"], "cell": cell_schema(), "cellwright": own},
         "additionalProperties": False,
     }
 

@@ -1,0 +1,164 @@
+"""Keys of the section `cell`: each entry with its reader.
+
+Lengths are in m, angles in rad; all places are in the frame of the cell, which `frame` moves.
+"""
+
+from cellwright.config.layout.values import (
+    block,
+    floor_line,
+    list_of,
+    mounted,
+    on_floor,
+    placed,
+    read_colour,
+    read_sides,
+    read_way,
+    section_of,
+    turned,
+)
+from cellwright.config.parsing.quantities import quantities, quantity
+from cellwright.config.parsing.reader import Keys, Reader, one_of, section
+from cellwright.config.parsing.schema import Elsewhere
+
+MAX_DISTANCE = 100.0
+"""Maximum coordinate in a cell of one's own [m]."""
+MIN_BELT, MAX_BELT = 0.5, 60.0
+"""Bounds of the length of a belt [m]."""
+MAX_BLOCKS = 100
+"""Maximum number of boxes of a structure, and of lines on the floor."""
+MIN_EDGE, MAX_EDGE = 0.05, 20.0
+"""Bounds of the edges of bins, and of the width of a belt [m]."""
+
+COORDINATE = quantity(-MAX_DISTANCE, MAX_DISTANCE, "m")
+ANGLE = quantity(-10.0, 10.0, "rad")
+PLACE = quantities((2,), COORDINATE, "[x, y]")
+POINT = quantities((3,), COORDINATE, "[x, y, z]")
+_EDGE = quantity(MIN_EDGE, MAX_EDGE, "m")
+_SIDE = quantity(0.001, 100.0, "m")
+_HEIGHT = quantity(0.05, 5.0, "m")
+FRAME = Keys({"at": POINT}, {"turn": ANGLE}, strict="entry", texts="cell-places")
+_POSE = section(FRAME, turned)
+
+MOVE = Keys({"at": PLACE}, {"turn": ANGLE}, strict="entry", texts="cell-frame")
+"""Keys of `frame`."""
+
+BIN = Keys(
+    {"at": PLACE},
+    {
+        "turn": ANGLE,
+        "size": quantities((2,), _EDGE, "[x, y]"),
+        "surface": _HEIGHT,
+        "grid_height": _HEIGHT,
+        "walls": quantity(0.0, 2.0, "m"),
+        "open": read_sides,
+        "gap": quantity(0.0, 1.0, "m"),
+        "model_turn": ANGLE,
+    },
+    strict="entry",
+    texts="cell-bins",
+)
+"""Keys of a bin."""
+
+WALL = Keys(
+    {"at": POINT}, {"turn": ANGLE, "size": quantities((3,), _EDGE, "[x, y, z]")}, strict="entry", texts="cell-wall"
+)
+"""Keys of a belt's wall."""
+
+BELT = Keys(
+    optional={
+        "from": PLACE,
+        "to": PLACE,
+        "at": PLACE,
+        "turn": ANGLE,
+        "length": quantity(MIN_BELT, MAX_BELT, "m"),
+        "width": _EDGE,
+        "surface": _HEIGHT,
+        "thickness": quantity(0.02, 1.0, "m"),
+        "speed": quantity(0.01, 2.0, "m/s"),
+        "spawn": _POSE,
+        "frame": _POSE,
+        "wall": section(WALL, dict),
+    },
+    strict="entry",
+    texts="cell-belts",
+)
+"""Keys of a belt."""
+
+PATH = Keys({"out": read_way, "back": read_way}, strict="entry", texts="cell-path")
+"""Keys of a carrier's path."""
+
+CARRIER = Keys(
+    {"at": PLACE},
+    {
+        "turn": ANGLE,
+        "path": section(PATH, dict),
+        "tray_frame": _POSE,
+        "quality_sensor": Reader.pose,
+        "colour": read_colour,
+    },
+    strict="entry",
+    texts="cell-carriers",
+)
+"""Keys of a carrier."""
+
+TRAY = Keys(
+    {"at": PLACE},
+    {"turn": ANGLE, "size": quantities((2,), _EDGE, "[x, y]"), "surface": _HEIGHT, "rim": quantity(0.0, 1.0, "m")},
+    strict="entry",
+    texts="cell-trays",
+)
+"""Keys of a fixed tray."""
+
+MOUNT = Keys(
+    {"kind": one_of(("rail",), "kind of mount"), "at": quantities((2, 3), COORDINATE, "[x, y]")},
+    {"turn": ANGLE},
+    strict="entry",
+    texts="cell-mount",
+)
+"""Keys of an arm's mount."""
+
+ARM = Keys({"mount": section(MOUNT, mounted)}, strict="entry", texts="cell-arms")
+"""Keys of an arm."""
+
+BLOCK = Keys(
+    {"at": POINT, "size": quantities((3,), _SIDE, "[x, y, z]")}, {"turn": ANGLE}, strict="entry", texts="cell-blocks"
+)
+"""Keys of a box of a structure."""
+
+_BLOCKS = list_of(BLOCK, block, MAX_BLOCKS)
+STRUCTURE = Keys(
+    {"at": POINT, "boxes": _BLOCKS},
+    {"turn": ANGLE, "drawn": _BLOCKS, "frame": section(MOVE, placed)},
+    strict="entry",
+    texts="cell-structure",
+)
+"""Keys of a structure: a portal for sensors, a fence, a post or a table."""
+
+LINE = Keys(
+    {"at": PLACE, "size": quantities((2,), _SIDE, "[x, y]")}, {"turn": ANGLE}, strict="entry", texts="cell-lines"
+)
+"""Keys of a line on the floor."""
+
+VIEW = Keys({"at": POINT, "to": POINT}, {"angle": quantity(0.05, 2.5, "rad")}, strict="entry", texts="cell-views")
+"""Keys of a view."""
+
+CELL = Keys(
+    optional={
+        "based_on": Elsewhere({"type": "string"}),
+        "frame": section(MOVE, placed),
+        "bins": section_of(BIN),
+        "belts": section_of(BELT),
+        "trays": section_of(TRAY),
+        "carriers": section_of(CARRIER),
+        "arms": section_of(ARM),
+        "structure": section_of(STRUCTURE),
+        "places": section_of(FRAME),
+        "views": section_of(VIEW),
+        "floor_lines": list_of(LINE, floor_line, MAX_BLOCKS),
+        "shelf": on_floor(PLACE),
+        "sensors": Elsewhere({"type": "object"}),
+    },
+    strict="entry",
+    texts="cell",
+)
+"""Keys of the section `cell`."""
