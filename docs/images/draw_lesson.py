@@ -6,9 +6,10 @@ from pathlib import Path
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.lesson import LessonAgent
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import CastRenderer, PictureRequest, save_png
 from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.views import VIEWS
 from cellwright.running.run import RunOptions, run_cell
 
 CONFIG = Path("examples/lesson/industrial_control/config")

@@ -16,9 +16,9 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.views import VIEWS
 from cellwright.viewer.web.start import WebPage, page_source
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, Pixels, distance, middle, share

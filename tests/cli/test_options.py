@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 
-from cellwright.cli.options import ABOVE_0, FINITE, errors_of, in_range, one_of
+from cellwright.cli.options import ABOVE_0, FINITE, camera, check_views, errors_of, in_range, one_of
+from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import UnknownNameError, UsageError
+from tests.support.places import LAYOUT
 
 
 @pytest.mark.parametrize("value", [None, 1, 3, 2.5, Fraction(3, 2)])
@@ -59,3 +62,10 @@ def test_one_of_returns_name_or_lists_known_ones() -> None:
     assert one_of("--o", "view", "top", ("side", "top")) == "top"
     with pytest.raises(UsageError, match=r"--o: unknown view 'below' \(known: side, top\)"):
         one_of("--o", "view", "below", ("side", "top"))
+
+
+def test_view_of_another_cell_is_refused() -> None:
+    own = Trial("own", layout=replace(LAYOUT, carriers=LAYOUT.carriers[:1], views=()))
+    check_views(own, {"--camera": camera("agv1"), "--video-camera": None})
+    with pytest.raises(UsageError, match=re.escape("--video-camera: unknown view 'agv2'; did you mean agv1")):
+        check_views(own, {"--camera": camera("0,0,3:1,0,0"), "--video-camera": "agv2"})

@@ -8,10 +8,11 @@ import pytest
 
 from cellwright.cell.model.build import World, build_world
 from cellwright.config.trial.trial import Trial
-from cellwright.rendering.camera import VIEWS, Camera, camera_of
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import pixel_points
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.scene.engine import EngineScene, SceneCapture
+from cellwright.rendering.views import VIEWS, camera_of, viewpoint
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.rendering.scenes import project
 
@@ -52,7 +53,7 @@ def casters() -> Casters:
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_view_has_its_subject_in_picture(name: str) -> None:
-    column, row, depth = project(camera_of(name), np.array(WORTH_SEEING[name]), 1280, 720).T
+    column, row, depth = project(VIEWS[name], np.array(WORTH_SEEING[name]), 1280, 720).T
     assert (depth > 0).all()
     assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
 
@@ -60,7 +61,7 @@ def test_view_has_its_subject_in_picture(name: str) -> None:
 @pytest.mark.parametrize("name", VIEWS)
 def test_view_of_subject_is_unobstructed(name: str, casters: Casters) -> None:
     world, of_model, capture, shown, of_scene = casters
-    camera = camera_of(name)
+    camera = VIEWS[name]
     directions = camera.directions(pixel_points(np.arange(WIDTH * HEIGHT), WIDTH, samples=1), WIDTH, HEIGHT)
     static, hits = (caster.cast(np.array(camera.eye), directions) for caster in (of_model, of_scene))
     unobstructed = static.geom[np.isclose(static.distance, hits.distance, atol=1e-3)]
@@ -72,21 +73,25 @@ def test_view_of_subject_is_unobstructed(name: str, casters: Casters) -> None:
 
 def test_unknown_view_is_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
-        camera_of("overveiw")
+        camera_of("overveiw", VIEWS)
 
 
-def test_camera_of_parses_name_or_numbers() -> None:
-    assert camera_of("bins") is VIEWS["bins"]
-    assert camera_of("-4,-3,3.5:0,0,0.6") == Camera((-4, -3, 3.5), (0, 0, 0.6), fov=math.radians(45))
-    assert camera_of("1,2,3:0,0,0:60").fov == pytest.approx(math.radians(60))
+def camera(text: str) -> Camera:
+    return camera_of(viewpoint(text), VIEWS)
+
+
+def test_viewpoint_is_a_name_or_numbers() -> None:
+    assert camera("bins") is VIEWS["bins"]
+    assert camera("-4,-3,3.5:0,0,0.6") == Camera((-4, -3, 3.5), (0, 0, 0.6), fov=math.radians(45))
+    assert camera("1,2,3:0,0,0:60").fov == pytest.approx(math.radians(60))
     with pytest.raises(UnknownNameError, match="did you mean bins"):
-        camera_of("bin")
+        camera("bin")
 
 
 @pytest.mark.parametrize("text", [":", "1,2,3:", "1,2:3,4,5", "1,2,x:0,0,0", "1,2,3:0,0,0:1:2", "1,2,3:0,0,0:x"])
-def test_camera_of_malformed_text_is_refused(text: str) -> None:
+def test_viewpoint_of_malformed_text_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="give its position and target"):
-        camera_of(text)
+        viewpoint(text)
 
 
 @pytest.mark.parametrize(
@@ -100,11 +105,11 @@ def test_camera_of_malformed_text_is_refused(text: str) -> None:
         ("1,2,3:0,0,0:nan", r"got nan"),
     ],
 )
-def test_camera_of_invalid_numbers_is_refused(text: str, reason: str) -> None:
+def test_viewpoint_of_invalid_numbers_is_refused(text: str, reason: str) -> None:
     with pytest.raises(UsageError, match=f"^{text}: .*{reason}"):
-        camera_of(text)
+        viewpoint(text)
 
 
 @pytest.mark.parametrize(("text", "right"), [("0,0,5:0,0,0", (0.0, -1.0, 0.0)), ("0,0,1:0,0,3", (0.0, 1.0, 0.0))])
 def test_camera_straight_down_or_up_has_x_axis_upwards(text: str, right: tuple[float, ...]) -> None:
-    assert camera_of(text).world_R_optical[:, 0] == pytest.approx(right)
+    assert camera(text).world_R_optical[:, 0] == pytest.approx(right)

@@ -10,8 +10,8 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import find_agent
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.video_options import VideoOptions
+from cellwright.rendering.views import VIEWS
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
 from cellwright.viewer.filming import VideoRecorder

@@ -40,9 +40,11 @@ from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import Checkpoints, restore_snapshot, take_snapshot
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.views import OVERVIEW, cameras
 from cellwright.util.errors import UsageError
 
 _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
@@ -143,7 +145,9 @@ class Cell(CellDevices):
 
     def _make_sensors(self, trial: Trial, report: Callable[[str], None]) -> None:
         scene = self._make_scene()
-        self.render_service = RenderService(self.simulation, partial(SceneCapture.of, self), report=report)
+        self.render_service = RenderService(
+            self.simulation, partial(SceneCapture.of, self), about=self.views[OVERVIEW].target, report=report
+        )
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {each.number: QualityControlSensor(each, scene, trial.faulty_parts) for each in trial.carriers}
@@ -309,6 +313,11 @@ class Cell(CellDevices):
     def topics(self) -> list[str]:
         """Return the names of all topics that the cell publishes."""
         return [topic.name for topic in self.bus.topics() if topic.publishers]
+
+    @property
+    def views(self) -> Mapping[str, Camera]:
+        """Named views of the cell, `overview` first."""
+        return cameras(self.trial.layout)
 
     def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
         """Return name, engine's body and visibility of each part; those that are not in play are hidden."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from rich.console import Console
@@ -22,16 +23,19 @@ from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.middleware.ros2.host.ros2 import NAMES, RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
-from cellwright.rendering.camera import camera_of
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
+from cellwright.rendering.views import VIEWS, Viewpoint, camera_of, viewpoint
 from cellwright.running.run import CellTarget, PageOptions, RecordOptions, ServerOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
+    from cellwright.rendering.camera import Camera
     from cellwright.rendering.video import VideoFigures
 
 SIMULATION, END, OUTPUT, NETWORK, VIEWING, VIDEO = "Simulation", "End", "Output", "Network", "Viewing", "Video"
 """Headings for options in the help."""
+
+_NO_VIEWPOINTS: Mapping[str, Viewpoint | None] = MappingProxyType({})
 
 TRIAL = argument(
     "TRIAL",
@@ -106,7 +110,10 @@ Log = Annotated[
 PictureCamera = Annotated[
     str,
     option(
-        "NAME", "View of pictures: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", VIEWING, name="--camera"
+        "NAME",
+        "View of pictures: overview, bins, a belt, AGV or tray of the cell by its name, or `x,y,z:x,y,z` [m].",
+        VIEWING,
+        name="--camera",
     ),
 ]
 
@@ -129,13 +136,30 @@ class CellArguments:
     vary: Vary = False
     overrides: Overrides = None
 
-    def target(self, files: Sequence[str], console: Console, *, competition: bool = True, **about: str) -> CellTarget:
-        """Return the cell of the trial in these files, made when its session opens; warnings go to stderr."""
+    def target(
+        self,
+        files: Sequence[str],
+        console: Console,
+        *,
+        competition: bool = True,
+        viewpoints: Mapping[str, Viewpoint | None] = _NO_VIEWPOINTS,
+        **about: str,
+    ) -> CellTarget:
+        """Return the cell of the trial in these files, made when its session opens; warnings go to stderr.
+
+        Args:
+            files: the files, as they were named.
+            console: receives refusals of the cell.
+            competition: whether it is a competition.
+            viewpoints: cameras by their options; the cell must have the views that they name.
+            about: further facts about the run for a panel.
+        """
         in_range("--seed", self.seed, 0, options.MAX_SEED, "a whole number from 0 to 2**63 - 1")
         overrides = options.overrides(self.overrides)
 
         def make() -> Cell:
             trial = options.load(files, overrides)
+            options.check_views(trial, viewpoints)
             if self.vary:
                 trial = vary(trial, trial.settings.seed if self.seed is None else self.seed)
             return self.cell(trial, console, competition=competition)
@@ -266,11 +290,22 @@ class VideoArguments:
         bool, flag("--video-fine", "Smoother edges; without a GPU drawing takes half as long again.", VIDEO)
     ] = False
 
-    def options(self) -> VideoOptions | None:
-        """Return the options of the video; None for no video."""
-        file = options.output_file("--video", self.video, ".mp4")
+    def viewpoints(self) -> Mapping[str, Viewpoint | None]:
+        """Return the camera of the video by its option; None if there is none."""
         with options.errors_of("--video-camera"):
-            camera = None if self.video_camera is None else camera_of(self.video_camera)
+            return {"--video-camera": None if self.video_camera is None else viewpoint(self.video_camera)}
+
+    def options(self, views: Mapping[str, Camera] | None = VIEWS) -> VideoOptions | None:
+        """Return the options of the video; None for no video.
+
+        Args:
+            views: the views that the option may name; None if they are known once the cell is.
+        """
+        file = options.output_file("--video", self.video, ".mp4")
+        (camera,) = self.viewpoints().values()
+        if camera is not None and views is not None:
+            with options.errors_of("--video-camera"):
+                camera = camera_of(camera, views)
         with options.errors_of("--video-speed:"):
             period_of(self.video_speed)
         width, height = _video_size(self.video_size)

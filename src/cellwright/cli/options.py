@@ -22,7 +22,7 @@ from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_tri
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import find_files, refuse_several_trials
 from cellwright.config.trial.trial import Trial
-from cellwright.rendering.camera import Camera, camera_of
+from cellwright.rendering.views import Viewpoint, camera_of, cameras, viewpoint
 from cellwright.util.errors import UnknownNameError, UsageError
 
 XACRO_MARK = ":="
@@ -238,7 +238,15 @@ def address(option: str, text: str) -> tuple[str, int]:
         return parse_address(text)
 
 
-def camera(name: str) -> Camera:
-    """Return the camera of a named view, or of numbers."""
+def camera(text: str) -> Viewpoint:
+    """Return the camera of numbers; the name of a view is known once the cell is."""
     with errors_of("--camera"):
-        return camera_of(name)
+        return viewpoint(text)
+
+
+def check_views(trial: Trial, viewpoints: Mapping[str, Viewpoint | None]) -> None:
+    """Refuse the name of a view that the cell of a trial has not, with the option that names it."""
+    for option, each in viewpoints.items():
+        if each is not None:
+            with errors_of(option):
+                camera_of(each, cameras(trial.layout))

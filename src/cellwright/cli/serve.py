@@ -43,7 +43,7 @@ from cellwright.cli.summary import RunProgress
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.wire.frames import WORLD_CHANGE
-from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.views import OVERVIEW, Viewpoint
 from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session, WorldOptions, cell_result
 from cellwright.running.run.observers import Pictures
 from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence
@@ -104,7 +104,7 @@ class ServeArguments:
         ends_when_done = self.exit_on_completion or EXIT_ON_COMPLETION in os.environ
         return {
             "view": self.page.options() or False,
-            "record": record_options(self.record, self.video.options(), self.log, agent="served"),
+            "record": record_options(self.record, self.video.options(None), self.log, agent="served"),
             "options": RunOptions(until=options.until(self.until), ends_when_done=ends_when_done),
         }
 
@@ -143,8 +143,13 @@ def serve(given: ServeArguments) -> None:
     input, and nothing was started.
     """
     rate, console = given.rate(), Console(stderr=given.as_json, highlight=False)
-    target: CellTarget | None = given.cell.target(given.files, console, competition=not given.development)
     camera, picture = options.camera(given.camera), options.output_file("--picture", given.picture, ".png")
+    target: CellTarget | None = given.cell.target(
+        given.files,
+        console,
+        competition=not given.development,
+        viewpoints={"--camera": camera, **given.video.viewpoints()},
+    )
     server, more = given.network.options(lockstep=given.lockstep), given.session_options()
     worlds = WorldChange(partial(given.cell.cell, console=console, competition=False))
     status = DONE
@@ -182,7 +187,7 @@ def run_served(
     *,
     as_json: bool = False,
     picture: Path | None = None,
-    camera: Camera = VIEWS["overview"],
+    camera: Viewpoint = OVERVIEW,
     verbose: bool = False,
 ) -> int:
     """Serve a cell until it is over or a signal ends it, and print the result; return the exit status."""

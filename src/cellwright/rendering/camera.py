@@ -1,25 +1,23 @@
-"""Pinhole cameras: rays through pixels, geometry of pictures, and named views of the cell.
+"""Pinhole cameras: rays through pixels, and geometry of pictures.
 
 Cameras have no distortion. Pixel coordinates are (column, row), continuous, with (0, 0) at the upper left corner of the
 picture: the centre of the first pixel is (0.5, 0.5). The optical frame has x to the right, y down and z forward.
 """
 
+from __future__ import annotations
+
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
 OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
 """camera_T_optical: from x right, y down, z forward to x forward, y left, z up."""
-_DEFAULT_ANGLE, _MAX_ANGLE = 45.0, 180.0  # [degrees]
-_MAX_COORDINATE = 1e6  # [m]
 _PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
 _UPWARDS, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
@@ -54,6 +52,15 @@ class Camera:
         across = np.cross(forward / np.linalg.norm(forward), self.up)
         if not np.linalg.norm(across) > 1e-9 * np.linalg.norm(self.up):
             raise UsageError("camera up direction must not lie along the line of sight")
+
+    @classmethod
+    def upright(cls, eye: Vector3, target: Vector3, fov: float) -> Camera:
+        """Return a camera with the world's z axis upwards in the picture.
+
+        One that looks straight down or up has the x axis upwards, the direction in which `overview` of 2017 looks.
+        """
+        is_plumb = math.hypot(target[0] - eye[0], target[1] - eye[1]) <= _PLUMB * abs(target[2] - eye[2])
+        return cls(eye, target, _AHEAD if is_plumb else _UPWARDS, fov)
 
     @property
     def world_R_optical(self) -> NDArray[np.float64]:
@@ -129,47 +136,3 @@ class Pinhole:
         np.multiply(depth, down[:, None], out=points[..., 1])
         points[..., 2] = depth
         return points
-
-
-VIEWS: Mapping[str, Camera] = MappingProxyType(
-    {
-        "overview": Camera((-4.4, -3.1, 3.3), (0.42, -0.12, 0.62), fov=math.radians(46)),
-        "bins": Camera((-2.35, -0.17, 2.45), (-0.52, -0.17, 0.62), fov=math.radians(50)),
-        "agv1": Camera((-1.3, 2.25, 1.9), (0.3, 3.15, 0.72), fov=math.radians(37)),
-        "agv2": Camera((-1.3, -2.25, 1.9), (0.3, -3.15, 0.72), fov=math.radians(37)),
-        "belt": Camera((0.3, -2.7, 2.35), (1.12, 0.9, 0.8), fov=math.radians(52)),
-    }
-)
-"""Cameras by name, in the world frame of the cell of 2017 (conveyor along y at x = 1.21, AGVs at y = +-3.3)."""
-
-
-def camera_of(text: str) -> Camera:
-    """Return a camera by name, or by numbers: `x,y,z:x,y,z` for its position and its target [m].
-
-    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`. A camera that looks straight down
-    or up has the world's x axis upwards in the picture, the direction in which `overview` looks.
-
-    Raises:
-        UnknownNameError: there is no such view.
-        UsageError: the numbers make no camera.
-    """
-    if ":" not in text:
-        if text not in VIEWS:
-            raise UnknownNameError("view", text, VIEWS)
-        return VIEWS[text]
-    eye, target, *angle = text.split(":")
-    try:
-        x, y, z = (float(number) for number in eye.split(","))
-        at_x, at_y, at_z = (float(number) for number in target.split(","))
-        (degrees,) = [float(each) for each in angle] or [_DEFAULT_ANGLE]
-    except ValueError:
-        raise UsageError(f"{text}: not a camera; give its position and target, such as -4,-3,3:0,0,0.6") from None
-    if any(abs(number) > _MAX_COORDINATE for number in (x, y, z, at_x, at_y, at_z)):
-        raise UsageError(f"{text}: coordinates must be at most {_MAX_COORDINATE:g} m")
-    if not 0 < degrees < _MAX_ANGLE:
-        raise UsageError(f"{text}: opening angle must be between 0 and {_MAX_ANGLE:g} degrees (got {degrees:g})")
-    is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
-    try:
-        return Camera((x, y, z), (at_x, at_y, at_z), _AHEAD if is_plumb else _UPWARDS, math.radians(degrees))
-    except UsageError as error:
-        raise UsageError(f"{text}: {error}") from None

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import MAX_SIDE
+from cellwright.rendering.views import Viewpoint
 from cellwright.util.errors import UsageError
 
 WIDTH, HEIGHT = 1280, 720
@@ -24,7 +24,7 @@ class VideoOptions:
 
     Attributes:
         file: MP4; overwritten.
-        camera: the camera; None for one that sees the whole robot.
+        camera: the camera, or the name of a view of the cell; None for its overview, or for the whole robot.
         speed: simulated seconds per second of the video.
         width, height: [pixels], even.
         fine: smoother edges, which take half as long again without a GPU.
@@ -34,7 +34,7 @@ class VideoOptions:
     """
 
     file: Path
-    camera: Camera | None = None
+    camera: Viewpoint | None = None
     speed: float = 1.0
     width: int = WIDTH
     height: int = HEIGHT

@@ -1,6 +1,6 @@
 """Robot controller node: joins robot, world, simulation, servos, safety and interface."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
@@ -14,6 +14,7 @@ from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
@@ -179,6 +180,11 @@ class RobotNode:
     def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
         """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes: none."""
         return self.world.model, Visuals()
+
+    @property
+    def views(self) -> Mapping[str, Camera]:
+        """Named views of a cell: none."""
+        return {}
 
     def scene_parts(self) -> tuple[()]:
         """Return the parts of a cell: none."""

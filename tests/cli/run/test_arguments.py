@@ -32,6 +32,6 @@ def test_run_without_agent_requires_an_end() -> None:
     assert ProcessArguments().program("none", has_end=True, is_verbose=False)() is None
 
 
-def test_picture_of_unknown_view_is_refused() -> None:
-    with pytest.raises(UsageError, match="--camera"):
-        ViewingArguments(camera="cellar").pictures()
+def test_picture_of_no_camera_is_refused() -> None:
+    with pytest.raises(UsageError, match="--camera 1,2:3"):
+        ViewingArguments(camera="1,2:3").pictures()

@@ -39,7 +39,9 @@ class Room:
         self.workers: list[FakeWorker] = []
         self.lines: list[str] = []
         capture = partial(SceneCapture, self.simulation.model)
-        self.service = RenderService(self.simulation, capture, self._start, report=self.lines.append)
+        self.service = RenderService(
+            self.simulation, capture, self._start, about=(0.0, 0.0, 0.0), report=self.lines.append
+        )
         self.camera = PictureCamera(camera, self.service, report=self.lines.append)
         self.simulation.add(self.camera)
         self.simulation.reset()

@@ -34,7 +34,7 @@ def room() -> Simulation:
 
 
 def serve(simulation: Simulation, start: Any, **options: Any) -> RenderService:
-    return RenderService(simulation, partial(SceneCapture, simulation.model), start, **options)
+    return RenderService(simulation, partial(SceneCapture, simulation.model), start, about=(0.0, 0.0, 0.0), **options)
 
 
 def process_of(service: RenderService) -> Any:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.rendering.camera import VIEWS
+from cellwright.rendering.views import VIEWS
 from cellwright.running.run import RunOptions, Session
 from cellwright.running.run.observers import Pictures
 from tests.support.cells import BARE

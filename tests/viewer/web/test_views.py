@@ -1,13 +1,14 @@
 """Views of the page: fixed ones of a cell, and those that show a robot whole."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cellwright.rendering.camera import VIEWS
+from cellwright.rendering.views import VIEWS
 from cellwright.viewer.web.page import TimelineFrame
 from cellwright.viewer.web.views import Views, views_of
 from tests.viewer.web.fake import ALIKE, FakePage, frame, page_with
@@ -24,6 +25,12 @@ def test_views_of_cell_are_fixed_and_views_of_robot_show_it_whole() -> None:
         assert (np.abs(np.array([across, down])) / deep < math.tan(view.fov / 2)).all()
     assert found["front"].eye[0] > 1.2
     assert found["hands"].target == pytest.approx((1.2, 0.0, 0.0), abs=1e-6)
+
+
+def test_views_of_own_cell_are_those_of_its_scene() -> None:
+    own = {"overview": VIEWS["bins"], "tray1": VIEWS["agv1"]}
+    for about in ({"kind": "cell"}, {}):  # a recording says nothing about itself
+        assert views_of(replace(ALIKE, views=own), frame(), about) == own
 
 
 def test_view_click_moves_camera_of_clicking_browser_only() -> None:

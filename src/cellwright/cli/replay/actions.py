@@ -14,6 +14,7 @@ from rich.text import Text
 
 from cellwright.cli import output
 from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
+from cellwright.cli.options import errors_of
 from cellwright.cli.output import echo, print_entry, print_line, progress_bar
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
@@ -26,7 +27,7 @@ from cellwright.recording.replay import verify
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.recording.replay.rebuild import rebuild
 from cellwright.recording.replay.verify import Answer, TickTime, VerificationResult
-from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
@@ -34,6 +35,7 @@ from cellwright.rendering.scene.scene import decode_scene
 from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import VideoOptions, period_of
 from cellwright.rendering.video_pace import VideoPace
+from cellwright.rendering.views import OVERVIEW, VIEWS, camera_of
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions, Session, versions
 from cellwright.running.run.playback import PlaybackTarget
@@ -276,7 +278,7 @@ def film_recording(
     frame = sight.frame()
     if frame is None or begin > end:
         raise UsageError(f"{recording.path}: no frame between these times; choose others with --start and --until")
-    camera = options.camera or _camera(recording, scene, frame, options)
+    camera = _camera(recording, scene, frame, options)
     lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
     video = Video(options, scene, lamp=lamp, warn=warn)
     period, number = period_of(options.speed) * NANOSECONDS, 0
@@ -309,9 +311,10 @@ def _scene(recording: RecordingFile) -> Scene:
 
 
 def _camera(recording: RecordingFile, scene: Scene, frame: SceneFrame, options: VideoOptions) -> Camera:
-    """Return the camera: the overview of a cell; for a robot a camera that shows the whole robot."""
-    if recording.header.kind == "cell":
-        return VIEWS["overview"]
+    """Return the requested camera, else the overview of a cell, or for a robot one that shows the whole robot."""
+    if options.camera is not None or recording.header.kind == "cell":
+        with errors_of("--video-camera"):
+            return camera_of(options.camera or OVERVIEW, scene.views or VIEWS)
     shown = EngineScene(scene)
     shown.show(frame)
     return camera_on(shown.model, shown.data, TURN, TILT, options.width, options.height)

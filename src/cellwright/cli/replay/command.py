@@ -162,7 +162,7 @@ def replay(given: ReplayArguments) -> None:
     page = playback.page.options()
     if given.verify and playback.is_played:
         options.refuse("--verify plays nothing; leave out --serve, --ros1, --ros2 and --view")
-    video = given.video.options()
+    video = given.video.options(None)
     if video and (playback.is_played or given.verify):
         options.refuse("--video excludes playback and --verify; leave out --view, --serve, --ros1, --ros2 and --verify")
     playback.refuse(is_written=bool(video or given.bag or given.mcap))

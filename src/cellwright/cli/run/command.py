@@ -147,11 +147,17 @@ def _session(given: RunArguments, files: Sequence[str], pictures: Pictures, cons
         port=0, lockstep=lockstep, ros1=over == "ros1", ros2=over == "ros2", restart_refusal=AGENT_IN_OWN_PROCESS
     )
     return Session(
-        given.cell.target(files, console, competition=not given.development, agent=given.agent),
+        given.cell.target(
+            files,
+            console,
+            competition=not given.development,
+            viewpoints={"--camera": pictures.camera, **given.video.viewpoints()},
+            agent=given.agent,
+        ),
         rate=rate if page is None else RateControl(rate),
         serve=served if over else False,
         view=page or False,
-        record=record_options(given.record, given.video.options(), given.log, agent=given.agent),
+        record=record_options(given.record, given.video.options(None), given.log, agent=given.agent),
         options=given.run_options(pictures, progress),
         outputs=output.session_outputs(console, partial(progress.line, style="yellow")),
     )

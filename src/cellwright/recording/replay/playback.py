@@ -1,6 +1,6 @@
 """Playback of a recording: its messages again on a read-only bus, and its simulation time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
 from fractions import Fraction
 from itertools import islice
@@ -20,6 +20,7 @@ from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, RecordingFile
 from cellwright.recording.replay.frame_cursor import FrameCursor
+from cellwright.rendering.camera import Camera
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
 READ_ONLY = "a recording is read-only; it accepts no commands"
@@ -147,6 +148,11 @@ class Recorded(Device):
     def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
         """Model whose shapes are drawn: an empty one, as a recording has its own scene."""
         return self.simulation.model, Visuals()
+
+    @property
+    def views(self) -> Mapping[str, Camera]:
+        """Named views of a cell: none."""
+        return {}
 
     def scene_parts(self) -> tuple[()]:
         """Return the parts of a cell: none, as a recording has no bodies of the engine."""

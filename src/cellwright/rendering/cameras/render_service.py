@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.simulation import Simulation
-from cellwright.rendering.camera import VIEWS, Pinhole
+from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene.scene import Scene, SceneFrame
 from cellwright.util.errors import RenderingError
@@ -72,7 +72,7 @@ class RenderService:
         capture: Callable[[], SceneCapture],
         start: Callable[[Scene], RenderWorker | SharedRenderer] = share_worker,
         *,
-        about: Vector3 = VIEWS["overview"].target,
+        about: Vector3,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self._simulation = simulation

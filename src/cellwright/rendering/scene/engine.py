@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from operator import itemgetter
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import mujoco
@@ -14,7 +15,9 @@ from numpy.typing import NDArray
 
 from cellwright.engine.shapes import Visuals
 from cellwright.middleware.bus import Node
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.scene.scene import SEEN, Mesh, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
+from cellwright.rendering.views import VIEWS
 from cellwright.util.pose import Pose
 
 _TYPES = {
@@ -37,6 +40,10 @@ class DrawnNode(Node, Protocol):
     def drawn(self) -> tuple[mujoco.MjModel, Visuals]:
         """Model whose shapes are drawn, with the bodies of the simulation's, and more shapes on these bodies."""
 
+    @property
+    def views(self) -> Mapping[str, Camera]:
+        """Named views of a cell; none of a robot."""
+
     def scene_parts(self) -> tuple[tuple[str, int, bool], ...]:
         """Return name, engine's body and visibility of each part of a cell; see `SceneCapture`."""
 
@@ -48,6 +55,7 @@ class SceneCapture:
         model: the engine's model.
         visuals: shapes that are only seen, on the model's bodies; None if there are none.
         name: name of the scene.
+        views: named views of a cell.
         parts: returns the parts of a cell as they are now: of each its name, the engine's body that it has, and whether
             it is shown. A hidden part may name any body that looks like it; its pose is the world's origin. Names and
             order stay, and the tuple is the same object until something changes. The parts are the last bodies of the
@@ -60,6 +68,7 @@ class SceneCapture:
         visuals: Visuals | None = None,
         *,
         name: str = "",
+        views: Mapping[str, Camera] = MappingProxyType({}),
         parts: Callable[[], tuple[tuple[str, int, bool], ...]] = tuple,
     ) -> None:
         # bodies on a joint, and mocap bodies with what is fixed to them
@@ -85,12 +94,14 @@ class SceneCapture:
             bodies=("world", *names, *(name for name, _, _ in self._newest)),
             shapes=(*(shape for shape in shapes if shape.body < len(self._own)), *parts_shapes),
             meshes=_meshes(model, visuals or Visuals()),
+            # readers know those of 2017, whose recordings name none
+            views={} if views == VIEWS else dict(views),
         )
 
     @classmethod
     def of(cls, node: DrawnNode) -> SceneCapture:
         """Return the capture of a cell or a robot."""
-        return cls(*node.drawn, name=node.name, parts=node.scene_parts)
+        return cls(*node.drawn, name=node.name, views=node.views, parts=node.scene_parts)
 
     def index(self, body: int) -> int:
         """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one and for a part."""

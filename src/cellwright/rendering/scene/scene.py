@@ -6,14 +6,17 @@ import base64
 import json
 import struct
 import zlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.util.errors import MessageError
+from cellwright.config.layout.views import OVERVIEW
+from cellwright.rendering.camera import Camera
+from cellwright.util.errors import MessageError, UsageError
 from cellwright.util.pose import Pose, Vector3
 
 _FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries
@@ -105,6 +108,7 @@ class Scene:
         bodies: unique names of the bodies that may move; the first is "world", which holds all static shapes.
         shapes: the shapes on them.
         meshes: meshes of the shapes.
+        views: named views of a cell, `overview` first; empty for that of 2017 and for a robot.
 
     Example:
         >>> ball = SceneShape(1, ShapeType.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), ShapeLayer.BOTH)
@@ -117,6 +121,7 @@ class Scene:
     bodies: tuple[str, ...]
     shapes: tuple[SceneShape, ...]
     meshes: tuple[Mesh, ...]
+    views: Mapping[str, Camera] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +236,8 @@ def encode_scene(scene: Scene) -> bytes:
         "meshes": [[_base64(mesh.vertices, "<f4"), _base64(mesh.faces, "<i4")] for mesh in scene.meshes],
         "static_bodies": [shape.static_body for shape in scene.shapes],
     }
+    if scene.views:
+        document["views"] = {name: [view.eye, view.target, view.up, view.fov] for name, view in scene.views.items()}
     return zlib.compress(json.dumps(document).encode(), 6)
 
 
@@ -246,7 +253,7 @@ def decode_scene(data: bytes) -> Scene:
         if not unpacker.eof:
             raise ValueError("truncated, or too large")
         return _scene(json.loads(text))
-    except (zlib.error, ValueError, TypeError, KeyError, IndexError, RecursionError) as fault:
+    except (zlib.error, ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as fault:
         raise MessageError(f"invalid scene ({len(data)} bytes): {fault}") from None
 
 
@@ -262,7 +269,18 @@ def _scene(document: dict[str, Any]) -> Scene:
     shapes = tuple(
         _shape(entry, len(bodies), len(meshes), str(static)) for entry, static in zip(entries, statics, strict=True)
     )
-    return Scene(str(document["name"]), bodies, shapes, meshes)
+    views = {str(name): _view(*each) for name, each in document.get("views", {}).items()}
+    if views and OVERVIEW not in views:
+        raise ValueError(f"views must have one named {OVERVIEW}")
+    return Scene(str(document["name"]), bodies, shapes, meshes, views)
+
+
+def _view(eye: Any, target: Any, up: Any, fov: Any) -> Camera:
+    (x, y, z), (at_x, at_y, at_z), (up_x, up_y, up_z) = (map(float, each) for each in (eye, target, up))
+    try:
+        return Camera((x, y, z), (at_x, at_y, at_z), (up_x, up_y, up_z), float(fov))
+    except UsageError as error:
+        raise ValueError(str(error)) from None
 
 
 def _shape(entry: Any, bodies: int, meshes: int, static_body: str) -> SceneShape:

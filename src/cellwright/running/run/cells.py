@@ -21,7 +21,7 @@ from cellwright.config.parsing.sources import Sources
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.run_log import RunEvents
-from cellwright.rendering.camera import VIEWS
+from cellwright.rendering.views import OVERVIEW, camera_of
 from cellwright.running.run.collisions import Collision, CollisionWatch
 from cellwright.running.run.options import GRACE, RunOptions
 from cellwright.running.run.result import Outcome, RunResult, SessionResult, cell_result, final_outcome, versions
@@ -227,7 +227,7 @@ class CellTarget(Target):
             words = (f"{cell.simulation.time:.1f} s", f"{points:g} {'point' if points == 1 else 'points'}")
             return "   ".join(word for word in (*words, cell.intention.text) if word)
 
-        camera = options.camera or VIEWS["overview"]
+        camera = camera_of(options.camera or OVERVIEW, cell.views)
         return VideoRecorder(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
 
     @contextmanager

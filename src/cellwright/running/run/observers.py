@@ -24,6 +24,7 @@ from cellwright.rendering.picture import PictureRequest, Progress, render, save_
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene, SceneCapture
 from cellwright.rendering.video_options import HEIGHT, WIDTH
+from cellwright.rendering.views import Viewpoint, camera_of
 from cellwright.running.run.cells import at
 from cellwright.running.run.options import reachable_address
 from cellwright.util.errors import RenderingError, UsageError
@@ -48,19 +49,20 @@ class Pictures:
     """Pictures of a cell: an observer that takes them at their times, and lists those it has taken.
 
     Args:
+        camera: the camera, or the name of a view of the cell.
         requests: simulation times [s] and files.
         on_miss: receives a line about each picture that could not be written or was never taken.
     """
 
     def __init__(
         self,
-        camera: Camera,
+        camera: Viewpoint,
         requests: Sequence[tuple[Fraction, Path]],
         on_miss: Callable[[str], None],
         quality: Quality = Quality.FAST,
     ) -> None:
         self._quality = quality
-        self._camera = camera
+        self.camera = camera
         self._requests = requests
         self._on_miss = on_miss
         self.written: list[str] = []
@@ -90,27 +92,29 @@ class Pictures:
         cell.simulation.refresh()
         frame = capture.frame(cell.simulation.data, cell.simulation.now)
         try:
-            save_png(file, self._draw(capture.scene, frame, progress))
+            save_png(file, self._draw(capture.scene, frame, camera_of(self.camera, cell.views), progress))
         # the disk is full or the folder is gone: the run is worth more than its picture
         except (UsageError, RenderingError) as error:
             self._miss(file, str(error))
         else:
             self.written.append(str(file))
 
-    def _draw(self, scene: Scene, frame: SceneFrame, progress: Progress | None) -> NDArray[np.uint8]:
+    def _draw(self, scene: Scene, frame: SceneFrame, camera: Camera, progress: Progress | None) -> NDArray[np.uint8]:
         if self._quality is Quality.FAST:
             from cellwright.rendering.worker import RenderWorker  # slow to load
 
             with RenderWorker() as worker:
                 if worker.ask("scene", _SCENE, scene).result() != RAYS:
-                    request = PictureRequest(self._camera, WIDTH, HEIGHT, samples=4)
+                    request = PictureRequest(camera, WIDTH, HEIGHT, samples=4)
                     return worker.colour(frame, request, _SCENE).result()
-        return self._draw_by_rays(scene, frame, progress)
+        return self._draw_by_rays(scene, frame, camera, progress)
 
-    def _draw_by_rays(self, scene: Scene, frame: SceneFrame, progress: Progress | None) -> NDArray[np.uint8]:
+    def _draw_by_rays(
+        self, scene: Scene, frame: SceneFrame, camera: Camera, progress: Progress | None
+    ) -> NDArray[np.uint8]:
         shown = EngineScene(scene)
         shown.show(frame)
-        return render(shown.model, shown.data, self._camera, progress=progress)
+        return render(shown.model, shown.data, camera, progress=progress)
 
     def _miss(self, file: Path, reason: str) -> None:
         self.missed.append(str(file))

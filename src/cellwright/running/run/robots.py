@@ -15,6 +15,7 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf_file import read_text
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.recording.format.format import RecordingHeader
+from cellwright.rendering.views import VIEWS, camera_of
 from cellwright.robot.commander import CLEAR_STOP
 from cellwright.robot.interface import CONTROLLER_NAMES, NODE, robot_identity, ros_parameters
 from cellwright.robot.node import RobotNode, RobotSettings
@@ -162,7 +163,11 @@ class RobotTarget(Target):
         node = self.node
         model, data = node.simulation.model, node.simulation.data
         heading = robot_heading(node.world, data) + TURN
-        camera = options.camera or camera_on(model, data, heading, TILT, options.width, options.height)
+        camera = (
+            camera_on(model, data, heading, TILT, options.width, options.height)
+            if options.camera is None
+            else camera_of(options.camera, VIEWS)
+        )
         return VideoRecorder(
             node,
             options,

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.scene import SEEN, Scene, SceneFrame, ShapeType
+from cellwright.rendering.views import VIEWS
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.meshes import surface
 from cellwright.viewer.web.page import Feature, TimelineFrame
@@ -64,8 +65,9 @@ class Views(Feature):
 
 def views_of(scene: Scene, frame: SceneFrame, about: Mapping[str, Any]) -> Mapping[str, Camera]:
     """Cameras by name for a frame; the first is the initial one. `about` has its `kind` and `tools`."""
-    if about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies):
-        return VIEWS
+    # a recording says nothing about itself, and one of 2017's cell names no views
+    if scene.views or about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies):
+        return scene.views or VIEWS
     points = _corners(scene, frame)
     heading = frame.pose(1).yaw if len(frame.poses) > 1 else 0.0  # of the first body that may move, from x
     sides = {name: (math.radians(turn), math.radians(tilt)) for name, (turn, tilt) in _SIDES.items()}

@@ -9,7 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
+from cellwright.rendering.views import VIEWS
 from cellwright.util.errors import MessageError
 from tests.rendering.scene.scenes import small
 
@@ -20,6 +23,16 @@ def test_scene_survives_encoding() -> None:
     assert (found.name, found.bodies, found.shapes) == (scene.name, scene.bodies, scene.shapes)
     assert np.array_equal(found.meshes[0].vertices, scene.meshes[0].vertices)
     assert np.array_equal(found.meshes[0].faces, scene.meshes[0].faces)
+
+
+def test_views_survive_encoding_and_those_of_2017_need_no_bytes() -> None:
+    views = {"overview": VIEWS["belt"], "door": Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.2)}
+    scene = replace(small()[2].scene, views=views)
+    assert decode_scene(encode_scene(scene)).views == views
+    model, _, capture = small()
+    assert "views" not in json.loads(zlib.decompress(encode_scene(capture.scene)))
+    assert SceneCapture(model, views=VIEWS).scene.views == {}
+    assert SceneCapture(model, views=views).scene.views == views
 
 
 def test_scene_without_names_of_static_bodies_is_read() -> None:
@@ -56,6 +69,16 @@ def test_scene_document_with_mistake_is_refused(data: st.DataObject) -> None:
             ]
         ),
         "static_bodies": st.sampled_from([5, ["bin1"]]),
+        "views": st.sampled_from(
+            [
+                5,
+                {"door": [[0, 0, 1], [1, 0, 0], [0, 0, 1], 0.8]},
+                {"overview": [[0, 0, 1], [0, 0, 1], [0, 0, 1], 0.8]},
+                {"overview": [[0, 0, 1], [1, 0], [0, 0, 1], 0.8]},
+                {"overview": [[0, 0, "x"], [1, 0, 0], [0, 0, 1], 0.8]},
+                {"overview": 1},
+            ]
+        ),
     }
     key = data.draw(st.sampled_from(sorted(slips)))
     document[key] = data.draw(slips[key])

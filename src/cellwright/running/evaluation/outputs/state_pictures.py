@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from cellwright.rendering.backend import RAYS
-from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.picture import PictureRequest, encode_png
+from cellwright.rendering.views import VIEWS
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.state import State, StateError, loses_points, read_state, state_file
 from cellwright.running.evaluation.results.summary import worst_first
@@ -48,8 +48,10 @@ def draw_worst(folder: Path, results: Sequence[Result], on_miss: Callable[[str],
                     number = numbers[state.scene_file] = len(numbers) + 1
                     if worker.ask("scene", number, state.scene).result() == RAYS:
                         states = dict(list(states.items())[:MAX_BY_RAYS])
-            request = PictureRequest(VIEWS["overview"], _WIDTH, _HEIGHT)
-            drawn = {key: worker.colour(each.frame, request, numbers[each.scene_file]) for key, each in states.items()}
+            drawn = {}
+            for key, each in states.items():
+                request = PictureRequest((each.scene.views or VIEWS)["overview"], _WIDTH, _HEIGHT)
+                drawn[key] = worker.colour(each.frame, request, numbers[each.scene_file])
             return {key: encode_png(picture.result()) for key, picture in drawn.items()}
     except (RenderingError, UsageError, OSError) as error:
         on_miss(f"no pictures in the report: {error}")
