@@ -1,8 +1,32 @@
 """Tests of `cellwright check`."""
 
 import json
+from pathlib import Path
+
+import pytest
 
 from tests.cli.conftest import CommandLine
+
+
+def test_map_is_drawn_beside_the_report(cellwright: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "cell.svg"
+    ran = cellwright("check", "lesson", "--map", str(file))
+    assert (ran.status, ran.out, ran.err) == (0, "ok\n", "")
+    assert "bin8" in file.read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("lesson", "--map", "cell.pdf"), "cell.pdf: a map is a PNG or SVG file"),
+        (("tandem", "--map", "cell.svg"), "--map cell.svg: only a trial has a cell; give the files of one"),
+        (("lesson", "--map", "no/cell.svg"), "--map no/cell.svg: there is no folder no"),
+    ],
+)
+def test_map_that_cannot_be_drawn_is_refused(words: tuple[str, ...], message: str, cellwright: CommandLine) -> None:
+    ran = cellwright("check", *words)
+    assert ran.status == 2
+    assert message in ran.err
 
 
 def test_check_of_missing_file_prints_error_as_json(cellwright: CommandLine) -> None:

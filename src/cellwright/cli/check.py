@@ -13,16 +13,19 @@ from cellwright.cli import options
 from cellwright.cli.arguments import Files, Overrides
 from cellwright.cli.main import BAD_INPUT, DONE
 from cellwright.cli.output import echo
-from cellwright.cli.parameters import flag
+from cellwright.cli.parameters import flag, option
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
 from cellwright.config.robot.robots import find_robot
-from cellwright.util.errors import CellwrightError
+from cellwright.util.errors import CellwrightError, UsageError
 
 
 def check(
     files: Files,
     overrides: Overrides = None,
+    map_file: Annotated[
+        Path | None, option("FILE", "Draw the cell from above, as a .png or .svg file.", name="--map")
+    ] = None,
     as_json: Annotated[bool, flag("--json", "Print findings and resolved values as JSON.")] = False,
 ) -> None:
     """Check the files of a trial or a robot: print errors and warnings, a line each, or ok. Nothing is run.
@@ -34,8 +37,13 @@ def check(
     A robot is a robot configuration (`vr_configs.yml`) or a URDF: `resolved` is what `cellwright robot --json` prints.
     Behind a xacro file, `NAME:=VALUE` gives an argument.
 
+    With `--map`, everything in the cell is drawn with its name: bins, belts and their direction, trays, AGVs and their
+    paths, views of logical cameras, parts, and what is out of reach of the arm.
+
     Exit status: 0 when the files can be used, 2 when they cannot.
     """
+    if map_file is not None:
+        options.writable_file("--map", map_file)
     try:
         given = [word for word in files if options.XACRO_MARK in word]
         paths = _paths([word for word in files if word not in given])
@@ -44,12 +52,23 @@ def check(
             report = replace(report, errors=tuple(model_problems(report.trial)))
     except CellwrightError as error:  # a missing file is a finding as well
         report = Report(errors=(str(error),))
+    if map_file is not None and report.ok:
+        _draw(report, map_file)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2, sort_keys=True))
     else:
         for line in report.lines():
             echo(line)
     raise typer.Exit(DONE if report.ok else BAD_INPUT)
+
+
+def _draw(report: Report, file: Path) -> None:
+    """Write the map of a trial's cell."""
+    if report.trial is None:
+        raise UsageError(f"--map {file}: only a trial has a cell; give the files of one")
+    from cellwright.viewer.cell_map import draw_map  # slow to load
+
+    draw_map(report.trial, file)
 
 
 def _paths(files: list[str]) -> list[Path]:

@@ -180,6 +180,11 @@ def _check_file(place: str, path: Path) -> None:
         refuse(f"{place}: {path} cannot be written")
 
 
+def writable_file(option: str, path: Path) -> None:
+    """Refuse a file that cannot be written."""
+    _check_file(f"{option} {path}", path)
+
+
 def _number(text: str) -> float:
     try:
         return float(text)

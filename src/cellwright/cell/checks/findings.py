@@ -1,0 +1,71 @@
+"""Findings about a cell of one's own: what cannot work, with the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from cellwright.cell.checks.obstacles import blocked_paths, obstacles, overlaps
+from cellwright.cell.checks.reach import share_out_of_reach
+from cellwright.cell.checks.sight import blind_cameras
+from cellwright.cell.checks.surfaces import Surface, surfaces
+from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.trial.trial import Trial
+
+_NOTEWORTHY = 0.01
+"""Share of a surface out of reach from which it is worth a warning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Thing that cannot work.
+
+    Attributes:
+        key: dotted path to its description in a file; a sensor's begins with `sensors.`.
+        message: what is wrong, why, and what to do.
+    """
+
+    key: str
+    message: str
+
+
+def findings(trial: Trial) -> tuple[Finding, ...]:
+    """Return what cannot work in a trial's cell; what it shares with 2017's cell is accepted as it is.
+
+    Example:
+        >>> import cellwright
+        >>> findings(cellwright.load_trial("lesson"))
+        ()
+    """
+    found = surfaces(trial)
+    return (*_reach(trial, found), *_ways(trial), *_cameras(trial, found))
+
+
+def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
+    layout = trial.layout
+    if not trial.has_arm:
+        return
+    original = gear2017().moved(layout.frame)
+    accepted = surfaces(Trial("", layout=original)) if layout.rail == original.rail else ()
+    for surface in found:
+        share = 0.0 if surface in accepted else share_out_of_reach(surface, layout)
+        if share > _NOTEWORTHY:
+            part = "of its width is" if surface.is_belt else "is"
+            message = f"{share:.0%} {part} out of reach of the arm, tool down; move it nearer to the arm's rail"
+            if share > 1 - _NOTEWORTHY:
+                message = "out of reach of the arm, tool down; move it nearer to the arm's rail"
+            yield Finding(surface.key, message)
+
+
+def _ways(trial: Trial) -> Iterator[Finding]:
+    found = obstacles(trial)
+    for one, other, depth in overlaps(found):
+        yield Finding(other.key, f"overlaps {one.name} by {depth:.2f} m; move one of them")
+    for carrier, other, (x, y) in blocked_paths(trial, found):
+        message = f"runs into {other.name} at [{x:.2f}, {y:.2f}]; lead the path around it, or move it"
+        yield Finding(f"cell.carriers.{carrier.name}.path", message)
+
+
+def _cameras(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
+    for camera, reason in blind_cameras(trial, found):
+        yield Finding(f"sensors.{camera.name}", reason)

@@ -1,0 +1,339 @@
+"""Map of a trial's cell: everything that stands in it, from above, with names, a scale and the reach of the arm.
+
+x points up and y to the left, as seen by an arm whose rail lies along y.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+
+from cellwright.cell.checks.obstacles import AGV_SIZE, Obstacle, obstacles, world_path
+from cellwright.cell.checks.reach import in_reach
+from cellwright.cell.checks.sight import TYPE, corners, looked_at
+from cellwright.cell.checks.surfaces import surfaces
+from cellwright.config.arm import RAIL_LIMIT
+from cellwright.config.footprints import PART_TYPES, footprint
+from cellwright.config.models.model import ModelShape
+from cellwright.config.models.reader import extent
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+
+SUFFIXES = (".png", ".svg")
+"""Kinds of files that a map can be."""
+
+INK, MUTED, EDGE = "#22313d", "#5c6b77", "#53626d"
+BIN, BELT, TRAY, STRUCTURE, PART = "#bcd3e2", "#4b5a55", "#f4f1ea", "#8d979e", "#e9b95a"
+RAIL, ARROW, OUT, SIGHT = "#1f5f8b", "#a03020", "#c0392b", "#7a4fa0"
+_OVERHEAD = 1.44
+"""Height [m] from which a structure is over everything, and only outlined."""
+_MARGIN = 0.55
+"""Free space around the cell [m]."""
+_LARGEST, _SCALE = 15.0, 1.35
+"""Longest side of a map [inches], and inches to a metre where that is not exceeded."""
+
+Point = tuple[float, float]
+
+
+def draw_map(trial: Trial, path: Path) -> None:
+    """Write a map of the cell of a trial as a PNG or SVG file.
+
+    Raises:
+        UsageError: the name of the file ends in another suffix.
+
+    Example:
+        >>> import cellwright, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     draw_map(cellwright.load_trial("lesson"), Path(folder) / "lesson.svg")
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UsageError(f"{path}: a map is a PNG or SVG file; give a name that ends in {' or '.join(SUFFIXES)}")
+    with mpl.rc_context({"font.family": "DejaVu Sans", "svg.fonttype": "none", "svg.hashsalt": "cell"}):
+        figure = _Map(trial).draw()
+        figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix.lower() == ".svg" else {})
+
+
+class _Map:
+    """Drawing of one map; heights decide what covers what."""
+
+    def __init__(self, trial: Trial) -> None:
+        self._trial = trial
+        self._obstacles = obstacles(trial)
+        self._surfaces = surfaces(trial)
+        (left, right), (bottom, top) = self._bounds()
+        scale = min(_SCALE, _LARGEST / max(left - right, top - bottom))
+        self._size = 8.0 * max(0.7, min(1.0, scale / 1.1))
+        self._figure = Figure(figsize=((left - right) * scale + 0.6, (top - bottom) * scale + 0.9))
+        width, height = self._figure.get_size_inches()
+        box = (0.5 / width, 0.45 / height, 1.0 - 0.6 / width, 1.0 - 0.9 / height)
+        self._axes = self._figure.add_axes(box)
+        self._axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+
+    def draw(self) -> Figure:
+        """Return the figure with everything drawn."""
+        self._frame()
+        self._floor()
+        self._things()
+        self._belts()
+        self._reach()
+        self._parts()
+        self._furniture()
+        self._carriers()
+        self._arm()
+        self._sensors()
+        self._names()
+        return self._figure
+
+    def _bounds(self) -> tuple[Point, Point]:
+        """Return left and right y, and bottom and top x; long belts and paths do not count where others do."""
+        trial = self._trial
+        points = [
+            corner for each in self._obstacles if not each.key.startswith("cell.belts") for corner in each.corners
+        ]
+        points += [each.pose.position[:2] for each in trial.sensors]
+        points += [each.pose.position[:2] for each in trial.furniture]
+        if trial.has_arm:
+            points += [trial.layout.rail.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+        for belt in trial.layout.belts:
+            points += [belt.spawn.position[:2], belt.wall.position[:2]]
+        x, y = np.array(points or [(-1.0, -1.0), (1.0, 1.0)]).T
+        return (y.max() + _MARGIN, y.min() - _MARGIN), (x.min() - _MARGIN, x.max() + _MARGIN)
+
+    def _frame(self) -> None:
+        axes = self._axes
+        axes.grid(color="#e2e7ea", lw=0.6)
+        axes.set_axisbelow(True)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(MultipleLocator(1.0))
+        axes.set_xlabel("y [m]", color=MUTED, labelpad=1)
+        axes.set_ylabel("x [m]", color=MUTED, labelpad=1)
+        axes.tick_params(colors=MUTED, labelsize=8)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        axes.set_title(self._trial.name, loc="left", fontsize=11, color=INK)
+        left, bottom = axes.get_xlim()[0], axes.get_ylim()[0]
+        start, height = left - 0.15, bottom + 0.12
+        axes.plot((start, start - 1.0), (height, height), color=INK, lw=2.5, zorder=12, solid_capstyle="butt")
+        self._text(height + 0.1, start - 0.5, "1 m")
+        if self._trial.has_arm and self._surfaces:
+            axes.plot([], [], "s", ms=7, color=OUT, alpha=0.35, label="out of reach, tool down")
+        if any(each.type == TYPE for each in self._trial.sensors):
+            axes.plot([], [], "s", ms=7, color=SIGHT, alpha=0.3, label="view of a logical camera")
+        if self._trial.carriers:
+            axes.plot([], [], "--", color=ARROW, lw=1.2, label="path of an AGV")
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend(
+                loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7.5, frameon=False, borderaxespad=0.2
+            )
+
+    def _floor(self) -> None:
+        for line in self._trial.layout.floor_lines:
+            self._rectangle(line.middle, line.size, "#e6d9a8", 1.0, lw=0.0)
+
+    def _things(self) -> None:
+        for each in sorted(self._obstacles, key=lambda each: each.high):
+            section = each.key.split(".")[1]
+            if section == "structure":
+                self._structure(each)
+            elif section == "bins":
+                bin_ = self._trial.layout.bin(each.name)
+                self._polygon(each.corners, "#8fb0c6", 3.0, lw=0.5)
+                self._rectangle(bin_.pose, bin_.size, BIN, 3.1, lw=0.4)
+            elif section == "trays":
+                self._polygon(each.corners, TRAY, 3.0)
+
+    def _structure(self, each: Obstacle) -> None:
+        if each.low >= _OVERHEAD:
+            self._polygon(each.corners, "none", 9.0, lw=0.8, ls=(0, (4, 2)), edgecolor=STRUCTURE)
+        else:
+            self._polygon(each.corners, STRUCTURE, 4.0 + min(1.0, each.low / 2))
+
+    def _belts(self) -> None:
+        for belt in self._trial.layout.belts:
+            self._rectangle(belt.centre, belt.size[:2], BELT, 3.0)
+            x, y, _ = belt.spawn.position
+            self._axes.plot(y, x, "o", ms=5, color="white", zorder=8)
+            self._text(x, y, "parts appear", 0.85, color="white", va="bottom", xytext=(0, 5))
+            across = belt.wall_size[0] / 2
+            ends = [belt.wall.transform((side * across, 0.0, 0.0))[:2] for side in (-1, 1)]
+            self._line(ends, ARROW, 3.0)
+            dx, dy, _ = belt.direction
+            middle = self._inside(belt.centre, belt.size[0])
+            start = (middle[0] - 0.45 * dx, middle[1] - 0.45 * dy)
+            self._arrow(start, (middle[0] + 0.45 * dx, middle[1] + 0.45 * dy), "white")
+
+    def _inside(self, centre: Pose, length: float) -> Point:
+        """Return the middle of the part of a belt that is on the map."""
+        (left, right), (bottom, top) = self._axes.get_xlim(), self._axes.get_ylim()
+        points = [centre.transform((length * (step / 50 - 0.5), 0.0, 0.0)) for step in range(51)]
+        seen = [point for point in points if bottom <= point[0] <= top and right <= point[1] <= left]
+        x, y, _ = (seen or points)[len(seen or points) // 2]
+        return x, y
+
+    def _reach(self) -> None:
+        if not self._trial.has_arm:
+            return
+        for surface in self._surfaces:
+            reached = in_reach(surface, self._trial.layout)
+            rows, columns = reached.shape
+            size = (surface.size[0] / rows, surface.size[1] / columns)
+            # strips along y, so that the picture has few shapes
+            for row in range(rows):
+                for begin, end in _runs(~reached[row]):
+                    x, y, _ = (surface.points[row, begin] + surface.points[row, end - 1]) / 2
+                    middle = Pose((float(x), float(y), 0.0), surface.middle.quaternion)
+                    self._rectangle(middle, (size[0], size[1] * (end - begin)), OUT, 6.0, lw=0.0, alpha=0.3)
+
+    def _parts(self) -> None:
+        trial = self._trial
+        frames = trial.reference_frames
+        for part in (*trial.bin_parts, *trial.extra_parts):
+            pose = frames.get(part.frame, Pose()) @ part.pose
+            if part.type in PART_TYPES:
+                for patch in footprint(part.type, pose).patches:
+                    self._rounded(patch.corners, patch.radius)
+            else:
+                radius = max(map(extent, trial.part_models[part.type].shapes), default=0.05)
+                self._rounded((pose.position[:2],), radius)
+
+    def _rounded(self, points: Sequence[Point], radius: float) -> None:
+        """Draw all within a distance of the hull of up to four points: a disc, or a rectangle."""
+        if len(points) > 2:
+            x, y = np.mean(points, axis=0)
+            ordered = sorted(points, key=lambda point: math.atan2(point[1] - y, point[0] - x))
+            self._polygon(ordered, PART, 5.0, lw=0.3)
+        if radius:
+            for x, y in points:
+                self._axes.add_patch(Circle((y, x), radius, facecolor=PART, edgecolor=EDGE, lw=0.3, zorder=5))
+
+    def _furniture(self) -> None:
+        for piece in self._trial.furniture:
+            for shape in piece.model.shapes:
+                self._shape(piece.pose @ shape.pose, shape)
+            self._text(*piece.pose.position[:2], piece.name)
+
+    def _shape(self, pose: Pose, shape: ModelShape) -> None:
+        if shape.kind == "box":
+            self._rectangle(pose, shape.size[:2], STRUCTURE, 4.0)
+        else:
+            radius = shape.size[0] if shape.kind != "mesh" else extent(shape)
+            x, y, _ = pose.position
+            self._axes.add_patch(Circle((y, x), radius, facecolor=STRUCTURE, edgecolor=EDGE, lw=0.4, zorder=4))
+
+    def _carriers(self) -> None:
+        for carrier in self._trial.carriers:
+            self._rectangle(carrier.home, AGV_SIZE[:2], (*carrier.colour[:3], 0.75), 2.5)
+            self._rectangle(carrier.tray_surface, carrier.plate, TRAY, 3.2)
+            out, back = world_path(carrier)
+            for way in (out, back):
+                self._line(way, ARROW, 1.2, ls="--", zorder=2.2)
+            self._line_arrow(out)
+            for direction, name in (((1.0, 0.0, 0.0), "x"), ((0.0, 1.0, 0.0), "y")):
+                self._axis(carrier.tray_frame, direction, name)
+        for tray in self._trial.layout.trays:
+            for direction, name in (((1.0, 0.0, 0.0), "x"), ((0.0, 1.0, 0.0), "y")):
+                self._axis(tray.tray_frame, direction, name)
+
+    def _line_arrow(self, way: Sequence[Point]) -> None:
+        """Draw an arrow in the first stretch of a path that leads away from the AGV."""
+        (x0, y0), (x1, y1) = way[0], next((each for each in way[1:] if math.dist(each, way[0]) > 0.8), way[-1])
+        length = math.dist((x0, y0), (x1, y1))
+        if length:
+            dx, dy = (x1 - x0) / length, (y1 - y0) / length
+            self._arrow((x0 + 0.6 * dx, y0 + 0.6 * dy), (x0 + 0.9 * dx, y0 + 0.9 * dy), ARROW)
+
+    def _axis(self, frame: Pose, direction: tuple[float, float, float], name: str) -> None:
+        start, end, label = (frame.transform((d * direction[0], d * direction[1], 0.0))[:2] for d in (0.0, 0.18, 0.24))
+        self._arrow(start, end, ARROW, 0.9)
+        self._text(*label, name, 0.85, color=ARROW)
+
+    def _arm(self) -> None:
+        if not self._trial.has_arm:
+            return
+        rail = self._trial.layout.rail
+        low, middle, high = (rail.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, 0.0, RAIL_LIMIT))
+        self._line((low, high), RAIL, 5.0, alpha=0.5, zorder=7)
+        self._axes.add_patch(Circle(middle[::-1], 0.1, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
+        x, y, _ = rail.transform((0.0, RAIL_LIMIT / 2, 0.0))
+        self._text(x, y, "rail of the arm", color=RAIL, va="bottom", xytext=(0, 4))
+
+    def _sensors(self) -> None:
+        for sensor in self._trial.sensors:
+            x, y, _ = sensor.pose.position
+            if sensor.type == TYPE:
+                view = [(px, py) for px, py, _ in corners(sensor.pose, looked_at(sensor.pose, self._surfaces))]
+                patch = Polygon(
+                    [point[::-1] for point in view], facecolor=SIGHT, alpha=0.14, edgecolor=SIGHT, lw=0.8, zorder=7
+                )
+                self._axes.add_patch(patch)
+            else:
+                end = sensor.pose.transform((0.3, 0.0, 0.0))
+                self._line(((x, y), end[:2]), SIGHT, 1.2, zorder=7)
+            self._axes.plot(y, x, "v", ms=4.5, color=SIGHT, zorder=9)
+            is_on_belt = any(belt.covers(x, y) for belt in self._trial.layout.belts)
+            colour = "#e3d3f5" if is_on_belt else SIGHT
+            self._text(x, y, sensor.name.removeprefix("logical_"), 0.8, color=colour, va="top", xytext=(0, -4))
+
+    def _names(self) -> None:
+        layout = self._trial.layout
+        for bin_ in layout.bins:
+            # inside its upper edge, so that parts in its middle stay visible
+            a, b = bin_.size[0] / 2 - 0.07, bin_.size[1] / 2 - 0.07
+            edges = [bin_.pose.transform(each)[:2] for each in ((a, 0, 0), (-a, 0, 0), (0, b, 0), (0, -b, 0))]
+            self._text(*max(edges), bin_.name, 1.15, weight="bold")
+        for belt in layout.belts:
+            x, y = self._inside(belt.centre, belt.size[0])
+            dx, dy, _ = belt.direction
+            self._text(x - 0.85 * dx, y - 0.85 * dy, f"{belt.name}\n{belt.speed:g} m/s", color="white")
+        for carrier in self._trial.carriers:
+            self._text(*carrier.home.transform((0.0, -0.42, 0.0))[:2], carrier.name, 1.1, weight="bold")
+        for tray in layout.trays:
+            self._text(*tray.pose.transform((0.0, -0.3 * tray.size[1], 0.0))[:2], tray.name, 1.1, weight="bold")
+        seen = set()
+        for each in self._obstacles:
+            if each.key.startswith("cell.structure") and each.name not in seen:
+                seen.add(each.name)
+                y, x = max((y, x) for x, y in each.corners)
+                self._text(x, y, each.name, 0.85, color=MUTED, va="bottom", ha="left", xytext=(0, 3))
+
+    def _text(self, x: float, y: float, words: str, size: float = 1.0, **more: Any) -> None:
+        """Write words around a point of the cell [m], `size` times as large as usual, `xytext` points away from it."""
+        offset = more.pop("xytext", (0, 0))
+        style = {"ha": "center", "va": "center", "color": INK, "zorder": 11, "annotation_clip": True, **more}
+        self._axes.annotate(
+            words, xy=(y, x), xytext=offset, textcoords="offset points", fontsize=self._size * size, **style
+        )
+
+    def _arrow(self, start: Iterable[float], end: Iterable[float], colour: str, width: float = 1.5) -> None:
+        properties = {"arrowstyle": "-|>", "color": colour, "lw": width, "shrinkA": 0, "shrinkB": 0}
+        (x0, y0), (x1, y1) = start, end
+        self._axes.annotate("", xy=(y1, x1), xytext=(y0, x0), arrowprops=properties, zorder=8, annotation_clip=True)
+
+    def _line(self, points: Iterable[Iterable[float]], colour: str, width: float, **more: Any) -> None:
+        x, y = zip(*points, strict=True)
+        self._axes.plot(y, x, color=colour, lw=width, **{"zorder": 8, "solid_capstyle": "round", **more})
+
+    def _rectangle(self, middle: Pose, size: Sequence[float], face: Any, order: float, **more: Any) -> None:
+        a, b = size[0] / 2, size[1] / 2
+        seen = (middle.transform((x, y, 0.0)) for x, y in ((a, b), (-a, b), (-a, -b), (a, -b)))
+        self._polygon([(x, y) for x, y, _ in seen], face, order, **more)
+
+    def _polygon(self, points: Iterable[Point], face: Any, order: float, **more: Any) -> None:
+        style = {"facecolor": face, "edgecolor": EDGE, "lw": 0.4, "zorder": order, **more}
+        self._axes.add_patch(Polygon([(y, x) for x, y in points], **style))
+
+
+def _runs(mask: NDArray[np.bool_]) -> Iterable[tuple[int, int]]:
+    """Yield the stretches of a mask that are true, each as its begin and the index behind its end."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

@@ -1,0 +1,52 @@
+"""Findings about cells of one's own."""
+
+from dataclasses import replace
+
+import pytest
+
+import cellwright
+from cellwright.cell.checks.findings import findings
+from cellwright.config.trial.catalogue import bundled
+from cellwright.util.pose import Pose
+from tests.cell.checks.odd import SMALL, bin_at, camera_over, post_at, trial_with
+from tests.support.places import LAYOUT
+
+
+@pytest.mark.parametrize("name", bundled())
+@pytest.mark.filterwarnings("ignore")
+def test_bundled_trial_has_no_findings(name: str) -> None:
+    assert findings(cellwright.load_trial(name)) == ()
+
+
+def test_small_cell_has_no_findings() -> None:
+    assert findings(trial_with(SMALL, camera_over("logical_camera_left", -0.4, 0.5, 1.3))) == ()
+
+
+def test_findings_name_the_description_and_the_reason() -> None:
+    layout = replace(
+        LAYOUT,
+        bins=(bin_at("half", -1.0, 0.0), bin_at("far", -3.0, 0.0), bin_at("near", -0.9, 0.3)),
+        structure=(post_at("post", -1.5, 3.3),),
+    )
+    found = {each.key: each.message for each in findings(trial_with(layout, camera_over("eye", -1.0, 0.0, 3.0)))}
+    assert found.keys() == {
+        *("cell.bins.half", "cell.bins.far", "cell.bins.near", "cell.carriers.agv1.path", "sensors.eye")
+    }
+    assert found["cell.bins.half"] == "50% is out of reach of the arm, tool down; move it nearer to the arm's rail"
+    assert found["cell.bins.far"] == "out of reach of the arm, tool down; move it nearer to the arm's rail"
+    assert found["cell.bins.near"] == "overlaps half by 0.30 m; move one of them"
+    assert found["cell.carriers.agv1.path"].startswith("runs into post at [-1.")
+
+
+def test_moved_cell_of_2017_is_accepted_as_it_is() -> None:
+    assert findings(trial_with(LAYOUT.moved(Pose((2.0, 1.0, 0.0))))) == ()
+
+
+def test_bin_of_2017_counts_when_the_rail_is_elsewhere() -> None:
+    found = findings(trial_with(replace(LAYOUT, rail=Pose((3.0, 0.0, 0.9)))))
+    assert {"cell.bins.bin1", "cell.carriers.agv1"} <= {each.key for each in found}
+
+
+def test_cell_without_an_arm_has_no_reach() -> None:
+    layout = replace(SMALL, bins=(bin_at("far", -3.0, 0.0),))
+    assert findings(trial_with(layout, has_arm=False)) == ()

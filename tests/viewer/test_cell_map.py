@@ -1,0 +1,51 @@
+"""Maps of cells."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import cellwright
+from cellwright.util.errors import UsageError
+from cellwright.viewer.cell_map import draw_map
+from tests.cell.checks.odd import SMALL, camera_over, trial_with
+from tests.support.places import LAYOUT
+
+
+def texts(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_map_names_everything(tmp_path: Path) -> None:
+    file = tmp_path / "cell.svg"
+    draw_map(cellwright.load_trial("lesson"), file)
+    drawn = texts(file)
+    assert all(name in drawn for name in ("bin1", "bin8", "belt", "agv1", "agv2"))
+    assert all(each.name in drawn for each in LAYOUT.structure)
+    assert "1 m" in drawn
+    assert "rail of the arm" in drawn
+    assert "out of reach" in drawn
+
+
+@pytest.mark.slow
+def test_map_of_an_own_cell_has_its_trays_and_views(tmp_path: Path) -> None:
+    file = tmp_path / "cell.svg"
+    draw_map(trial_with(SMALL, camera_over("logical_camera_left", -0.4, 0.5, 1.3)), file)
+    drawn = texts(file)
+    assert all(name in drawn for name in ("left", "right", "table", "camera_left", "view of a logical camera"))
+    assert "path of an AGV" not in drawn
+
+
+@pytest.mark.slow
+def test_map_of_an_empty_cell_is_drawn(tmp_path: Path) -> None:
+    file = tmp_path / "cell.png"
+    draw_map(trial_with(replace(SMALL, bins=(), trays=()), has_arm=False), file)
+    assert file.read_bytes().startswith(b"\x89PNG")
+
+
+def test_map_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        UsageError, match=r"cell.pdf: a map is a PNG or SVG file; give a name that ends in .png or .svg"
+    ):
+        draw_map(trial_with(SMALL), tmp_path / "cell.pdf")
