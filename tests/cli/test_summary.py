@@ -41,13 +41,15 @@ from cellwright.cli.tables import print_table
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
+from tests.support.places import TRAY_PLATE
 
 LONG = "populate_conveyor|piston_rod_part_clone_123"
 
 
 def kit(*parts: PartFinding, extras: tuple[ExtraObject, ...] = (), off_plate: float = 0.0) -> KitEvidence:
     places = tuple(
-        AttainablePart(part.type, part.tray_T_goal, off_plate, off_plate, is_supplied=True) for part in parts
+        AttainablePart(part.type, part.tray_T_goal, off_plate, off_plate, is_supplied=True, plate=TRAY_PLATE)
+        for part in parts
     )
     score = KitScore("order_0_kit_0", is_submitted=True, parts=parts, extras=extras)
     return kit_evidence(score, AttainableKit("order_0_kit_0", places))
@@ -59,7 +61,7 @@ def part(verdict: Verdict, name: str = "bin7|piston_rod_part_5", distance: float
 
 
 def unjudged(*, is_announced: bool) -> KitEvidence:
-    place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
+    place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True, plate=TRAY_PLATE)
     return kit_evidence(KitScore("kit"), AttainableKit("kit", (place,)), is_announced=is_announced)
 
 
@@ -111,7 +113,7 @@ def test_long_name_is_folded_between_words_or_widens_table(name: str, lines: lis
 def test_long_kit_name_stays_on_one_line() -> None:
     console = Console(file=io.StringIO(), width=80, highlight=False)
     name = "order_of_a_name_that_goes_on_and_on_beyond_all_measure_in_the_second_qualification_kit_0"
-    place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
+    place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True, plate=TRAY_PLATE)
     found = kit_evidence(KitScore(name), AttainableKit(name, (place,)))
     summary.show_kit(console, "order_0", found)
     assert f"order_0, kit {name}: not submitted, no points" in console.file.getvalue().splitlines()  # type: ignore[attr-defined]

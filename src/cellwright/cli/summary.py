@@ -286,7 +286,7 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
     causes = {part.cause for part in kit.parts}
     for cause in REASONS:
         if cause in causes:
-            yield f"{cause}: {REASONS[cause]}"
+            yield f"{cause}: {kit.reason(cause)}"
             if cause == Verdict.MISSING:
                 known = Counter(
                     (part.attainable.type, part.fate.sentence()) for part in kit.parts if part.fate is not None

@@ -14,12 +14,13 @@ from cellwright.cell.kitting.kit_score import MAX_DISTANCE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.footprints import PART_RADII
 from cellwright.config.footprints import PART_TYPES as LAID_OUT
+from cellwright.config.layout.layout import Tray
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import BeltPart, Options, Order, Part, Trial
+from cellwright.config.trial.trial import BeltPart, Kit, KitObject, Options, Order, Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import kit, order, ordered, pose
-from tests.support.places import TRAY_PLATE
+from tests.support.places import LAYOUT, TRAY_PLATE
 
 GEARS = tuple(Part(f"bin5|gear_part_{n}", "gear_part", Pose()) for n in (1, 2))
 
@@ -52,8 +53,30 @@ def test_order_with_supply_and_places_on_tray_is_fully_attainable() -> None:
 def test_place_is_off_tray_only_if_no_part_can_touch_plate() -> None:
     edge, radius = TRAY_PLATE[0] / 2, PART_RADII["gear_part"]
     inside, outside = edge + radius + MAX_DISTANCE - 1e-6, edge + radius + MAX_DISTANCE + 1e-6
-    assert nearest("gear_part", pose(x=inside)) <= MAX_DISTANCE < nearest("gear_part", pose(x=-outside))
-    assert nearest("an unknown type", pose(x=9.0)) == 0.0  # unknown size
+    assert (
+        nearest("gear_part", pose(x=inside), TRAY_PLATE)
+        <= MAX_DISTANCE
+        < nearest("gear_part", pose(x=-outside), TRAY_PLATE)
+    )
+    assert nearest("an unknown type", pose(x=9.0), TRAY_PLATE) == 0.0  # unknown size
+
+
+def test_kit_is_measured_against_the_trays_that_it_may_be_built_on() -> None:
+    small, large = (Tray(n, f"tray{n}", Pose(), (edge, edge)) for n, edge in ((3, 0.2), (4, 1.0)))
+    layout = replace(LAYOUT, carriers=(), trays=(small, large))
+    there = KitObject("gear_part", pose(x=0.4))
+    kits = [Kit(f"k{n}", (there,), tray) for n, tray in enumerate((None, "tray4", "tray3"))]
+    bound = attainable_score(trial(Order("order_0", tuple(kits), start_time=0.0), layout=layout))
+    assert [kit.part_pose for kit in bound.orders[0].kits] == [1.0, 1.0, 0.0]
+    assert [kit.parts[0].plate for kit in bound.orders[0].kits] == [(1.0, 1.0), (1.0, 1.0), (0.2, 0.2)]
+    (sentence,) = bound.orders[0].kits[2].reasons()
+    assert "lies 0.30 m off the tray (0.2 x 0.2 m)" in sentence
+
+
+def test_cell_without_trays_has_an_obstacle_and_no_place_off_a_tray() -> None:
+    bound = attainable_score(trial(order(types=("gear_part",), start_time=0.0), layout=replace(LAYOUT, carriers=())))
+    (kit,) = bound.orders[0].kits
+    assert (kit.total, kit.obstacle, kit.parts[0].off_plate) == (0.0, "the cell has no AGV and no tray", 0.0)
 
 
 def test_type_in_short_supply_costs_points_and_bonus() -> None:
@@ -111,7 +134,7 @@ def test_every_part_type_has_radius() -> None:
 @given(st.floats(-2, 2), st.floats(-2, 2))
 def test_off_plate_is_distance_to_nearest_point(x: float, y: float) -> None:
     near = max(-0.25, min(0.25, x)), max(-0.35, min(0.35, y))
-    assert off_plate(pose(x, y)) == pytest.approx(math.dist((x, y), near), abs=1e-12)
+    assert off_plate(pose(x, y), TRAY_PLATE) == pytest.approx(math.dist((x, y), near), abs=1e-12)
 
 
 @given(st.lists(st.tuples(st.sampled_from(["gear_part", "disk_part"]), st.floats(-1, 1)), max_size=5))

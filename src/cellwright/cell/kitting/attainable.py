@@ -3,7 +3,8 @@
 A point is unattainable only if that is certain, so the result is an upper bound:
 
 - A part earns points for its pose when it touches the tray's plate with its origin at most `MAX_DISTANCE` from its
-  place. If the place lies further off the plate than that distance plus the part's radius, no part can.
+  place. If the place lies further off the plate than that distance plus the part's radius, no part can. Of several
+  trays that the kit may be built on, the one whose plate is nearest to the place counts.
 - Presence and bonus are attainable only if the cell has good parts of the type. Each kit is examined alone: two kits
   may count on the same part.
 - A cell without AGVs has no tray, and an order that starts after the time limit is never announced.
@@ -11,18 +12,19 @@ A point is unattainable only if that is certain, so the result is an upper bound
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias
 
 from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.kitting.kit_score import BONUS_POINTS, MAX_DISTANCE, POSE_POINTS, PRESENCE_POINTS
 from cellwright.cell.kitting.referee import Announcements
 from cellwright.config.footprints import PART_RADII
-from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import Kit, Order, Trial
 from cellwright.util.pose import Pose
 
-TRAY_PLATE = gear2017().carriers[0].plate
+Plate: TypeAlias = tuple[float, float]
 """Edge lengths of a tray's plate [m]."""
 
 
@@ -34,6 +36,7 @@ class AttainablePart:
         off_plate: distance of its place from the tray's plate [m]; 0 on it.
         nearest: smallest distance from its place to the origin of a part that touches the plate [m].
         is_supplied: True if the cell has a good part for it.
+        plate: the plate that its place is nearest to.
     """
 
     type: str
@@ -41,6 +44,12 @@ class AttainablePart:
     off_plate: float
     nearest: float
     is_supplied: bool
+    plate: Plate
+
+    @property
+    def plate_size(self) -> str:
+        """Size of the plate, for readers."""
+        return f"{self.plate[0]:g} x {self.plate[1]:g} m"
 
     @property
     def is_off_tray(self) -> bool:
@@ -66,7 +75,7 @@ class AttainablePart:
         x, y = self.tray_T_goal.position[:2]
         return (
             f"its place ({x:g}, {y:g}) lies {self.off_plate:.2f} m off the tray "
-            f"({TRAY_PLATE[0]:g} x {TRAY_PLATE[1]:g} m), at least {self.nearest * 1e3:.0f} mm from any part on it "
+            f"({self.plate_size}), at least {self.nearest * 1e3:.0f} mm from any part on it "
             f"(at most {MAX_DISTANCE * 1e3:g} mm are allowed)"
         )
 
@@ -185,7 +194,10 @@ def attainable_score(trial: Trial) -> AttainableScore:
         tuple(
             AttainableOrder(
                 order.order_id,
-                tuple(_attainable_kit(kit, supply, obstacles.get(order.order_id, "")) for kit in order.kits),
+                tuple(
+                    _attainable_kit(kit, _plates(trial, kit), supply, obstacles.get(order.order_id, ""))
+                    for kit in order.kits
+                ),
             )
             for order in trial.orders
         )
@@ -203,35 +215,42 @@ def good_parts(trial: Trial) -> Counter[str]:
     return supply
 
 
-def off_plate(tray_T_goal: Pose) -> float:
+def off_plate(tray_T_goal: Pose, plate: Plate) -> float:
     """Return the distance of a place from the tray's plate [m]; 0 on it."""
-    beside = (max(abs(at) - edge / 2, 0.0) for at, edge in zip(tray_T_goal.position, TRAY_PLATE, strict=False))
+    beside = (max(abs(at) - edge / 2, 0.0) for at, edge in zip(tray_T_goal.position, plate, strict=False))
     return math.hypot(*beside)
 
 
-def nearest(part_type: str, tray_T_goal: Pose) -> float:
+def nearest(part_type: str, tray_T_goal: Pose, plate: Plate) -> float:
     """Return the smallest distance from a place to the origin of a part that touches the plate [m].
 
     The distance is 0 for types of unknown size.
     """
-    return max(off_plate(tray_T_goal) - PART_RADII.get(part_type, math.inf), 0.0)
+    return max(off_plate(tray_T_goal, plate) - PART_RADII.get(part_type, math.inf), 0.0)
 
 
-def _attainable_kit(kit: Kit, supply: Mapping[str, int], obstacle: str) -> AttainableKit:
+def _plates(trial: Trial, kit: Kit) -> tuple[Plate, ...]:
+    """Return the plates that a kit may be built on; without a tray in the cell those of the trays it could have."""
+    stations = trial.stations or trial.layout.stations
+    own = tuple(each.plate for each in stations if kit.tray in (None, each.name))
+    return own or ((math.inf, math.inf),)
+
+
+def _attainable_kit(kit: Kit, plates: Sequence[Plate], supply: Mapping[str, int], obstacle: str) -> AttainableKit:
     ordered: Counter[str] = Counter()
     parts = []
     for each in kit.objects:
         ordered[each.type] += 1
         is_supplied = ordered[each.type] <= supply.get(each.type, 0)
-        parts.append(
-            AttainablePart(each.type, each.pose, off_plate(each.pose), nearest(each.type, each.pose), is_supplied)
-        )
+        plate = min(plates, key=partial(off_plate, each.pose))
+        off, least = off_plate(each.pose, plate), nearest(each.type, each.pose, plate)
+        parts.append(AttainablePart(each.type, each.pose, off, least, is_supplied, plate))
     return AttainableKit(kit.kit_type, tuple(parts), obstacle)
 
 
 def _obstacles(trial: Trial) -> dict[str, str]:
     """Return, by order id, the reasons why whole orders are unattainable."""
-    if not trial.options.insert_agvs:
+    if not trial.stations:
         return {order.order_id: "the cell has no AGV and no tray" for order in trial.orders}
     obstacles: dict[str, str] = {}
     obstacle = ""

@@ -25,12 +25,9 @@ from cellwright.cell.kitting.kit_score import (
 )
 from cellwright.cell.kitting.scorer import GameScore, OrderScore, TrialScore, system_cost
 from cellwright.cell.kitting.unsent import UnsentTray, unsent_trays
-from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import seconds
 
-TRAY_PLATE = gear2017().carriers[0].plate
-"""Edge lengths of a tray's plate [m]."""
 NOT_SUBMITTED = "not submitted"
 ON_ITS_WAY = "on its way"
 NOT_ANNOUNCED = "not announced"
@@ -43,7 +40,7 @@ MAX_TILT = 2.0 * math.acos(MIN_QUATERNION_DOT)
 REASONS: Mapping[str, str] = MappingProxyType(
     {
         Verdict.TOO_FAR: f"present, but more than {MAX_DISTANCE * 1e3:g} mm from its place",
-        OFF_TRAY: f"its place lies off the tray ({TRAY_PLATE[0]:g} x {TRAY_PLATE[1]:g} m), out of reach of any part",
+        OFF_TRAY: "its place lies off the tray, out of reach of any part",
         Verdict.TILTED: "in its place, but not the ordered side up "
         f"(more than {MAX_TILT * 1e3:.0f} mrad, {math.degrees(MAX_TILT):.0f} deg)",
         Verdict.TURNED: "in its place, but turned by more than "
@@ -124,6 +121,13 @@ class KitEvidence:
     score: KitScore
     parts: tuple[PartEvidence, ...]
     unsent: tuple[UnsentTray, ...] | None = None
+
+    def reason(self, cause: str) -> str:
+        """Return the explanation of a cause of a loss, with the size of the trays that places lie off."""
+        sizes = dict.fromkeys(part.attainable.plate_size for part in self.parts if part.cause == OFF_TRAY)
+        if cause != OFF_TRAY or not sizes:
+            return REASONS[cause]
+        return REASONS[cause].replace("the tray", f"the tray ({' or '.join(sizes)})")
 
     def unsent_sentences(self) -> Iterator[str]:
         """Yield a sentence for each tray that waited with parts while the kit was open, or one that none did."""

@@ -194,9 +194,10 @@ def _finite(value: Any) -> float:
 
 
 def tray_name(link: str) -> str:
-    """Return the readable name of a tray, from its link or its number: `AGV 1`."""
-    number = link.partition("::")[0].removeprefix("agv")
-    return f"AGV {number}"
+    """Return the readable name of a tray, from its link or its number: `AGV 1`, or the name of a fixed tray."""
+    name = link.partition("::")[0]
+    number = name.removeprefix("agv")
+    return f"AGV {number}" if number.isdecimal() else name
 
 
 class Trays:
@@ -214,7 +215,11 @@ class Trays:
         """Take the next values of the panel."""
         panel = json_object(message.data)
         try:
-            trays = {tray_name(str(tray["number"])): _parts_on_tray(tray) for tray in panel.get("trays", ())}
+            fixed = {tray["number"]: str(tray["name"]) for tray in panel.get("fixed_trays", ())}
+            trays = {
+                tray_name(fixed.get(tray["number"], str(tray["number"]))): _parts_on_tray(tray)
+                for tray in panel.get("trays", ())
+            }
         except (KeyError, TypeError, AttributeError) as error:
             raise MessageError(f"incomplete panel: {error}") from None
         now = message.time / SECOND

@@ -45,14 +45,19 @@ def timeline_picture(timeline: Mapping[str, Any]) -> str:
             for each in spans
             if each["state"] != "ready_to_deliver"
         ]
-        rows.append((f"AGV {number}", moves))
+        rows.append((_station(number), moves))
     height = len(rows) * _ROW + 26
     parts = [_axis(end, len(rows) * _ROW)]
     for index, (name, spans) in enumerate(rows):
         parts.append(_row(index * _ROW, name, spans, end))
     lanes = {name: index for index, (name, _) in enumerate(rows)}
-    parts += [_kit_mark(each, lanes.get(f"AGV {each['agv']}", 0) * _ROW, end) for each in timeline["kits"]]
+    parts += [_kit_mark(each, lanes.get(_station(each["agv"]), 0) * _ROW, end) for each in timeline["kits"]]
     return _svg(_WIDTH, height, "timeline of the run", "".join(parts), "timeline")
+
+
+def _station(name: str) -> str:
+    """Return the readable name of an AGV, which is a number, or of a fixed tray."""
+    return f"AGV {name}" if name.isdecimal() else name
 
 
 def _order(order: Mapping[str, Any]) -> list[tuple[float, float | None, str, str]]:
