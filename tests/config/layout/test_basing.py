@@ -116,3 +116,14 @@ def test_file_without_a_cell_is_refused(tmp_path: Path) -> None:
     (tmp_path / "trial.yaml").write_text("cell: {based_on: base.yaml}\n")
     with pytest.raises(DescriptionError, match=r"base\.yaml has no section cell"):
         load_trial([tmp_path / "trial.yaml"])
+
+
+def test_views_of_what_is_changed_are_computed_and_others_stay() -> None:
+    def names(text: str) -> list[str]:
+        return [view.name for view in layout(text).views]
+
+    assert names("frame: {at: [1, 0]}") == ["overview", "bins", "agv1", "agv2", "belt"]
+    assert names("bins: {bin9: {at: [3, 3]}}") == ["agv1", "agv2", "belt"]
+    assert names("carriers: {agv2: null}") == ["bins", "agv1", "belt"]
+    assert names("belts: {}, carriers: {}") == ["bins"]
+    assert names("bins: {}, views: {bins: {at: [3, 3, 3], to: [0, 0, 0]}}") == ["agv1", "agv2", "belt", "bins"]

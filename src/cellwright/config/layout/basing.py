@@ -39,6 +39,11 @@ _DEPENDENT: Mapping[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
 """Keys whose change makes the base's values of others meaningless: places that go with what is moved."""
 
 
+_VIEWS = "views"
+_SEEN = ("bins", "belts", "carriers", "trays", "arms")
+"""Sections with things that views look at."""
+
+
 def with_base(own: Table, reader: Reader, files: tuple[Path, ...] = ()) -> Table | None:
     """Return the section `cell` together with what it is based on; None if that was refused.
 
@@ -101,6 +106,7 @@ def _from_file(path: Path, node: YamlNode, reader: Reader, files: tuple[Path, ..
 
 
 def _merged(base: Table, own: Table, reader: Reader) -> Table:
+    base = _without_stale_views(base, own)
     merged = Table(own.place, own.key, dict(base.entries))
     for name, entry in own.entries.items():
         below = base.get(name) if isinstance(name, str) else None
@@ -116,6 +122,21 @@ def _merged(base: Table, own: Table, reader: Reader) -> Table:
         else:
             merged.entries[name] = entry
     return merged
+
+
+def _without_stale_views(base: Table, own: Table) -> Table:
+    """Return the base without its views of things that its own cell changes: these are computed."""
+    entry = base.entries.get(_VIEWS)
+    changed = {name: section for name in _SEEN if isinstance(section := own.get(name), Table)}
+    if entry is None or not isinstance(entry.value, Table) or not changed:
+        return base
+    stale: set[object] = {"overview", *(["bins"] if "bins" in changed else [])}
+    for name, section in changed.items():
+        below = base.get(name)
+        stale |= section.entries.keys() or (below.entries.keys() if isinstance(below, Table) else set())
+    kept = {view: each for view, each in entry.value.entries.items() if view not in stale}
+    views = Table(entry.value.place, entry.value.key, kept)
+    return Table(base.place, base.key, {**base.entries, _VIEWS: _replaced(entry, views)})
 
 
 def _replaced(entry: Entry, value: Table) -> Entry:
