@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cellwright.cell.model.arm import JOINTS, add_arm
 from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.shapes import Visuals
-from cellwright.motion import Joints, face, forward, inverse, is_usual, link_poses, tool_down
+from cellwright.motion import Joints, arm_frame, face, forward, inverse, is_usual, link_poses, tool_down
 from cellwright.motion.kinematics import A2, A3, D5
 from cellwright.motion.paths import angle_between
 from cellwright.util.errors import UnreachableError, UsageError
@@ -132,6 +132,15 @@ def test_tool_down_places_face_at_requested_point(x: float, y: float, z: float, 
     assert math.dist(face(pose), (x, y, z)) < 1e-12
     assert pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0))
     assert pose.yaw == pytest.approx(yaw)
+
+
+@given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
+def test_arm_frame_has_the_rail_where_2017_has_it(x: float, y: float, z: float, yaw: float) -> None:
+    rail = Pose.from_rpy((x, y, z), (0.0, 0.0, yaw))
+    local = arm_frame(rail).inverse() @ rail
+    assert local.position == pytest.approx((0.3, 0.0, 0.9), abs=1e-9)
+    assert local.rotate((0.0, 1.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0), abs=1e-9)
+    assert arm_frame(Pose((0.3, 0.0, 0.9))) == Pose()
 
 
 def test_is_usual_selects_elbow_up_postures() -> None:

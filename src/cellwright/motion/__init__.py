@@ -1,13 +1,14 @@
 """Arm motion: inverse kinematics, tool paths, trajectories and interception of parts on the belt.
 
 Pure geometry and timing: nothing here connects to a cell, so that any controller can use it. Poses are
-`world_T_gripper`, joints `Joints`, times in seconds.
+`world_T_gripper`, joints `Joints`, times in seconds. The world is that of 2017's cell. For a cell whose rail stands
+elsewhere it is the arm's frame, see `arm_frame`.
 """
 
 from cellwright.motion.interception import Interception, MovingPart, Rendezvous, intercept, track
 from cellwright.motion.joint_motion import JointMotion, MotionPoint
 from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, Joints, JointsLike, MotionLimits
-from cellwright.motion.kinematics import face, forward, inverse, is_usual, link_poses, solve, tool_down
+from cellwright.motion.kinematics import arm_frame, face, forward, inverse, is_usual, link_poses, solve, tool_down
 from cellwright.motion.paths import follow, straight
 from cellwright.motion.servo import ORIGINAL_SERVO, ServoModel, anticipated
 from cellwright.motion.trajectories import along, move, through, timed
@@ -27,6 +28,7 @@ __all__ = [
     "ServoModel",
     "along",
     "anticipated",
+    "arm_frame",
     "face",
     "follow",
     "forward",

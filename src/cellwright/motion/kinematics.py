@@ -19,7 +19,10 @@ from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized, rotate
 
 BASE_X, BASE_Z = 0.3, 1.0
-"""Position of `base_link` in the world [m]; its y is the rail's position."""
+"""Position of `base_link` in the arm's frame [m]; its y is the rail's position."""
+
+RAIL_HEIGHT = 0.9
+"""Height of the rail's frame in the arm's frame [m]."""
 
 D1, A2, A3, D4, D5 = 0.1273, 0.612, 0.5723, 0.163941, 0.1157
 """Denavit-Hartenberg constants of the UR10 [m], as positive lengths."""
@@ -56,6 +59,23 @@ COMFORTABLE = (0.45, 1.0)
 DISCOMFORT = 10.0
 """Cost of distances outside of them [per m]."""
 _RAIL_STEP = 0.1
+
+
+def arm_frame(rail: Pose) -> Pose:
+    """Return the pose in the world of the arm's frame, which is the world of all other functions, by that of the rail.
+
+    In 2017's cell the two are the same. Elsewhere `arm_frame(rail).inverse()` brings poses of the world into the arm's
+    frame.
+
+    Args:
+        rail: pose of the rail's frame in the world [m], as `Layout.rail` is.
+
+    Example:
+        >>> from cellwright.config.layout.gear2017 import gear2017
+        >>> arm_frame(gear2017().rail) == Pose()
+        True
+    """
+    return rail @ Pose((BASE_X, 0.0, RAIL_HEIGHT)).inverse()
 
 
 def forward(joints: JointsLike) -> Pose:

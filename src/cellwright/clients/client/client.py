@@ -125,8 +125,7 @@ class Client(NodeClient):
             (0.725, ['agv1', 'agv2'])
 
         Raises:
-            CellwrightError: the server has no such service: it is no cell.
-            UsageError: the answer is of another version of Cellwright.
+            CellwrightError: the server is no cell, or the cell's version is another one.
         """
         return layout_from_data(json.loads(self.call(_LAYOUT, TriggerRequest()).message))
 
@@ -303,13 +302,16 @@ class Client(NodeClient):
         return bool(self.call("/ariac/gripper/control", request).success)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
-        """Send AGV 1 or 2 away with its tray as a kit of a type, such as `order_0_kit_0`; False unless it is ready.
+        """Send the AGV of 2017 with a number away with its tray as a kit of a type; see `send_kit`."""
+        return self.send_kit(f"agv{number}", kit_type)
+
+    def send_kit(self, station: str, kit_type: str) -> bool:
+        """Send an AGV away, or submit a fixed tray, as a kit such as `order_0_kit_0`; False unless it is ready.
 
         Raises:
-            UnknownNameError: the cell has no such AGV.
+            UnknownNameError: the cell has no such AGV or tray.
         """
-        request = osrf_gear.AGVControlRequest(kit_type=kit_type)
-        return bool(self.call(f"/ariac/agv{number}", request).success)
+        return bool(self.call(f"{_PREFIX}{station}", osrf_gear.AGVControlRequest(kit_type=kit_type)).success)
 
     def sensor(self, name: str) -> Latest:
         """Return the newest reading of a sensor of the trial; the first call subscribes.

@@ -12,13 +12,15 @@ from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
-from cellwright.clients.agents.kitter.perception import BELT_SPEED, Area, Sighting, TrackedBeltPart
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Manipulator
+from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
+from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator
 from cellwright.clients.agents.kitter.strategy import Strategy
+from cellwright.clients.agents.kitter.workplace import Area, BeltPlace, TrayPlace
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import BELT, BELT_SPEED, STATIONS, WORKPLACE
 
 TRAY = STATIONS[1].world_T_tray
 
@@ -58,6 +60,8 @@ class FakeCell:
     """Tells of a place on tray 1 whether the arm reaches it to turn a part over."""
     placed: list[tuple[str, int]] = field(default_factory=list)
     """Type and AGV of each part that was put down."""
+    allowed: tuple[str, ...] = ()
+    """Locations of the stations that all kits have to come from; any if there is none."""
     time: float = 0.0
 
 
@@ -105,9 +109,12 @@ class FakeClient:
         return bool(condition())
 
     def material_locations(self, material: str) -> tuple[str, ...]:
+        if material not in Catalogue():
+            return self.cell.allowed
         return ("belt",) if material in self.belt_types else ("bin7",)
 
-    def control_agv(self, number: int, kit_type: str) -> bool:
+    def send_kit(self, station: str, kit_type: str) -> bool:
+        (number,) = (each.number for each in STATIONS.values() if each.name == station)
         if self.cell.agv_refusals > 0:
             self.cell.agv_refusals -= 1
             return False
@@ -119,13 +126,16 @@ class FakeClient:
 
 
 class FakeView:
-    def __init__(self, cell: FakeCell) -> None:
+    workplace = WORKPLACE
+
+    def __init__(self, cell: FakeCell, belt_types: tuple[str, ...] = ()) -> None:
         self.cell = cell
-        self.belt = SimpleNamespace(coming=self._coming, forget=cell.coming.remove)
+        self.belts = [SimpleNamespace(coming=self._coming, belt=BELT, types=belt_types)]
+        self.forget = cell.coming.remove
         self.not_upright: set[str] = set()
 
-    def _coming(self, part_type: str, time: float, y: float) -> list[TrackedBeltPart]:
-        return [part for part in self.cell.coming if part.type == part_type and part.time_at(y) > time]
+    def _coming(self, part_type: str, time: float) -> list[TrackedBeltPart]:
+        return [part for part in self.cell.coming if part.type == part_type and part.time_at(BELT.last) > time]
 
     def look(self, *_areas: Area) -> None:
         self.cell.time += 0.8
@@ -133,17 +143,17 @@ class FakeView:
     def note_change(self, *_areas: Area) -> None:
         pass
 
-    def watch_agvs(self, on: bool) -> None:
+    def watch_stations(self, on: bool) -> None:
         pass
 
-    def is_agv_ready(self, number: int) -> bool:
+    def is_ready(self, number: int) -> bool:
         return self.cell.time >= self.cell.agv_absent_until and all(sent != number for sent, _ in self.cell.sent)
 
     def parts_in_bins(self) -> list[Sighting]:
         return list(self.cell.bins)
 
-    def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
-        return [part for part in self.cell.tray if horizontal_distance(part.world_T_part, world_T_tray) < 0.5]
+    def parts_on_tray(self, station: TrayPlace) -> list[Sighting]:
+        return [part for part in self.cell.tray if horizontal_distance(part.world_T_part, station.world_T_tray) < 0.5]
 
     def faulty_on_tray(self, _number: int) -> tuple[Pose, ...]:
         return tuple(self.cell.faulty)
@@ -199,12 +209,15 @@ class FakeHand:
     def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
         return True
 
-    def meeting_place(self, part: TrackedBeltPart, first: float, last: float) -> float | None:
-        y = min(first, part.pose(self.cell.time).position[1])
-        return None if y < last else y
+    def await_belt(self, _belt: BeltPlace) -> None:
+        self.cell.time += 2.0
 
-    def from_belt(self, part: TrackedBeltPart, y: float) -> Held | None:
-        self.cell.time = max(self.cell.time, part.time_at(y)) + 5.0
+    def meeting_place(self, part: TrackedBeltPart) -> float | None:
+        along = max(part.belt.first, part.place(self.cell.time))
+        return None if along > part.belt.last else along
+
+    def from_belt(self, part: TrackedBeltPart, along: float) -> Held | None:
+        self.cell.time = max(self.cell.time, part.time_at(along)) + 5.0
         return Held(part.type, flat(0.0, 0.0, -0.02), part.is_turned)
 
     def can_put_down(self, _held: Held, _world_T_part: Pose, _rail: float) -> bool:
@@ -287,7 +300,7 @@ def work(
     later: tuple[tuple[float, Order], ...] = (),
 ) -> FakeCell:
     """Let the strategy work until `kits_sent` kits were sent, by default all; orders come `later` at a time [s]."""
-    client, view = FakeClient(cell, orders, belt_types, kits_sent, later), FakeView(cell)
+    client, view = FakeClient(cell, orders, belt_types, kits_sent, later), FakeView(cell, belt_types)
     hand = FakeHand(cell)
     hand.bad = ["bad"] * bad
     Strategy(
@@ -307,7 +320,7 @@ def gears(count: int) -> list[Sighting]:
 
 def belt_part(part_type: str, arrives: float) -> TrackedBeltPart:
     """Return a part that passes y = 1.7 m, where the arm can take it first, at a time [s]."""
-    return TrackedBeltPart(part_type, [flat(1.21, 1.7 + BELT_SPEED * arrives, 0.907)])
+    return TrackedBeltPart(part_type, BELT, [flat(1.21, 1.7 + BELT_SPEED * arrives, 0.907)])
 
 
 def upside_down(part_type: str, x: float, y: float) -> Order:

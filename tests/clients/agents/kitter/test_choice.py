@@ -8,11 +8,11 @@ import pytest
 
 from cellwright.clients.agents.kitter.choice import KEEPING_HORIZON
 from cellwright.clients.agents.kitter.perception import Sighting
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS
 from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
 from cellwright.util.pose import Pose
 from tests.clients.agents.kitter.fakes import PULLEY, FakeCell, belt_part, flat, gears, order, work
+from tests.clients.agents.kitter.places import STATIONS
 
 
 def test_kit_with_part_from_belt_alone_goes_to_agv_2() -> None:

@@ -22,7 +22,7 @@ from cellwright.clients.agents.kitter.clearance import (
 )
 from cellwright.clients.agents.kitter.motion import SHOULDER_OFFSET, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.pick_and_place import bin_rail
+from cellwright.clients.agents.kitter.workplace import rail_beside
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import Trial
@@ -62,7 +62,7 @@ def client(cell: Cell) -> Client:
 
 @pytest.fixture(scope="module")
 def clearance(client: Client) -> Clearance:
-    return Clearance(client.solids())
+    return Clearance(client.solids(), Pose())
 
 
 @pytest.fixture(scope="module")
@@ -217,8 +217,8 @@ def test_places_along_rest_are_its_ends() -> None:
 
 def test_rail_goes_elsewhere_if_something_is_in_the_way(client: Client, real: LinkDistances) -> None:
     """At its usual place the forearm would hit the wall of the next bin."""
-    blind, arm = KitterArm(client), KitterArm(client, Clearance(client.solids()))
-    above, goal, usual = tool_down(-0.3, 0.45, 0.95), tool_down(-0.3, 0.45, 0.745), bin_rail(0.45)
+    blind, arm = KitterArm(client), KitterArm(client, Clearance(client.solids(), Pose()))
+    above, goal, usual = tool_down(-0.3, 0.45, 0.95), tool_down(-0.3, 0.45, 0.745), rail_beside(-0.3, 0.45)
     assert blind.clear_rail(above, goal, usual) == usual
     place = arm.clear_rail(above, goal, usual)
     assert place is not None
@@ -230,20 +230,20 @@ def test_rail_goes_elsewhere_if_something_is_in_the_way(client: Client, real: Li
 
 
 def test_rail_stays_at_usual_place_if_nothing_is_in_the_way(client: Client) -> None:
-    arm = KitterArm(client, Clearance(client.solids()))
+    arm = KitterArm(client, Clearance(client.solids(), Pose()))
     assert arm.clear_rail(tool_down(-0.3, 0.23, 0.95), tool_down(-0.3, 0.23, 0.745), 0.4) == 0.4
 
 
 def test_place_that_no_rail_reaches_has_none(client: Client) -> None:
-    arm = KitterArm(client, Clearance(client.solids()))
+    arm = KitterArm(client, Clearance(client.solids(), Pose()))
     in_wall = tool_down(-0.3, 0.55, 0.95), tool_down(-0.3, 0.55, 0.745)
-    assert arm.clear_rail(*in_wall, bin_rail(0.55)) is None
+    assert arm.clear_rail(*in_wall, rail_beside(-0.3, 0.55)) is None
     assert arm.clear_rail(tool_down(-1.3, 0.23, 0.95), tool_down(-1.3, 0.23, 0.745), 0.4) is None
 
 
 def test_arm_does_not_move_into_obstacle(client: Client) -> None:
-    arm = KitterArm(client, Clearance(client.solids()))
-    assert arm.travel(tool_down(-0.3, 0.49, 0.95), bin_rail(0.49))
+    arm = KitterArm(client, Clearance(client.solids(), Pose()))
+    assert arm.travel(tool_down(-0.3, 0.49, 0.95), rail_beside(-0.3, 0.49))
     here, now = arm.joints, client.time
     arm.line(tool_down(-0.3, 0.49, 0.74), 0.3)
     assert client.time == now

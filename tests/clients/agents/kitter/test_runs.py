@@ -1,6 +1,7 @@
 """The agent at work in the cell: it wins every point that can be won."""
 
 import logging
+import math
 import re
 from collections.abc import Iterator
 from fractions import Fraction
@@ -13,7 +14,9 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import find_agent
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.moving import moved
 from cellwright.running.run import Outcome, RunOptions, RunResult, run_cell
+from cellwright.util.pose import Pose
 from tests.clients.agents.kitter.distances import LINKS, LinkDistances
 from tests.support.own_parts import write_trial
 
@@ -53,6 +56,13 @@ def test_agent_wins_all_attainable_points(names: tuple[str, ...], points: float)
     assert result.error == ""
     assert result.outcome is Outcome.DONE
     assert result.score.total == points
+
+
+def test_agent_wins_the_same_points_where_the_cell_stands_elsewhere() -> None:
+    trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
+    there = moved(trial, Pose.from_rpy((2.0, 1.0, 0.0), (0.0, 0.0, math.pi / 2)))
+    result = run_cell(Cell(there), find_agent("kitter")(), RunOptions(until=60.0))
+    assert (result.error, result.outcome, result.score.total) == ("", Outcome.DONE, 6.0)
 
 
 @pytest.mark.slow

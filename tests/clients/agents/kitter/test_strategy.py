@@ -26,6 +26,7 @@ from tests.clients.agents.kitter.fakes import (
     upside_down,
     work,
 )
+from tests.clients.agents.kitter.places import BELT
 
 
 def test_kit_is_built_as_ordered_and_sent() -> None:
@@ -92,7 +93,7 @@ def test_unknown_type_does_not_delay_kit() -> None:
 
 
 def test_belt_part_is_taken_first() -> None:
-    disk = TrackedBeltPart("disk_part", [flat(1.21, 2.0, 0.907)])
+    disk = TrackedBeltPart("disk_part", BELT, [flat(1.21, 2.0, 0.907)])
     cell = FakeCell(bins=gears(1), coming=[disk])
     work(cell, [order(("gear_part", 0.1, 0.1), ("disk_part", -0.1, 0.1))], ("disk_part",))
     assert [part.type for part in cell.tray] == ["disk_part", "gear_part"]

@@ -5,21 +5,22 @@ from typing import cast
 
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.perception import BELT_SPEED, Sighting, TrackedBeltPart
+from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.agents.kitter.supply import ATTEMPTS, BELT_HORIZON, Supply, bin_cell
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import BELT, BELT_SPEED, WORKPLACE
 
 
 def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
     return Sighting(part_type, Pose((x, y, 0.725)))
 
 
-def supply(*coming: TrackedBeltPart, reachable: float | None = 0.5) -> Supply:
+def supply(*coming: TrackedBeltPart, reachable: float | None = -0.5) -> Supply:
     """Return a supply at time 0, the rail at y = 0; belt parts can be met at one place, or nowhere."""
     belt = SimpleNamespace(coming=lambda *_: list(coming))
-    view = SimpleNamespace(belt=belt, not_upright={"disk_part"})
+    view = SimpleNamespace(belts=[belt], workplace=WORKPLACE, not_upright={"disk_part"})
     return Supply(
         cast("Client", SimpleNamespace(time=0.0)),
         cast("CellView", view),
@@ -71,9 +72,9 @@ def test_bin_cell_is_same_for_small_offset() -> None:
 
 
 def test_belt_part_is_chosen_only_if_it_comes_soon() -> None:
-    soon = TrackedBeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
-    late = TrackedBeltPart("gear_part", [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
+    soon = TrackedBeltPart("gear_part", BELT, [Pose((1.21, 1.0, 0.907))])
+    late = TrackedBeltPart("gear_part", BELT, [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
     meeting = supply(soon, late).on_belt("gear_part")
-    assert meeting == (soon, 0.5)
+    assert meeting == (soon, -0.5)
     assert supply(late).on_belt("gear_part") is None
     assert supply(soon, reachable=None).on_belt("gear_part") is None

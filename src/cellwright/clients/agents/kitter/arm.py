@@ -32,6 +32,7 @@ from cellwright.clients.agents.kitter.motion import (
 )
 from cellwright.clients.client import Client
 from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.layout.layout import Belt
 from cellwright.middleware.messages.conversions import NANOSECONDS, nanoseconds
 from cellwright.motion import JointMotion, Joints, forward, move
 from cellwright.util.errors import UsageError
@@ -55,6 +56,9 @@ SETTLING = 0.7
 SAFE_HEIGHT = 0.95
 """Height [m] of the gripper link between stations, with one of the parts of 2017 on the cup."""
 
+SAFE_DISTANCE = 0.19
+"""Distance [m] of that height from the highest surface of bins and trays, if these are higher than those of 2017."""
+
 MAX_HEIGHT_2017 = 0.0724
 """Distance [m] that the tallest part of 2017 hangs below the cup; a taller one raises the arm by the difference."""
 
@@ -69,14 +73,15 @@ MAX_SAG = 0.03
 
 
 class KitterArm:
-    """The arm of a cell.
+    """The arm of a cell, whose bins and trays have surfaces up to the height `highest` [m].
 
     Raises:
         UsageError: no joint states arrive within a second.
     """
 
-    def __init__(self, client: Client, clearance: Clearance | None = None) -> None:
+    def __init__(self, client: Client, clearance: Clearance | None = None, highest: float = 0.0) -> None:
         self._client = client
+        self._higher = max(0.0, highest + SAFE_DISTANCE - SAFE_HEIGHT)
         self._clearance = clearance
         self._states = client.joint_states
         if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
@@ -107,8 +112,8 @@ class KitterArm:
 
     @property
     def _extra(self) -> float:
-        """Extra height [m] for a tall part on the cup."""
-        return 0.0 if self.load is None else max(0.0, self.load.kind.height - MAX_HEIGHT_2017)
+        """Extra height [m] for high bins and trays, and for a tall part on the cup."""
+        return self._higher + (0.0 if self.load is None else max(0.0, self.load.kind.height - MAX_HEIGHT_2017))
 
     def clear_rail(self, above: Pose, goal: Pose, rail: float) -> float | None:
         """Return a place of the rail [m], near `rail`, from which the tool can go from one pose down to another.
@@ -215,9 +220,9 @@ class KitterArm:
         """Move straight towards a tool pose inside a part at about `speed` [m/s], without waiting."""
         self._follow_path(straight_path(self.tool, goal, speed), is_checked=False)
 
-    def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
-        """Follow something that moves along -y and come down on it, without waiting: see `following_path`."""
-        self._follow_path(following_path(start, near, press, speed))
+    def follow(self, start: Pose, near: float, press: float, belt: Belt) -> None:
+        """Follow something on a belt and come down on it, without waiting: see `following_path`."""
+        self._follow_path(following_path(start, near, press, belt.speed, belt.direction))
 
     def _follow_path(self, path: Iterable[TimedPose], *, is_checked: bool = True) -> float:
         """Follow a tool path with the rail at rest, corrected for the present sag; return its duration [s].

@@ -1,13 +1,13 @@
-"""Choices of the kitter: the AGV of a kit, its next part, a part of the belt to keep, and why parts are missing."""
+"""Choices of the kitter: the station of a kit, its next part, a part of the belt to keep, and why parts are missing."""
 
 from collections import Counter
 from functools import partial
 
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import KitTask, OrderBook, Task, is_known_faulty, strays
-from cellwright.clients.agents.kitter.perception import BINS, Sighting, TrackedBeltPart
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Station, bin_rail
+from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.supply import Supply
+from cellwright.clients.agents.kitter.workplace import TrayPlace, rail_beside
 
 KEEPING_HORIZON = 8.0
 """Time [s] within which a part that no order has yet must arrive to be kept."""
@@ -36,19 +36,31 @@ class Choice:
         return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
 
     def give_station(self, kit: KitTask) -> bool:
-        """Begin a kit on the AGV that suits it best; return False if none is there."""
-        taken = {each.station.number for each in self._orders.open_kits() if each.is_begun}
-        free = [number for number in STATIONS if number not in taken and self._view.is_agv_ready(number)]
-        if not free:
+        """Begin a kit at the AGV or fixed tray that suits it best; return False if none is there."""
+        allowed = [each for each in self._free_stations() if each.location in kit.allowed]
+        if not allowed:
             return False
-        self._view.look(BINS, *(STATIONS[number].area for number in free))
-        kit.station = min((STATIONS[number] for number in free), key=partial(self._station_cost, kit))
+        self._view.look(*self._view.workplace.bin_areas, *(each.area for each in allowed))
+        kit.station = min(allowed, key=partial(self._station_cost, kit))
         kit.is_begun = True
-        if len(free) + len(taken) == len(STATIONS):
-            self._view.watch_agvs(False)
+        # each station is taken or free, so none comes back
+        if len(self._free_stations()) + len(self._taken_stations()) == len(self._view.workplace.stations):
+            self._view.watch_stations(False)
         return True
 
-    def _station_cost(self, kit: KitTask, station: Station) -> tuple[int, bool, float]:
+    def has_station(self) -> bool:
+        """Return whether a station is free that suits an open kit."""
+        free = {each.location for each in self._free_stations()}
+        return any(not free.isdisjoint(kit.allowed) for kit in self._orders.open_kits() if not kit.is_begun)
+
+    def _taken_stations(self) -> set[int]:
+        return {each.station.number for each in self._orders.open_kits() if each.is_begun}
+
+    def _free_stations(self) -> list[TrayPlace]:
+        taken, stations = self._taken_stations(), self._view.workplace.stations
+        return [each for number, each in stations.items() if number not in taken and self._view.is_ready(number)]
+
+    def _station_cost(self, kit: KitTask, station: TrayPlace) -> tuple[int, bool, float]:
         """Return a key that is smaller for a station that suits a kit better.
 
         First, parts of it may have been kept on the tray there. Second, the belt may bring a part but once. If it falls
@@ -56,19 +68,20 @@ class Choice:
         both AGVs or over AGV 1, so such kits go to AGV 2. Third, the way of the rail counts.
         """
         types = {task.type for task in kit.tasks}
-        kept = sum(part.type in types for part in self._view.parts_on_tray(station.world_T_tray))
+        kept = sum(part.type in types for part in self._view.parts_on_tray(station))
         lying = self._view.parts_in_bins()
         is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
         way = [
             min(
-                (abs(bin_rail(p.world_T_part.position[1]) - station.rail) for p in lying if p.type == each), default=0.0
+                (abs(rail_beside(*p.world_T_part.position[:2]) - station.rail) for p in lying if p.type == each),
+                default=0.0,
             )
             for each in types
         ]
         return -kept, is_risky, round(sum(way), 1)
 
     def next_part(self, kit: KitTask) -> tuple[Task, Sighting | tuple[TrackedBeltPart, float]] | None:
-        """Return the next task of a kit and its part: one at rest, or one of the belt and the y [m] where to take it.
+        """Return the next task of a kit and its part: one at rest, or one of a belt and the place along it [m].
 
         The belt comes first if it brings one in time, then what was lost on the tray, then the bins.
         """
@@ -76,7 +89,7 @@ class Choice:
             meeting = self._supply.on_belt(task.type)
             if meeting is not None:
                 return task, meeting
-        self._view.look(BINS, kit.station.area)
+        self._view.look(*self._view.workplace.bin_areas, kit.station.area)
         lost = [part for part in strays(self._view, kit) if not is_known_faulty(kit, part)]
         for lying in (lost, self._view.parts_in_bins()):
             found = [
@@ -96,21 +109,23 @@ class Choice:
         """
         wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
         lying = sum(each.type == part.type for each in self._view.parts_in_bins())
-        way = abs(bin_rail(part.world_T_part.position[1]) - kit.station.rail)
+        way = abs(rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
         failures = self._supply.failures(part.world_T_part)
         return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)
 
-    def part_to_keep(self, kit: KitTask) -> tuple[Station, TrackedBeltPart, float] | None:
-        """Return a part to keep on the other AGV while the last open kit waits: its station, the part, and y [m].
+    def part_to_keep(self, kit: KitTask) -> tuple[TrayPlace, TrackedBeltPart, float] | None:
+        """Return a part to keep on another tray while the last open kit waits: its station, the part, and its place.
 
+        The place is along the belt [m].
         Only the belt brings it, perhaps once, and a later order may have it.
         """
         if self._orders.open_kits() != [kit]:
             return None
-        other = next(station for station in STATIONS.values() if station is not kit.station)
+        others = [each for each in self._view.workplace.stations.values() if each is not kit.station]
         for part_type in self._supply.unordered(self._orders.kits):
             meeting = self._supply.on_belt(part_type, KEEPING_HORIZON)
-            if meeting is not None and self._view.is_agv_ready(other.number):
+            free = [each for each in others if self._view.is_ready(each.number)]
+            if meeting is not None and free:
                 self._supply.kept.add(part_type)
-                return other, *meeting
+                return free[0], *meeting
         return None

@@ -57,10 +57,12 @@ class Clearance:
 
     Args:
         solids: shapes by frame, as `Client.solids` returns them.
+        arm_T_world: pose of the world in the arm's frame.
     """
 
-    def __init__(self, solids: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
+    def __init__(self, solids: Mapping[str, Sequence[Mapping[str, Any]]], arm_T_world: Pose) -> None:
         self._solids = solids
+        self._arm_T_world = arm_T_world
         self._links = [name for name in solids if name != "world"]
         self._loads: list[PartFigures] = []
         self._build()
@@ -114,8 +116,9 @@ class Clearance:
         """Make a model of the cell around the chain of the arm's links; its positions are those of the joints."""
         spec = mujoco.MjSpec()
         names: dict[str, str] = {}
-        for shape in self._solids["world"]:
-            names[_add(spec, spec.worldbody, shape, _BEAM if shape["body"] == _RAIL else _CELL, 0)] = shape["body"]
+        for each in self._solids["world"]:
+            here = _in_frame(self._arm_T_world, each)
+            names[_add(spec, spec.worldbody, here, _BEAM if here["body"] == _RAIL else _CELL, 0)] = here["body"]
         parent, world_T_parent = spec.worldbody, Pose()
         axes = dict(zip(self._links, _AXES, strict=False))
         for name, world_T_link in link_poses(Joints(*(0.0,) * 7)).items():
@@ -144,6 +147,14 @@ class Clearance:
         self._data = mujoco.MjData(self._model)
         self._names = [names[self._model.geom(number).name] for number in range(self._model.ngeom)]
         self._load_bodies = {kind: self._model.body(f"{_LOAD}{each}").id for each, kind in enumerate(self._loads)}
+
+
+def _in_frame(frame_T_world: Pose, shape: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a shape of the world in another frame."""
+    px, py, pz = shape["position"]
+    w, x, y, z = shape["quaternion"]
+    pose = frame_T_world @ Pose((px, py, pz), (w, x, y, z))
+    return {**shape, "position": pose.position, "quaternion": pose.quaternion}
 
 
 def _add(spec: Any, body: Any, shape: Mapping[str, Any], contype: int, conaffinity: int) -> str:

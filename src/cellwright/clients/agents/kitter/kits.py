@@ -2,15 +2,17 @@
 
 import logging
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from itertools import chain
+from typing import TypeAlias
 
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures, discs_at
-from cellwright.clients.agents.kitter.perception import TRAY_HALF_X, TRAY_HALF_Y, Sighting
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Station, pose_on_tray
+from cellwright.clients.agents.kitter.perception import Sighting
+from cellwright.clients.agents.kitter.pick_and_place import pose_on_tray
+from cellwright.clients.agents.kitter.workplace import TrayPlace
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.middleware.messages.osrf_gear import KitObject
@@ -27,6 +29,9 @@ NARROW = 0.4
 
 IN_PLACE = 0.025
 """Distance [m] from its ordered place at which a part counts as there: 30 mm are allowed."""
+
+Half: TypeAlias = tuple[float, float]
+"""Half edge lengths [m] of a tray's plate, along x and y of the tray."""
 
 _GRID_STEP = 0.01
 _TURNS = 16
@@ -61,7 +66,11 @@ class TraySpot:
 
 
 def find_place(
-    kind: PartFigures, tray_T_goal: Pose, others: Sequence[Disc], is_reachable: Callable[[Pose], bool] = lambda _: True
+    kind: PartFigures,
+    tray_T_goal: Pose,
+    half: Half,
+    others: Sequence[Disc],
+    is_reachable: Callable[[Pose], bool] = lambda _: True,
 ) -> TraySpot | None:
     """Return a place for a part beside others (in the tray frame); None when there is no room.
 
@@ -70,13 +79,13 @@ def find_place(
     in its place, narrower gaps are enough.
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
-    if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
+    if fits(kind.covers(goal), half, others, 0.0, 0.0) and is_reachable(goal):
         return TraySpot(goal, is_ordered=True)
-    near = [each for each in _candidates(goal, turns=1) if math.dist(each.position, goal.position) < IN_PLACE]
-    for share, candidates in ((1.0, near), (NARROW, near), (1.0, _candidates(goal))):
+    near = [each for each in _candidates(goal, half, turns=1) if math.dist(each.position, goal.position) < IN_PLACE]
+    for share, candidates in ((1.0, near), (NARROW, near), (1.0, _candidates(goal, half))):
         for candidate in candidates:
             gaps = share * RIM_GAP, share * PART_GAP
-            if fits(kind.covers(candidate), others, *gaps) and is_reachable(candidate):
+            if fits(kind.covers(candidate), half, others, *gaps) and is_reachable(candidate):
                 return TraySpot(candidate, is_ordered=False)
     return None
 
@@ -84,6 +93,7 @@ def find_place(
 def find_turning_spot(
     kind: PartFigures,
     tray_T_goal: Pose,
+    half: Half,
     others: Sequence[Disc],
     lying: Sequence[Disc],
     is_reachable: Callable[[Pose, float], bool] = lambda _pose, _direction: True,
@@ -96,15 +106,15 @@ def find_turning_spot(
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     hand = [Disc(-(kind.side + along), 0.0, radius) for along, radius in _HAND]
-    for place in chain((goal,), _candidates(goal, turns=1)):
+    for place in chain((goal,), _candidates(goal, half, turns=1)):
         is_ordered = place is goal
         rim_gap, part_gap = (0.0, 0.0) if is_ordered else (RIM_GAP, PART_GAP)
-        if not fits(kind.covers(place), others, rim_gap, part_gap):
+        if not fits(kind.covers(place), half, others, rim_gap, part_gap):
             continue
         for step in range(_TURNS):
             direction = 2 * math.pi * step / _TURNS
             x, y, _ = place.position
-            if not fits(discs_at(hand, x, y, direction), lying, _HAND_GAP, _HAND_GAP):
+            if not fits(discs_at(hand, x, y, direction), half, lying, _HAND_GAP, _HAND_GAP):
                 continue
             tray_T_part = Pose.from_rpy((x, y, 0.0), (0.0, 0.0, 2 * direction - goal.yaw))
             if is_reachable(tray_T_part, direction):
@@ -112,10 +122,10 @@ def find_turning_spot(
     return None
 
 
-def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap: float) -> bool:
+def fits(part: Sequence[Disc], half: Half, others: Sequence[Disc], rim_gap: float, part_gap: float) -> bool:
     """Return whether a part lies inside the rims and beside the others, with gaps [m]; all discs in the tray frame."""
     inside = all(
-        abs(disc.x) + disc.radius + rim_gap <= TRAY_HALF_X and abs(disc.y) + disc.radius + rim_gap <= TRAY_HALF_Y
+        abs(disc.x) + disc.radius + rim_gap <= half[0] and abs(disc.y) + disc.radius + rim_gap <= half[1]
         for disc in part
     )
     return inside and all(
@@ -125,10 +135,10 @@ def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap:
     )
 
 
-def _candidates(goal: Pose, turns: int = _TURNS) -> Iterator[Pose]:
+def _candidates(goal: Pose, half: Half, turns: int = _TURNS) -> Iterator[Pose]:
     """Yield poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws."""
     x0, y0, _ = goal.position
-    columns, rows = round(TRAY_HALF_X / _GRID_STEP), round(TRAY_HALF_Y / _GRID_STEP)
+    columns, rows = round(half[0] / _GRID_STEP), round(half[1] / _GRID_STEP)
     places = sorted(
         ((_GRID_STEP * i, _GRID_STEP * j) for i in range(-columns, columns + 1) for j in range(-rows, rows + 1)),
         key=lambda place: (round(math.hypot(place[0] - x0, place[1] - y0), 6), place),
@@ -166,13 +176,17 @@ class Task:
 
 @dataclass
 class KitTask:
-    """A kit to build, on the AGV of a station; `order` is the number of its order."""
+    """A kit to build on the tray of a station; `order` is the number of its order.
+
+    Only stations whose locations are `allowed` suit it.
+    """
 
     kit_type: str
     tasks: list[Task]
     catalogue: Catalogue
+    station: TrayPlace
+    allowed: Set[str] = frozenset()
     order: int = 0
-    station: Station = STATIONS[1]
     is_begun: bool = False
     """True once the station is that of the kit."""
     begun_at: float = math.inf
@@ -207,7 +221,7 @@ class KitTask:
         figures, discs = self.catalogue.figures, self.obstacles(but)
         for task in self.tasks:
             if task is not but and task.type in self.catalogue and task.is_open:
-                place = find_place(figures(task.type), task.tray_T_goal, ())
+                place = find_place(figures(task.type), task.tray_T_goal, self.station.half, ())
                 if place is not None and place.is_ordered:
                     discs += figures(task.type).covers(place.tray_T_part)
         return discs
@@ -217,10 +231,11 @@ log = logging.getLogger(__name__)
 
 
 class OrderBook:
-    """The kits that were ordered since it was made."""
+    """The kits that were ordered since it was made; until it is begun, a kit has the first of the stations."""
 
-    def __init__(self, client: Client, catalogue: Catalogue) -> None:
+    def __init__(self, client: Client, catalogue: Catalogue, stations: Sequence[TrayPlace]) -> None:
         self._client = client
+        self._stations = stations
         self._catalogue = catalogue
         self._known = 0
         self.kits: list[KitTask] = []
@@ -232,7 +247,9 @@ class OrderBook:
             self._known += 1
             for kit in order.kits:
                 tasks = [self._task(each) for each in kit.objects]
-                self.kits.append(KitTask(kit.kit_type, tasks, self._catalogue, self._known))
+                known = {each.location for each in self._stations}
+                allowed = known.intersection(self._client.material_locations(kit.kit_type)) or known
+                self.kits.append(KitTask(kit.kit_type, tasks, self._catalogue, self._stations[0], allowed, self._known))
                 types = ", ".join(task.type for task in tasks)
                 log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
                 for task in tasks:
@@ -279,7 +296,7 @@ def inspect_part(view: CellView, kit: KitTask, task: Task, tray_T_part: Pose, *,
     view.look(station.area)
     seen = [
         part.world_T_part
-        for part in view.parts_on_tray(station.world_T_tray)
+        for part in view.parts_on_tray(station)
         if (part.type, part.is_turned) == (task.type, is_turned)
     ]
     found = min(seen, key=lambda pose: horizontal_distance(pose, expected), default=None)
@@ -295,7 +312,7 @@ def strays(view: CellView, kit: KitTask) -> list[Sighting]:
     """Return the parts on the tray that were not placed there, such as lost ones, from the last look."""
     return [
         part
-        for part in view.parts_on_tray(kit.station.world_T_tray)
+        for part in view.parts_on_tray(kit.station)
         if not any(is_near(part.world_T_part, pose, STRAY_DISTANCE) for pose in _world_poses(kit, kit.lying))
     ]
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from cellwright.motion import Joints, inverse, link_poses, solve
 from cellwright.util.errors import UnreachableError
-from cellwright.util.pose import Pose
+from cellwright.util.pose import Pose, Vector3
 
 FOLLOW_LEAD = 0.2
 """Lead [s] with which following begins before the part is under the tool: it takes 0.4 s to come up to speed."""
@@ -21,7 +21,7 @@ RAIL_END = 2.1
 SHOULDER_OFFSET = 0.163941
 """Distance [m] of the arm's plane beside its base (d4)."""
 BASE_X = 0.3
-"""World x [m] of the arm's base."""
+"""x [m] of the arm's base in its frame."""
 FOLDED = 0.38
 """Distance [m] of the tool in front of the base between stations."""
 FOLDED_HEIGHT = 1.12
@@ -65,8 +65,10 @@ def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
         yield duration * ease_in_out(share), interpolate(start, goal, share)
 
 
-def following_path(start: Pose, near: float, press: float, speed: float) -> Iterator[TimedPose]:
-    """Yield a tool path along with something that moves along -y at `speed` [m/s], and down on it.
+def following_path(
+    start: Pose, near: float, press: float, speed: float, direction: Vector3 = (0.0, -1.0, 0.0)
+) -> Iterator[TimedPose]:
+    """Yield a tool path along with something that moves in a horizontal direction at `speed` [m/s], and down on it.
 
     The part passes under the tool pose `start` at `FOLLOW_LEAD` from now. The tool comes down to the height `near` [m]
     at full speed, and from there slowly to `press` [m].
@@ -81,7 +83,7 @@ def following_path(start: Pose, near: float, press: float, speed: float) -> Iter
         share = min(1.0, time / _DESCENT_TIME)
         height = z + (near - z) * share**2 * (3 - 2 * share)
         height += (press - near) * max(0.0, min(1.0, (time - _DESCENT_TIME) / _PRESS_TIME))
-        yield time, Pose((x, y - distance, height), start.quaternion)
+        yield time, Pose((x + direction[0] * distance, y + direction[1] * distance, height), start.quaternion)
 
 
 def interpolate(start: Pose, goal: Pose, share: float) -> Pose:
@@ -176,7 +178,7 @@ def closest(postures: Sequence[Joints], near: Sequence[float]) -> Joints:
 
 
 def station_pan(x: float, y: float, rail: float) -> float:
-    """Return the pan [rad] that turns the arm's plane to a point of the world, from -pi/4 to 7 pi/4."""
+    """Return the pan [rad] that turns the arm's plane to a point, from -pi/4 to 7 pi/4."""
     dx, dy = x - BASE_X, y - rail
     distance = max(math.hypot(dx, dy), SHOULDER_OFFSET + 0.01)
     # The arm's plane passes the shoulder's axis at SHOULDER_OFFSET: a right triangle with this leg, and the distance as

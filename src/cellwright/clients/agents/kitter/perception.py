@@ -1,4 +1,4 @@
-"""Perception of the kitter: camera views, averaged sightings of parts, and tracking of parts on the belt."""
+"""Perception of the kitter: camera views, averaged sightings of parts, and tracking of parts on belts."""
 
 from __future__ import annotations
 
@@ -9,25 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.workplace import Area, BeltPlace
 from cellwright.clients.client import Client
-from cellwright.config.layout.gear2017 import gear2017
 from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.util.pose import Pose, Vector3, normalized
-
-BIN_SURFACE = 0.725
-"""Height [m] of the surface that parts lie on in a bin."""
-
-TRAY_SURFACE = 0.755
-"""Height [m] of the surface of a tray's plate."""
-
-TRAY_HALF_X, TRAY_HALF_Y = 0.25, 0.35
-"""Distances [m] of the tray's rims from its middle."""
-
-BELT_SURFACE = 0.90691
-"""Height [m] of the surface that parts ride on."""
-
-BELT_MIDDLE, BELT_HALF_WIDTH = 1.21, 0.327
-"""World x [m] of the middle of the belt, and its reach to either side."""
 
 MIN_CAMERA_RANGE, MAX_CAMERA_RANGE = 0.2, 0.75
 """Nearest and furthest distance [m] that a logical camera sees."""
@@ -44,40 +29,12 @@ IMAGES = 8
 """Number of images that are averaged."""
 STALE_IMAGE_AGE = 0.005
 """Images this soon [s] after the subscription may be old: the newest image is latched."""
-BELT_SPEED = 0.2
-"""Speed of the belt at full power [m/s], along world -y; in a competition it always runs so."""
 SAME_BELT_PART = 0.04
 """Distance [m] from its expected place within which a part is the same."""
 BEAM_DELAY = 0.025
 """Mean delay [s] of a beam's readings: half a period, at twenty readings a second."""
 MAX_BELT_SIGHTINGS = 40
 """Largest number of images of a part that are averaged."""
-
-
-@dataclass(frozen=True, slots=True)
-class Area:
-    """A box in the world, from its corner of smallest coordinates to that of largest [m]."""
-
-    low: Vector3
-    high: Vector3
-
-    @classmethod
-    def around(cls, points: Iterable[Vector3], margin: float = 0.0) -> Area:
-        """Return the smallest box that holds all points and a margin [m] around them."""
-        xs, ys, zs = zip(*points, strict=True)
-        low = (min(xs) - margin, min(ys) - margin, min(zs) - margin)
-        return cls(low, (max(xs) + margin, max(ys) + margin, max(zs) + margin))
-
-    def meets(self, other: Area) -> bool:
-        """Return whether two boxes have a point in common."""
-        return all(self.low[axis] <= other.high[axis] and other.low[axis] <= self.high[axis] for axis in range(3))
-
-
-BINS = Area.around(((*each.centre, BIN_SURFACE) for each in gear2017().bins), 0.3)
-BELT = Area(
-    (BELT_MIDDLE - BELT_HALF_WIDTH, -4.3, BELT_SURFACE - 0.02),
-    (BELT_MIDDLE + BELT_HALF_WIDTH, 10.3, BELT_SURFACE + 0.02),
-)
 
 
 def view_of(world_T_camera: Pose, part_extent: float) -> Area:
@@ -103,11 +60,6 @@ def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
         and abs(y) < VIEW_INSIDE_SHARE * VIEW_HALF_WIDTH * x
         and abs(z) < VIEW_INSIDE_SHARE * VIEW_HALF_HEIGHT * x
     )
-
-
-def is_in_bin(x: float, y: float) -> bool:
-    """Return whether a point of the world is over a bin."""
-    return any(each.covers(x, y) for each in gear2017().bins)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,15 +126,16 @@ def mean_pose(poses: Iterable[Pose]) -> Pose:
 
 
 class Images:
-    """The newest images of one sensor, while it is subscribed to."""
+    """The newest images of one sensor, while it is subscribed to; `arm_T_world` brings them into the arm's frame."""
 
-    def __init__(self, client: Client, name: str, catalogue: Catalogue) -> None:
+    def __init__(self, client: Client, name: str, catalogue: Catalogue, arm_T_world: Pose) -> None:
         self.name = name
         self.on_image: Callable[[Image], None] = lambda _image: None
         """Called with each image."""
         self.newest: deque[Image] = deque(maxlen=IMAGES)
         self._client = client
         self._catalogue = catalogue
+        self._arm_T_world = arm_T_world
         self._since = 0.0
         self._unsubscribe: Callable[[], None] | None = None
 
@@ -203,7 +156,7 @@ class Images:
         time = self._client.time
         if time < self._since + STALE_IMAGE_AGE:
             return
-        world_T_camera = pose_from_message(message.pose)
+        world_T_camera = self._arm_T_world @ pose_from_message(message.pose)
         parts = tuple(
             Sighting(model.type, *self._catalogue.side_up(model.type, world_T_camera @ pose_from_message(model.pose)))
             for model in message.models
@@ -215,10 +168,12 @@ class Images:
 
 
 class CameraView(Images):
-    """A logical camera, and the box in the world that it can see."""
+    """A logical camera at a pose in the arm's frame, and the box that it can see."""
 
-    def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
-        super().__init__(client, name, catalogue)
+    def __init__(
+        self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue, arm_T_world: Pose
+    ) -> None:
+        super().__init__(client, name, catalogue, arm_T_world)
         self.world_T_camera = world_T_camera
         self.view = view_of(world_T_camera, catalogue.max_extent)
 
@@ -231,11 +186,12 @@ def wait_for_images(client: Client, sensors: Sequence[Images], count: int = IMAG
 
 @dataclass
 class TrackedBeltPart:
-    """A part on the belt, seen several times by a camera, or once by a beam."""
+    """A part on a belt, seen several times by a camera, or once by a beam."""
 
     type: str
+    belt: BeltPlace
     at_zero: list[Pose] = field(default_factory=list)
-    """Its pose at time 0 for each sighting: the belt moves along y only."""
+    """Its pose at time 0 for each sighting."""
     has_yaw: bool = True
     """True if its yaw is known."""
     is_turned: bool = False
@@ -244,13 +200,15 @@ class TrackedBeltPart:
 
     def pose(self, time: float) -> Pose:
         """Return world_T_part at a time [s]."""
-        mean = self._mean_at_zero()
-        x, y, z = mean.position
-        return Pose((x, y - BELT_SPEED * time, z), mean.quaternion)
+        return self.belt.moved(self._mean_at_zero(), time)
 
-    def time_at(self, y: float) -> float:
-        """Return the time at which its origin passes world y [s]."""
-        return (self._mean_at_zero().position[1] - y) / BELT_SPEED
+    def place(self, time: float) -> float:
+        """Return its place along the belt at a time [s]."""
+        return self.belt.belt.along(self.pose(time).position)
+
+    def time_at(self, along: float) -> float:
+        """Return the time at which its origin passes a place along the belt [s]."""
+        return (along - self.belt.belt.along(self._mean_at_zero().position)) / self.belt.belt.speed
 
     def is_near(self, pose: Pose, time: float) -> bool:
         """Return whether it can be the part seen at a pose."""
@@ -259,9 +217,8 @@ class TrackedBeltPart:
 
     def add(self, pose: Pose, time: float) -> None:
         """Add a sighting at a pose and time [s]."""
-        x, y, z = pose.position
         # Shifted to where the belt had it at time 0, sightings of all times can be averaged.
-        self.at_zero.append(Pose((x, y + BELT_SPEED * time, z), pose.quaternion))
+        self.at_zero.append(self.belt.moved(pose, -time))
         del self.at_zero[:-MAX_BELT_SIGHTINGS]
         self._mean = None
 
@@ -273,37 +230,41 @@ class TrackedBeltPart:
 
 
 class BeltWatch:
-    """Tracks the parts on the belt, with cameras and with break beams (world poses by name) across the belt.
+    """Tracks the parts on one belt, with cameras and with break beams (poses by name) across the belt.
 
     A beam can identify a part only if just one of the `types` arrives on the belt, according to the cell.
     """
 
-    def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue) -> None:
+    def __init__(
+        self, client: Client, belt: BeltPlace, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue
+    ) -> None:
+        self.belt = belt
+        self.types = tuple(types)
         self.parts: list[TrackedBeltPart] = []
         self._client = client
-        self._types = tuple(types)
         self._catalogue = catalogue
         self._unsubscribe_beams = [
-            self._watch_beam(name, pose.position[1])
+            self._watch_beam(name, belt.belt.along(pose.position))
             for name, pose in beams.items()
-            if crosses_belt(pose) and len(self._types) == 1
+            if belt.is_crossed_by(pose) and len(self.types) == 1
         ]
 
     def take_image(self, image: Image) -> None:
         """Add the parts of a camera's image that are on the belt."""
         for seen in image.parts:
-            x, _, z = seen.world_T_part.position
+            x, y, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
-            if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
+            if self.belt.belt.covers(x, y) and abs(z - self.belt.belt.surface) < 0.02:
                 # Once a camera sees the belt, beams are not needed.
                 while self._unsubscribe_beams:
                     self._unsubscribe_beams.pop()()
                 self._note(seen, image.time)
 
-    def coming(self, part_type: str, time: float, y: float) -> list[TrackedBeltPart]:
-        """Return the parts of a type that pass world y later than `time` [s], the first of them first."""
-        found = [part for part in self.parts if part.type == part_type and part.time_at(y) > time]
-        return sorted(found, key=lambda part: part.time_at(y))
+    def coming(self, part_type: str, time: float) -> list[TrackedBeltPart]:
+        """Return the parts of a type that are in reach later than `time` [s], the first of them first."""
+        last = self.belt.last
+        found = [part for part in self.parts if part.type == part_type and part.time_at(last) > time]
+        return sorted(found, key=lambda part: part.time_at(last))
 
     def forget(self, part: TrackedBeltPart) -> None:
         """Forget a part that has left the belt, or that was tried in vain."""
@@ -313,11 +274,11 @@ class BeltWatch:
         pose = seen.world_T_part
         known = next((p for p in self.parts if p.type == seen.type and p.has_yaw and p.is_near(pose, time)), None)
         if known is None:
-            known = self._new(TrackedBeltPart(seen.type, is_turned=seen.is_turned), time)
+            known = self._new(TrackedBeltPart(seen.type, self.belt, is_turned=seen.is_turned), time)
         known.add(pose, time)
 
-    def _watch_beam(self, name: str, y: float) -> Callable[[], None]:
-        """Time the parts that pass a beam at world y [m]; the returned function ends that."""
+    def _watch_beam(self, name: str, along: float) -> Callable[[], None]:
+        """Time the parts that pass a beam at a place along the belt [m]; the returned function ends that."""
         began: float | None = None
 
         def take(message: Any) -> None:
@@ -327,27 +288,19 @@ class BeltWatch:
                 began = now
             elif began is not None:
                 # Beam and part meet at the part's two edges: its middle passed halfway between them.
-                self._take_crossing((began + now) / 2, BELT_SPEED * (now - began), y)
+                self._take_crossing((began + now) / 2, self.belt.belt.speed * (now - began), along)
                 began = None
 
         return self._client.subscribe(f"/ariac/{name}_change", take)
 
-    def _take_crossing(self, middle: float, length: float, y: float) -> None:
+    def _take_crossing(self, middle: float, length: float, along: float) -> None:
         """Take a part of `length` [m] whose middle passed a beam at time `middle` [s]."""
-        kind = self._catalogue.figures(self._types[0])
+        kind = self._catalogue.figures(self.types[0])
         if length >= kind.extent / 2:
-            part = self._new(TrackedBeltPart(self._types[0], has_yaw=False), middle)
-            part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
+            part = self._new(TrackedBeltPart(self.types[0], self.belt, has_yaw=False), middle)
+            part.add(Pose((*self.belt.point(along), self.belt.belt.surface + kind.below)), middle)
 
     def _new(self, part: TrackedBeltPart, time: float) -> TrackedBeltPart:
         """Add a part that came in view; forget those that have left the belt."""
-        self.parts = [*(each for each in self.parts if each.time_at(-5.0) > time), part]
+        self.parts = [*(each for each in self.parts if each.time_at(self.belt.end) > time), part]
         return part
-
-
-def crosses_belt(world_T_beam: Pose) -> bool:
-    """Return whether a beam runs across the belt, low enough to meet flat parts."""
-    direction = world_T_beam.rotate((1.0, 0.0, 0.0))
-    x, _, z = world_T_beam.position
-    ends = sorted((x, x + direction[0]))
-    return abs(direction[0]) > 0.99 and ends[0] < BELT_MIDDLE < ends[1] and BELT_SURFACE < z < BELT_SURFACE + 0.0075

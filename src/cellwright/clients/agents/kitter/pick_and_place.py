@@ -7,16 +7,10 @@ from dataclasses import dataclass, replace
 
 from cellwright.clients.agents.kitter.arm import CUP_FACE, KitterArm
 from cellwright.clients.agents.kitter.clearance import Load
-from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, RAIL_END, SHOULDER_OFFSET, at_height
+from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, at_height
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
-from cellwright.clients.agents.kitter.perception import (
-    BELT_SPEED,
-    TRAY_HALF_X,
-    TRAY_HALF_Y,
-    TRAY_SURFACE,
-    Area,
-    TrackedBeltPart,
-)
+from cellwright.clients.agents.kitter.perception import TrackedBeltPart
+from cellwright.clients.agents.kitter.workplace import FOLLOWED, BeltPlace, TrayPlace
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -32,6 +26,10 @@ BELT_HOVER = 0.08
 """Height [m] above its grip at which the cup waits for a part on the belt."""
 BELT_TIME_MARGIN = 0.5
 """Time [s] by which the arm is there before the part."""
+WAITING_PLACE = 0.15
+"""Distance [m] along the belt, from where parts are first taken, at which the arm waits for it to bring something."""
+WAITING_HEIGHT, WAITING_DISTANCE = 1.0, 0.09
+"""Height [m] of the gripper then; over a higher belt, its distance from the belt."""
 SUCTION_TIMEOUT = 0.35
 """Longest wait [s] of the cup on the part."""
 CUP_SPACE = 0.042
@@ -60,23 +58,27 @@ class Held:
     is_turned: bool = False
 
 
-def bin_rail(y: float) -> float:
-    """Return the rail's place for a part among the bins at world y [m]: the arm then points straight at it."""
-    return y + SHOULDER_OFFSET
-
-
-def belt_rail(y: float) -> float:
-    """Return the rail's place for a part met on the belt at world y [m]; it is followed for 0.3 m from there."""
-    return y - SHOULDER_OFFSET - 0.15
-
-
 class Manipulator:
-    """Picks parts up and puts them down, with an arm and its gripper."""
+    """Picks parts up and puts them down, with an arm and its gripper.
 
-    def __init__(self, client: Client, arm: KitterArm, catalogue: Catalogue) -> None:
+    Args:
+        client: the client.
+        arm: the arm.
+        catalogue: figures of the part types.
+        drop_places: places on the floor for parts to throw away, as `Workplace.drop_places` has them.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        arm: KitterArm,
+        catalogue: Catalogue,
+        drop_places: Sequence[tuple[float, float, float]] = (),
+    ) -> None:
         self._client = client
         self._arm = arm
         self._catalogue = catalogue
+        self._drop_places = drop_places
 
     def from_rest(
         self,
@@ -160,40 +162,52 @@ class Manipulator:
                 return hover, z, place
         return None
 
-    def meeting_place(self, part: TrackedBeltPart, first: float, last: float) -> float | None:
-        """Return a world y [m] in `first` to `last` where the arm can meet a belt part; None if it comes too late."""
-        y = min(first, part.pose(self._client.time).position[1])
+    def meeting_place(self, part: TrackedBeltPart) -> float | None:
+        """Return a place along the belt [m] where the arm can meet a part on it; None if it comes too late."""
+        belt = part.belt
+        along = max(belt.first, part.place(self._client.time))
         for _ in range(4):
             arrival = (
-                self._client.time + self._arm.travel_time(self.belt_hover(part, y), belt_rail(y)) + BELT_TIME_MARGIN
+                self._client.time
+                + self._arm.travel_time(self.belt_hover(part, along), belt.rail(along))
+                + BELT_TIME_MARGIN
             )
             if not math.isfinite(arrival):
                 return None
-            y = min(first, part.pose(arrival).position[1])
-            if y < last:
+            along = max(belt.first, part.place(arrival))
+            if along > belt.last:
                 return None
-        return y
+        return along
 
-    def belt_hover(self, part: TrackedBeltPart, y: float) -> Pose:
-        """Return the gripper's pose from which it waits for a part on the belt."""
+    def await_belt(self, belt: BeltPlace) -> None:
+        """Go to where the arm waits for a belt to bring something."""
+        x, y = belt.point(min(belt.first + WAITING_PLACE, belt.last))
+        height = max(WAITING_HEIGHT, belt.belt.surface + WAITING_DISTANCE)
+        self._arm.travel(Pose.from_rpy((x, y, height), (0.0, 0.0, 0.0)), y + belt.belt.direction[1] * FOLLOWED)
+
+    def belt_hover(self, part: TrackedBeltPart, along: float) -> Pose:
+        """Return the gripper's pose from which it waits for a part at a place along the belt [m]."""
         kind = self._catalogue.figures(part.type)
-        above = grip_pose(kind, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
+        above = grip_pose(kind, part.pose(part.time_at(along)), 0, self._arm.tool.yaw)
         return at_height(above, above.position[2] + BELT_HOVER)
 
-    def from_belt(self, part: TrackedBeltPart, y: float) -> Held | None:
-        """Take a part from the running belt about where it passes world y, and lift it; None if that failed."""
+    def from_belt(self, part: TrackedBeltPart, along: float) -> Held | None:
+        """Take a part from the running belt about where it passes a place along it [m], and lift it.
+
+        None if that failed.
+        """
         client, arm = self._client, self._arm
-        hover = self.belt_hover(part, y)
+        hover = self.belt_hover(part, along)
         z = hover.position[2] - BELT_HOVER
-        if not arm.travel(hover, belt_rail(y)):
+        if not arm.travel(hover, part.belt.rail(along)):
             return None
-        meet = part.time_at(y)
+        meet = part.time_at(along)
         if client.time > meet - 0.05:
             log.info("%.1f s: too late for it by %.2f s", client.time, client.time - meet)
             return None
         client.idle(max(0.0, meet - FOLLOW_LEAD - client.time))
         client.control_gripper(True)
-        arm.follow(hover, z + PICK_APPROACH_HEIGHT / 2, z - PRESS_DEPTH, BELT_SPEED)
+        arm.follow(hover, z + PICK_APPROACH_HEIGHT / 2, z - PRESS_DEPTH, part.belt.belt)
         client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
         held = None
         if client.gripper_attached:
@@ -297,8 +311,8 @@ class Manipulator:
         return was_held
 
     def throw_away(self, held: Held) -> None:
-        """Drop a held part out of the way: on the floor between the bins and AGV 1."""
-        self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
+        """Drop a held part out of the way, on the floor; where it is if no place on the floor is in reach."""
+        any(self._arm.travel(Pose.from_rpy((x, y, 1.0), (0.0, 0.0, 0.0)), rail) for x, y, rail in self._drop_places)
         self.let_go()
         self._client.sleep(0.2)
         log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
@@ -338,29 +352,6 @@ def raised(pose: Pose, height: float) -> Pose:
     return at_height(pose, pose.position[2] + height)
 
 
-@dataclass(frozen=True, slots=True)
-class Station:
-    """An AGV at its load point, by number; `rail` is the rail's place [m] for work at it."""
-
-    number: int
-    world_T_tray: Pose
-    rail: float
-
-    @property
-    def area(self) -> Area:
-        """The box that holds the parts on its tray."""
-        x, y, _ = self.world_T_tray.position
-        low = (x - TRAY_HALF_X, y - TRAY_HALF_Y, TRAY_SURFACE - 0.02)
-        return Area(low, (x + TRAY_HALF_X, y + TRAY_HALF_Y, TRAY_SURFACE + 0.02))
-
-
-STATIONS = {
-    1: Station(1, Pose.from_rpy((0.3, 3.15, 0.75), (0.0, 0.0, math.pi)), RAIL_END),
-    2: Station(2, Pose.from_rpy((0.3, -3.15, 0.75)), -RAIL_END),
-}
-"""The AGVs by number, at the frames of the cell."""
-
-
 def release_pose(held: Held, world_T_part: Pose) -> Pose:
     """Return the gripper's pose, facing straight down, that brings a held part to a place.
 
@@ -373,8 +364,8 @@ def release_pose(held: Held, world_T_part: Pose) -> Pose:
     return Pose((x - dx, y - dy, z - dz), flat.quaternion)
 
 
-def pose_on_tray(station: Station, kind: PartFigures, tray_T_part: Pose, drop: float = DROP_HEIGHT) -> Pose:
+def pose_on_tray(station: TrayPlace, kind: PartFigures, tray_T_part: Pose, drop: float = DROP_HEIGHT) -> Pose:
     """Return world_T_part of a part released just above the plate, or `drop` [m] above it."""
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
-    height = TRAY_SURFACE + kind.below + drop
+    height = station.surface + kind.below + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))

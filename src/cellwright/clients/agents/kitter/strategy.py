@@ -31,9 +31,10 @@ from cellwright.clients.agents.kitter.kits import (
     strays,
 )
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
-from cellwright.clients.agents.kitter.perception import BINS, Sighting, TrackedBeltPart, is_in_bin
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Manipulator, Station, bin_rail, pose_on_tray
+from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
+from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator, pose_on_tray
 from cellwright.clients.agents.kitter.supply import ATTEMPTS, Supply
+from cellwright.clients.agents.kitter.workplace import TrayPlace, rail_beside
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -51,9 +52,6 @@ MAX_SENDINGS = 4
 
 MAX_LOSSES = 5
 """Losses of a part on its way before it is given up."""
-
-WAITING_Y = 1.55
-"""World y [m] at which the arm waits for the belt to bring something."""
 
 State: TypeAlias = "Callable[[], State | None]"
 
@@ -77,7 +75,7 @@ class Strategy:
         self._arm = arm
         self._hand = hand
         self._catalogue = catalogue
-        self._orders = OrderBook(client, catalogue)
+        self._orders = OrderBook(client, catalogue, tuple(view.workplace.stations.values()))
         self._supply = Supply(client, view, arm, hand, belt_types)
         self._choice = Choice(view, self._orders, self._supply)
         self._started = client.time
@@ -113,32 +111,32 @@ class Strategy:
         return self.choose_part if self._orders.open_kits() else None
 
     def await_agv(self) -> State | None:
-        """Wait until an AGV is there; None when the competition is over."""
-        if not self._client.wait_until(lambda: any(map(self._view.is_agv_ready, STATIONS)), 60.0):
-            self._log("no AGV is there")
+        """Wait until an AGV or a tray is there; None when the competition is over."""
+        if not self._client.wait_until(self._choice.has_station, 60.0):
+            self._log("no AGV or tray is there")
             return None if self._is_over() else self.await_agv
         self._last_progress = self._client.time
         return self.choose_part
 
     def _is_workable(self, kit: KitTask) -> bool:
-        """Return whether a kit has an AGV; it gets one now if one is there."""
+        """Return whether a kit has a station; it gets one now if one is there."""
         if not kit.is_begun and self._choice.give_station(kit):
-            self._set_status("building %s on AGV %d", kit.kit_type, kit.station.number)
+            self._set_status("building %s on %s", kit.kit_type, kit.station.title)
         return kit.is_begun
 
     def submit(self, kit: KitTask) -> State | None:
         """Send the kit."""
         number = kit.station.number
-        self._view.watch_agvs(True)
+        self._view.watch_stations(True)
         # the tray reports its contents once a second
         self._client.sleep(1.0)
-        self._client.wait_until(lambda: self._view.is_agv_ready(number), 30.0)
+        self._client.wait_until(lambda: self._view.is_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
-        self._set_status("sending AGV %d with %s: %s", number, kit.kit_type, types)
+        self._set_status("sending %s with %s: %s", kit.station.title, kit.kit_type, types)
         if kit.begun_at < math.inf:
             self._log("%s took %.1f s to build", kit.kit_type, self._client.time - kit.begun_at)
         kit.sendings += 1
-        kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
+        kit.is_sent = self._client.send_kit(kit.station.name, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
             self._log("it does not leave")
             return partial(self.submit, kit)
@@ -192,10 +190,10 @@ class Strategy:
     def wait_by_belt(self, kits: list[KitTask]) -> State | None:
         """Wait for a part that the belt brings, when nothing else is in reach."""
         types = {task.type for kit in kits for task in kit.open_tasks}
-        if any(map(self._supply.is_on_belt, types)):
+        watched = next((each for each in self._view.belts if not types.isdisjoint(each.types)), None)
+        if watched is not None:
             self._set_status("waiting by the belt for %s", ", ".join(sorted(types)))
-            hover = Pose.from_rpy((1.21, WAITING_Y, 1.0), (0.0, 0.0, 0.0))
-            self._arm.travel(hover, WAITING_Y - 0.3)
+            self._hand.await_belt(watched.belt)
             until = self._client.time + 15.0
             while self._client.time < until and not any(self._supply.on_belt(each) for each in types):
                 self._client.sleep(0.1)
@@ -207,8 +205,8 @@ class Strategy:
     def fetch(self, kit: KitTask, task: Task, part: Sighting) -> State | None:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
-        self._set_status("fetching a %s at (%.3f, %.3f)", task.type, x, y)
-        rail = bin_rail(y) if is_in_bin(x, y) else kit.station.rail
+        self._set_status("fetching a %s at (%.3f, %.3f)", task.type, *self._view.workplace.in_world(x, y))
+        rail = rail_beside(x, y) if self._view.workplace.bin_at(x, y) else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
         held = self._hand.from_rest(
             task.type,
@@ -228,15 +226,16 @@ class Strategy:
 
     def _neighbours(self, kit: KitTask, part: Sighting) -> list[Disc]:
         """Return the discs of other parts that were seen in bins and on the kit's tray, in the world."""
-        seen = (*self._view.parts_in_bins(), *self._view.parts_on_tray(kit.station.world_T_tray))
+        seen = (*self._view.parts_in_bins(), *self._view.parts_on_tray(kit.station))
         others = [each for each in seen if each is not part and not is_near(each.world_T_part, part.world_T_part, 0.01)]
         return [disc for each in others for disc in self._catalogue.figures(each.type).covers(each.world_T_part)]
 
-    def fetch_from_belt(self, kit: KitTask, task: Task, part: TrackedBeltPart, y: float) -> State | None:
-        """Take a part from the belt at world y [m]."""
-        self._set_status("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
-        held = self._hand.from_belt(part, y)
-        self._view.belt.forget(part)
+    def fetch_from_belt(self, kit: KitTask, task: Task, part: TrackedBeltPart, along: float) -> State | None:
+        """Take a part from a belt at a place along it [m]."""
+        place = self._view.workplace.in_world(*part.belt.point(along))
+        self._set_status("taking a %s off the belt at (%.2f, %.2f), at %.1f s", task.type, *place, part.time_at(along))
+        held = self._hand.from_belt(part, along)
+        self._view.forget(part)
         if held is None:
             self._log("it was missed")
             return self.choose_part
@@ -256,9 +255,11 @@ class Strategy:
             )
 
         if held.is_turned == task.is_turned:
-            place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
+            place = find_place(kind, task.tray_T_goal, station.half, kit.taken(task), is_reachable)
         else:
-            place = find_turning_spot(kind, task.tray_T_goal, kit.taken(task), kit.obstacles(task), can_turn_over)
+            place = find_turning_spot(
+                kind, task.tray_T_goal, station.half, kit.taken(task), kit.obstacles(task), can_turn_over
+            )
         if place is None:
             self._log("there is no room for a %s on the tray", task.type)
             task.given_up = "no room on the tray"
@@ -279,7 +280,7 @@ class Strategy:
         self._last_progress = self._client.time
         return partial(self.check, kit, task, place)
 
-    def _reach(self, held: Held, station: Station) -> Callable[[Pose], bool]:
+    def _reach(self, held: Held, station: TrayPlace) -> Callable[[Pose], bool]:
         """Return a function that tells of a place on the tray whether the held part can be put down there."""
         kind = self._catalogue.figures(held.type)
         return lambda place: self._hand.can_put_down(held, pose_on_tray(station, kind, place), station.rail)
@@ -337,7 +338,7 @@ class Strategy:
 
     def _see_again(self, kit: KitTask) -> None:
         """Begin to look at the bins and the kit's tray, as something was moved."""
-        self._view.note_change(BINS, kit.station.area)
+        self._view.note_change(*self._view.workplace.bin_areas, kit.station.area)
 
     def _note_loss(self, task: Task) -> None:
         """Count a part that did not reach the tray; a type that is lost repeatedly is given up."""
@@ -367,21 +368,22 @@ class Strategy:
         kit.cleanings += 1
         return partial(self.clean, kit)
 
-    def keep(self, kit: KitTask, station: Station, part: TrackedBeltPart, y: float) -> State | None:
-        """Take a part off the belt, and lay it on the tray of the other AGV."""
-        self._set_status("taking a %s off the belt at y %.2f, to keep it on AGV %d", part.type, y, station.number)
-        held = self._hand.from_belt(part, y)
-        self._view.belt.forget(part)
+    def keep(self, kit: KitTask, station: TrayPlace, part: TrackedBeltPart, along: float) -> State | None:
+        """Take a part off a belt, and lay it on another tray."""
+        place = self._view.workplace.in_world(*part.belt.point(along))
+        self._set_status("taking a %s off the belt at (%.2f, %.2f), to keep it on %s", part.type, *place, station.title)
+        held = self._hand.from_belt(part, along)
+        self._view.forget(part)
         if held is not None:
             kind = self._catalogue.figures(part.type)
             self._view.look(station.area)
-            lying = self._view.parts_on_tray(station.world_T_tray)
+            lying = self._view.parts_on_tray(station)
             poses = [(each.type, station.world_T_tray.inverse() @ each.world_T_part) for each in lying]
             others = [disc for name, pose in poses for disc in self._catalogue.figures(name).covers(pose)]
-            place = find_place(kind, Pose(), others, self._reach(held, station))
-            if place is None:
+            spot = find_place(kind, Pose(), station.half, others, self._reach(held, station))
+            if spot is None:
                 self._hand.throw_away(held)
-            elif not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
+            elif not self._hand.put_down(held, pose_on_tray(station, kind, spot.tray_T_part), station.rail):
                 self._hand.let_go()
             self._see_again(kit)
         return partial(self.clean, kit)

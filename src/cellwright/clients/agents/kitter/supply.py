@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import KitTask
+from cellwright.clients.agents.kitter.motion import BASE_X
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.client import Client
@@ -18,9 +19,6 @@ ATTEMPTS = 4
 
 BELT_HORIZON = 12.0
 """A part that the belt brings within this time [s] is preferred to parts at rest."""
-
-FIRST_Y, LAST_Y = 1.7, -1.8
-"""World y [m] between which parts are taken from the belt."""
 
 
 class Supply:
@@ -37,34 +35,39 @@ class Supply:
         self._tried: Counter[str] = Counter()
         self._too_far: Counter[str] = Counter()
         self._belt_types = tuple(belt_types)
+        self._belts = {each.belt.name for each in view.workplace.belts}
         self.kept: set[str] = set()
         """Types of which a part was kept for later."""
 
     def is_on_belt(self, part_type: str) -> bool:
-        """Return whether the belt brings a type."""
-        return "belt" in self._client.material_locations(part_type)
+        """Return whether a belt brings a type."""
+        return not self._belts.isdisjoint(self._client.material_locations(part_type))
 
     def is_on_belt_alone(self, part_type: str) -> bool:
-        """Return whether the belt brings a type, and no bin has it."""
-        return tuple(self._client.material_locations(part_type)) == ("belt",)
+        """Return whether belts bring a type, and no bin has it."""
+        locations = self._client.material_locations(part_type)
+        return bool(locations) and self._belts.issuperset(locations)
 
     def unordered(self, kits: Iterable[KitTask]) -> list[str]:
-        """Return the types that the belt alone brings, that no kit has, and of which none was kept."""
+        """Return the types that belts alone bring, that no kit has, and of which none was kept."""
         ordered = {task.type for kit in kits for task in kit.tasks}
         wanted = (each for each in self._belt_types if each not in ordered | self.kept)
         return [each for each in wanted if self.is_on_belt_alone(each)]
 
     def on_belt(self, part_type: str, horizon: float = BELT_HORIZON) -> tuple[TrackedBeltPart, float] | None:
-        """Return the first reachable belt part of a type, and the world y [m] at which the arm meets it.
+        """Return the first reachable belt part of a type, and the place along the belt [m] at which the arm meets it.
 
         Parts that the arm meets later than `horizon` [s] from now do not count.
         """
         now = self._client.time
-        for part in self._view.belt.coming(part_type, now, LAST_Y):
-            y = self._hand.meeting_place(part, FIRST_Y, LAST_Y)
-            if y is not None and part.time_at(y) < now + horizon:
-                return part, y
-        return None
+        found = []
+        for belt in self._view.belts:
+            for part in belt.coming(part_type, now):
+                along = self._hand.meeting_place(part)
+                if along is not None and part.time_at(along) < now + horizon:
+                    found.append((part, along))
+                    break
+        return min(found, key=lambda each: each[0].time_at(each[1]), default=None)
 
     def best(self, part_type: str, lying: Iterable[Sighting], *, is_turned: bool = False) -> Sighting | None:
         """Return the best part of a type: few failed attempts, the right side up, near the rail's place, with room."""
@@ -75,7 +78,7 @@ class Supply:
                 self.failures(part.world_T_part),
                 part.is_turned != is_turned,
                 round(abs(part.world_T_part.position[1] - self._arm.joints.rail), 1),
-                -part.world_T_part.position[0],
+                abs(part.world_T_part.position[0] - BASE_X),
             ),
             default=None,
         )

@@ -9,8 +9,9 @@ from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import InspectionResult, KitTask, Task, inspect_part, is_known_faulty, strays
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.perception import Sighting
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, pose_on_tray
+from cellwright.clients.agents.kitter.pick_and_place import pose_on_tray
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import STATIONS
 
 PLACE = Pose((0.1, 0.1, 0.0))
 KINDS = Catalogue()

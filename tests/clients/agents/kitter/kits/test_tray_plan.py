@@ -1,18 +1,41 @@
 """Places of parts on the tray."""
 
 import math
+from collections.abc import Callable, Sequence
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.agents.kitter.kits import PART_GAP, RIM_GAP, find_place, find_turning_spot, fits
-from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
-from cellwright.clients.agents.kitter.perception import TRAY_HALF_X, TRAY_HALF_Y
+from cellwright.clients.agents.kitter import kits
+from cellwright.clients.agents.kitter.kits import PART_GAP, RIM_GAP, TraySpot
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
 from cellwright.config.footprints import PART_TYPES
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import HALF
 
 figures = Catalogue().figures
+TRAY_HALF_X, TRAY_HALF_Y = HALF
+
+
+def find_place(
+    kind: PartFigures, goal: Pose, others: Sequence[Disc], is_reachable: Callable[[Pose], bool] = lambda _: True
+) -> TraySpot | None:
+    return kits.find_place(kind, goal, HALF, others, is_reachable)
+
+
+def find_turning_spot(
+    kind: PartFigures,
+    goal: Pose,
+    others: Sequence[Disc],
+    lying: Sequence[Disc],
+    is_reachable: Callable[[Pose, float], bool] = lambda _pose, _direction: True,
+) -> TraySpot | None:
+    return kits.find_turning_spot(kind, goal, HALF, others, lying, is_reachable)
+
+
+def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap: float) -> bool:
+    return kits.fits(part, HALF, others, rim_gap, part_gap)
 
 
 def on_tray(x: float, y: float, yaw: float = 0.0) -> Pose:
@@ -68,6 +91,12 @@ def test_place_out_of_reach_is_moved() -> None:
     assert place is not None
     assert not place.is_ordered
     assert place.tray_T_part.position[0] == pytest.approx(-0.01)
+
+
+def test_smaller_tray_has_less_room() -> None:
+    part, goal = figures("part1"), on_tray(0.0, 0.0)
+    assert kits.find_place(part, goal, (0.18, 0.1), ()) is not None
+    assert kits.find_place(part, goal, (0.1, 0.1), ()) is None
 
 
 def test_full_tray_has_no_place() -> None:

@@ -19,9 +19,10 @@ from cellwright.clients.agents.kitter.motion import (
     station_posture,
 )
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, pose_on_tray, side_grip_pose
+from cellwright.clients.agents.kitter.pick_and_place import pose_on_tray, side_grip_pose
 from cellwright.motion import Joints, forward, link_poses, tool_down
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import STATIONS
 
 PRESENT = Joints(0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0)
 BIN = tool_down(-0.3, 0.23, 0.95)

@@ -10,18 +10,10 @@ from hypothesis import strategies as st
 from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.cell.devices.scene import Frustum
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import (
-    BELT,
-    BELT_MIDDLE,
-    BELT_SURFACE,
-    BINS,
-    Area,
-    is_in_bin,
-    is_well_in_view,
-    view_of,
-)
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS
+from cellwright.clients.agents.kitter.perception import is_well_in_view, view_of
+from cellwright.clients.agents.kitter.workplace import Area
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import BELT, BELT_MIDDLE, BELT_SURFACE, BINS, STATIONS, WORKPLACE
 
 DOWN = (0.0, math.pi / 2, 0.0)
 turns = st.floats(-3.1, 3.1)
@@ -35,17 +27,17 @@ def camera(x: float, y: float, z: float = 1.465) -> Pose:
 @pytest.mark.parametrize(
     ("world_T_camera", "seen"),
     [
-        (camera(-0.3, 0.23), [BINS]),
+        (camera(-0.3, 0.23), [BINS[6]]),
         (camera(0.3, 3.15), [STATIONS[1].area]),
         (camera(0.3, -3.15), [STATIONS[2].area]),
-        (camera(1.21, 2.6, 1.645), [BELT]),
-        (camera(1.21, 9.0, 1.645), [BELT]),  # upstream of the arm's reach
+        (camera(1.21, 2.6, 1.645), [BELT.area]),
+        (camera(1.21, 9.0, 1.645), [BELT.area]),  # upstream of the arm's reach
         (camera(-0.3, 0.23, 3.0), []),  # too high
         (Pose.from_rpy((-0.3, 0.23, 1.465), (0.0, -math.pi / 2, 0.0)), []),  # it looks up
     ],
 )
 def test_camera_view_meets_areas_below_camera(world_T_camera: Pose, seen: list[Area]) -> None:
-    areas = [BINS, BELT, STATIONS[1].area, STATIONS[2].area]
+    areas = [BINS[0], BINS[6], BELT.area, STATIONS[1].area, STATIONS[2].area]
     assert [area for area in areas if area.meets(view_of(world_T_camera, Catalogue().max_extent))] == seen
 
 
@@ -77,10 +69,9 @@ def test_point_at_edge_of_view_is_not_well_in_view() -> None:
     assert not is_well_in_view(over_bin_7, (-0.3, 0.23, 1.3))
 
 
-def test_is_in_bin_excludes_belt() -> None:
-    assert is_in_bin(-0.3, 0.23)
-    assert is_in_bin(-0.55, 0.5)
-    assert not is_in_bin(BELT_MIDDLE, 0.23)
+def test_bin_of_a_point_is_that_below_it() -> None:
+    assert [each and each.name for each in (WORKPLACE.bin_at(-0.3, 0.23), WORKPLACE.bin_at(-0.55, 0.5))] == ["bin7"] * 2
+    assert WORKPLACE.bin_at(BELT_MIDDLE, 0.23) is None
 
 
 def test_areas_with_common_point_meet() -> None:
@@ -88,4 +79,4 @@ def test_areas_with_common_point_meet() -> None:
     assert one.meets(Area((1.0, 0.5, 0.5), (2.0, 2.0, 2.0)))
     assert not one.meets(Area((1.1, 0.5, 0.5), (2.0, 2.0, 2.0)))
     assert Area.around([(1.0, 5.0, 3.0), (2.0, 4.0, 3.0)], 0.5) == Area((0.5, 3.5, 2.5), (2.5, 5.5, 3.5))
-    assert BELT.low[2] < BELT_SURFACE < BELT.high[2]
+    assert BELT.area.low[2] < BELT_SURFACE < BELT.area.high[2]

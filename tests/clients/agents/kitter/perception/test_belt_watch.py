@@ -8,17 +8,10 @@ from typing import Any, cast
 import pytest
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import (
-    BELT_MIDDLE,
-    BELT_SPEED,
-    BELT_SURFACE,
-    BeltWatch,
-    Image,
-    Sighting,
-    crosses_belt,
-)
+from cellwright.clients.agents.kitter.perception import BeltWatch, Image, Sighting
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import BELT, BELT_MIDDLE, BELT_SPEED, BELT_SURFACE
 
 BEAM = Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))
 
@@ -45,7 +38,7 @@ class FakeClient:
 
 
 def watch(client: FakeClient, beams: dict[str, Pose] | None = None, types: tuple[str, ...] = ()) -> BeltWatch:
-    return BeltWatch(cast("Client", client), beams or {}, types, Catalogue())
+    return BeltWatch(cast("Client", client), BELT, beams or {}, types, Catalogue())
 
 
 def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SURFACE) -> Sighting:
@@ -57,11 +50,11 @@ def test_belt_part_is_tracked_beyond_camera_view() -> None:
     for index in range(10):
         time = 0.1 * index
         belt.take_image(Image(time, (on_belt("disk_part", 3.0 - BELT_SPEED * time, x=1.2),)))
-    (part,) = belt.coming("disk_part", 1.0, -1.0)
+    (part,) = belt.coming("disk_part", 1.0)
     assert part.has_yaw
     assert part.pose(10.0).position == pytest.approx((1.2, 1.0, BELT_SURFACE))
     assert part.pose(10.0).yaw == pytest.approx(0.5)
-    assert part.time_at(2.0) == pytest.approx(5.0)
+    assert part.time_at(-2.0) == pytest.approx(5.0)
 
 
 def test_belt_parts_are_distinguished_by_type_and_place() -> None:
@@ -78,7 +71,7 @@ def test_belt_parts_are_distinguished_by_type_and_place() -> None:
             )
         )
     assert len(belt.parts) == 3
-    first, second = belt.coming("gear_part", 0.1, 0.0)
+    first, second = belt.coming("gear_part", 0.1)
     assert first.time_at(0.0) < second.time_at(0.0)
 
 
@@ -91,9 +84,9 @@ def test_part_above_or_beside_belt_is_ignored() -> None:
 def test_passed_or_taken_part_is_not_coming() -> None:
     belt = watch(FakeClient())
     belt.take_image(Image(0.0, (on_belt("disk_part", 3.0), on_belt("disk_part", 2.5))))
-    assert len(belt.coming("disk_part", 4.0, 2.0)) == 1
+    assert len(belt.coming("disk_part", 23.0)) == 1
     belt.forget(belt.parts[0])
-    assert belt.coming("disk_part", 4.0, 2.0) == []
+    assert belt.coming("disk_part", 23.0) == []
 
 
 def test_beam_gives_time_of_part_centre() -> None:
@@ -102,9 +95,9 @@ def test_beam_gives_time_of_part_centre() -> None:
     # read at 20 Hz: the event was 25 ms ago, on average
     client.send("/ariac/beam_change", 10.025, object_detected=True)
     client.send("/ariac/beam_change", 10.425, object_detected=False)
-    (part,) = belt.coming("gear_part", 10.5, 1.0)
+    (part,) = belt.coming("gear_part", 10.5)
     assert not part.has_yaw
-    assert part.time_at(2.25) == pytest.approx(10.2)
+    assert part.time_at(-2.25) == pytest.approx(10.2)
     assert part.pose(12.2).position == pytest.approx((BELT_MIDDLE, 1.85, BELT_SURFACE))
 
 
@@ -145,7 +138,5 @@ def test_beam_end_without_start_is_ignored() -> None:
         ((-0.3, 2.25, 0.91), math.pi, False),
     ],
 )
-def test_crosses_belt_accepts_only_beams_across_parts(
-    xyz: tuple[float, float, float], yaw: float, crosses: bool
-) -> None:
-    assert crosses_belt(Pose.from_rpy(xyz, (0.0, 0.0, yaw))) is crosses
+def test_belt_is_crossed_only_by_beams_across_parts(xyz: tuple[float, float, float], yaw: float, crosses: bool) -> None:
+    assert BELT.is_crossed_by(Pose.from_rpy(xyz, (0.0, 0.0, yaw))) is crosses

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import TRAY_SURFACE
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, grip_pose, pose_on_tray, release_pose
+from cellwright.clients.agents.kitter.pick_and_place import Held, grip_pose, pose_on_tray, release_pose
 from cellwright.motion import face
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import STATIONS, TRAY_SURFACE
 
 KINDS = Catalogue()
 yaws = st.floats(-3.1, 3.1)

@@ -11,20 +11,13 @@ from cellwright.clients.agents.kitter.clearance import Clearance
 from cellwright.clients.agents.kitter.kits import find_turning_spot
 from cellwright.clients.agents.kitter.motion import at_height, facing_down
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import TRAY_SURFACE
-from cellwright.clients.agents.kitter.pick_and_place import (
-    STATIONS,
-    Manipulator,
-    beside,
-    pose_on_tray,
-    raised,
-    side_grip_pose,
-)
+from cellwright.clients.agents.kitter.pick_and_place import Manipulator, beside, pose_on_tray, raised, side_grip_pose
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import KitObject, Trial
 from cellwright.motion import face
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import HALF, STATIONS, TRAY_SURFACE
 from tests.support.cells import on_tray
 
 KINDS = Catalogue()
@@ -40,7 +33,7 @@ class Scene:
         client = Client(InProcess(self.cell, node="/agent"))
         client.start_competition()
         client.sleep(0.5)
-        arm = KitterArm(client, Clearance(client.solids()))
+        arm = KitterArm(client, Clearance(client.solids(), Pose()))
         self.station = STATIONS[number]
         self.hand = Manipulator(client, arm, KINDS)
         self.lying = pose_on_tray(self.station, PULLEY, tray_T_part, drop=0.0)
@@ -68,7 +61,7 @@ def turning_spot(number: int, tray_T_goal: Pose) -> tuple[Scene, float]:
         scene.lying = pose_on_tray(scene.station, PULLEY, tray_T_part, drop=0.0)
         return scene.can_turn_over(scene.station.world_T_tray.yaw + direction)
 
-    spot = find_turning_spot(PULLEY, tray_T_goal, (), (), can_turn_over)
+    spot = find_turning_spot(PULLEY, tray_T_goal, HALF, (), (), can_turn_over)
     assert spot is not None
     assert spot.direction is not None
     return Scene(number, spot.tray_T_part), scene.station.world_T_tray.yaw + spot.direction
