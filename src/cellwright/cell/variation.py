@@ -45,7 +45,7 @@ class Bounds:
     """Bounds of a variation. Everything is drawn uniformly.
 
     Attributes:
-        shift: maximum shift of a part in a bin along x, and along y, to either side [m].
+        shift: maximum shift of a part in a bin along either edge of the bin, to either side [m].
         turn: maximum turn of it about the vertical to either side [rad].
         min_friction: minimum coefficient of dry friction.
         max_friction: maximum coefficient of dry friction.
@@ -121,7 +121,7 @@ def vary_parts(parts: Sequence[Part], layout: Layout, seed: int, bounds: Bounds 
         # Each part has a stream of its own: another part in the file changes nothing for this one.
         chance = generator(seed, f"vary/{part.name}")
         for _ in range(TRIES):
-            place = _moved(places[index], chance, bounds)
+            place = _moved(places[index], around, chance, bounds)
             covered = footprint(part.type, place)
             if _has_room(index, covered, around, before, now):
                 now[index] = covered
@@ -145,11 +145,13 @@ def _has_room(
     return True
 
 
-def _moved(place: Pose, chance: np.random.Generator, bounds: Bounds) -> Pose:
+def _moved(place: Pose, around: Bin, chance: np.random.Generator, bounds: Bounds) -> Pose:
+    """Return a place that is shifted along the edges of its bin, and turned."""
     dx, dy, yaw = (float(share) for share in chance.uniform(-1.0, 1.0, 3))
+    dx, dy, _ = around.pose.rotate((dx * bounds.shift, dy * bounds.shift, 0.0))
     x, y, z = place.position
     turned = quaternion_product(quaternion_from_rpy(0.0, 0.0, yaw * bounds.turn), place.quaternion)
-    return Pose((x + dx * bounds.shift, y + dy * bounds.shift, z), turned)
+    return Pose((x + dx, y + dy, z), turned)
 
 
 def _world_pose(part: Part, frames: Mapping[str, Pose]) -> Pose:

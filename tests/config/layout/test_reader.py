@@ -129,11 +129,11 @@ def test_bin_has_walls_and_open_sides() -> None:
     assert (found.walls, found.open, found.gap) == (0.1, ("+y",), 0.01)
 
 
-def test_frame_moves_everything() -> None:
+def test_layout_is_in_frame_of_cell() -> None:
     cell, _, _ = read("{based_on: gear2017, frame: {at: [2, 1], turn: pi/2}}")
     assert cell is not None
-    assert cell.layout == gear2017().moved(cell.frame)
-    assert cell.layout.bin("bin7").centre == pytest.approx((1.77, 0.7))
+    assert cell.layout == gear2017()
+    assert cell.layout.moved(cell.moved_by).bin("bin7").centre == pytest.approx((1.77, 0.7))
 
 
 def test_cell_of_2017_alone_is_equal_and_has_no_arm_of_its_own() -> None:

@@ -8,7 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright import load_trial
+from cellwright.cell.variation import vary
 from cellwright.config.models.model import Furniture, UserModel
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial as load_text
 from cellwright.config.trial.moving import moved
 from cellwright.config.trial.trial import DropRegion, Part, PictureCameraConfig, SensorConfig, Trial
 from cellwright.util.pose import Pose
@@ -73,3 +76,32 @@ def test_drop_region_moves_whole(by: Pose, point: tuple[float, float, float]) ->
     outer = replace(REGION, lower=(left - slack, front - slack, low), upper=(right + slack, back + slack, high))
     if inner.covers(point) == outer.covers(point):
         assert region.covers(by.transform(point)) == REGION.covers(point)
+
+
+def test_frame_of_section_cell_moves_whole_trial() -> None:
+    written = "".join(find_trial(name).read_text() for name in ("final08", "kitter_sensors"))
+    cell = "cell: {based_on: gear2017, frame: {at: [2, 1], turn: pi/2}}"
+    found = load_text(text=f"{written}\n{cell}\n").trial
+    assert found == moved(load_text(text=written).trial, QUARTER)
+    assert found.drop_regions[0].frame == QUARTER
+
+
+def test_trial_varies_alike_wherever_it_stands() -> None:
+    trial = load_trial("final08")
+    here, there = vary(trial, 5), vary(moved(trial, QUARTER), 5)
+    assert here != trial
+    for one, other in zip(moved(here, QUARTER).bin_parts, there.bin_parts, strict=True):
+        assert other.pose.position == pytest.approx(one.pose.position)
+        assert other.pose.quaternion == pytest.approx(one.pose.quaternion)
+
+
+def test_grid_of_parts_lies_along_edges_of_turned_bin() -> None:
+    grid = "{xyz_start: [0.1, 0.1, 0], xyz_end: [0.3, 0.1, 0], rpy: [0, 0, 0], num_models_x: 2, num_models_y: 1}"
+    bins = f"models_over_bins: {{a: {{models: {{gear_part: {grid}}}}}}}"
+    options = "options: {insert_models_over_bins: true}"
+    cell = "cell: {bins: {a: {at: [2, 1], turn: pi/2, size: [0.4, 0.6]}}}"
+    one, other = load_text(text="\n".join((cell, options, bins))).trial.bin_parts
+    # the corner of least x and y of the bin is at 2.3, 0.8
+    assert one.pose.position == pytest.approx((2.2, 0.9, 0.75))
+    assert other.pose.position == pytest.approx((2.2, 1.1, 0.75))
+    assert one.pose.yaw == pytest.approx(math.pi / 2)

@@ -51,8 +51,8 @@ class Cell:
     """Section `cell`, as read.
 
     Attributes:
-        layout: the layout, in the world.
-        frame: pose of the cell's frame in the world.
+        layout: the layout, in the frame of the cell.
+        moved_by: pose of the cell's frame in the world, by which the reader of the whole trial moves it.
         has_arm: True if the file's own section places an arm, without which the trial decides.
         has_rail: True if there is a place for an arm.
         sensors: the section `sensors` with what it is based on; None if there is none.
@@ -60,7 +60,7 @@ class Cell:
     """
 
     layout: Layout
-    frame: Pose = field(default_factory=Pose)
+    moved_by: Pose = field(default_factory=Pose)
     has_arm: bool = False
     has_rail: bool = False
     sensors: Table | None = None
@@ -84,11 +84,11 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
     if not any(name in section.entries for name in NAMED_SECTIONS):
         message = f"the cell is empty; describe bins and belts, or begin from 2017's with {BASED_ON}: {GEAR2017}"
         reader.problems.warn(own, message)
-    by, arms, sensors = values.get("frame"), values.get("arms", ()), section.get("sensors")
+    arms, sensors = values.get("arms", ()), section.get("sensors")
     read = {each.name for part in (layout.bins, layout.belts, layout.carriers, layout.trays) for each in part}
     return Cell(
-        layout=layout if by is None else layout.moved(by),
-        frame=Pose() if by is None else by,
+        layout=layout,
+        moved_by=values.get("frame", Pose()),
         has_arm=any(each.entry.place.path != PACKAGED for each in arms),
         has_rail=bool(arms),
         sensors=sensors if isinstance(sensors, Table) else None,

@@ -26,6 +26,7 @@ from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Problem, Problems, Table, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
 from cellwright.config.trial import parts
+from cellwright.config.trial.moving import moved
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
@@ -201,7 +202,8 @@ def _read(
     parts.check_faulty(faulty, trial, reader)
     _warn_unused(root, trial, reader)
     _raise_errors(overrides, reader.problems)
-    return trial, time_limit, tuple(faulty)
+    # all sections are in the frame of the cell
+    return trial if cell.moved_by == Pose() else moved(trial, cell.moved_by), time_limit, tuple(faulty)
 
 
 def _cell(root: Table, reader: Reader, types: Collection[str], overrides: Sequence[Override]) -> Cell:

@@ -16,7 +16,7 @@ from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.config.trial.values import read_aliases, read_destination, read_switch
 from cellwright.util.errors import did_you_mean, suggestion
-from cellwright.util.pose import Vector3
+from cellwright.util.pose import IDENTITY_QUATERNION, Pose
 
 DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
 """Default aliases of part types, unless a file has its own."""
@@ -166,21 +166,22 @@ def read_part(table: Table, registry: PartRegistry) -> tuple[str, Placement] | N
     return registry.part_type(values["type"], table.entries["type"].value, table), values["pose"]
 
 
-def _origin(name: str, table: Table, registry: PartRegistry) -> Vector3 | None:
-    """Return the origin of a bin's grids [m]: as written, else the bin's corner."""
+def _origin(name: str, table: Table, registry: PartRegistry) -> Pose | None:
+    """Return the frame of a bin's grids: at a place as written, else the bin's corner, along the bin's edges."""
     reader = registry.reader
     values = BIN.read(table, reader)
     if "xyz" in table:
-        return values.get("xyz")
+        xyz = values.get("xyz")
+        return None if xyz is None else Pose(xyz)
     bins = {each.name: each for each in registry.layout.bins}
     if name in bins:
-        return bins[name].corner.position
+        return bins[name].corner
     hint = f"; only bins have a default{did_you_mean(name, bins)}"
     reader.required(table, "xyz", hint)
     return None
 
 
-def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, registry: PartRegistry) -> list[Part]:
+def _grid(bin_name: str, origin: Pose | None, entry: Entry, registry: PartRegistry) -> list[Part]:
     """Return the grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
     reader = registry.reader
     written_type = reader.text_key(entry)
@@ -199,13 +200,17 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, registry: PartReg
     registry.locations[part_type].add(bin_name)
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
+    left, front, low = origin.position
+    # the original adds coordinates, which turning would round; so a bin along the axes is not turned
+    turn = None if origin.quaternion == IDENTITY_QUATERNION else origin @ Pose((-left, -front, -low))
     parts: list[Part] = []
     for ix, iy in product(range(nx), range(ny)):
-        x = origin[0] + start[0] + ix * step_x
-        y = origin[1] + start[1] + iy * step_y
+        x = left + start[0] + ix * step_x
+        y = front + start[1] + iy * step_y
         name = f"{bin_name}|{part_type}_{registry.number(written_type)}"
-        placement = Placement((x, y, origin[2] + start[2]), rpy)
-        parts.append(Part(name, part_type, placement.pose, written=placement))
+        placement = Placement((x, y, low + start[2]), rpy)
+        pose = placement.pose if turn is None else turn @ placement.pose
+        parts.append(Part(name, part_type, pose, written=placement))
     return parts
 
 
