@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cell.checks.test_findings import OWN
 from tests.cli.conftest import CommandLine
 
 
@@ -27,6 +28,18 @@ def test_map_that_cannot_be_drawn_is_refused(words: tuple[str, ...], message: st
     ran = cellwright("check", *words)
     assert ran.status == 2
     assert message in ran.err
+
+
+def test_check_warns_of_what_cannot_work(cellwright: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "own.yaml"
+    file.write_text(OWN)
+    ran = cellwright("check", str(file))
+    assert ran.status == 0
+    lines = ran.out.splitlines()
+    assert lines[0] == (
+        f"warning: {file}:5: cell.bins.far: out of reach of the arm, tool down; move it nearer to the arm's rail"
+    )
+    assert len(lines) == 5
 
 
 def test_check_of_missing_file_prints_error_as_json(cellwright: CommandLine) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from cellwright.cell.checks.findings import cell_warnings
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files, Overrides
@@ -49,7 +50,8 @@ def check(
         paths = _paths([word for word in files if word not in given])
         report = check_files(paths, options.overrides(overrides), options.xacro_arguments(given))
         if report.trial is not None:  # the engine judges some files of models
-            report = replace(report, errors=tuple(model_problems(report.trial)))
+            found = map(str, cell_warnings(report.trial, report.places))
+            report = replace(report, errors=tuple(model_problems(report.trial)), warnings=(*report.warnings, *found))
     except CellwrightError as error:  # a missing file is a finding as well
         report = Report(errors=(str(error),))
     if map_file is not None and report.ok:

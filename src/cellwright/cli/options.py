@@ -18,6 +18,7 @@ from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
 from cellwright.cli import output
 from cellwright.clients.client.session import parse_address
 from cellwright.config.parsing.overrides import Override
+from cellwright.config.parsing.tree import Problem
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import find_files, refuse_several_trials
@@ -141,7 +142,12 @@ def load(files: Sequence[str], overrides: Sequence[Override] = ()) -> Trial:
 def load_variants(files: Sequence[str], variants: Iterable[Sequence[Override]]) -> list[Trial]:
     """Read the trial in these files with each sequence of overrides; warnings are printed on stderr, once each."""
     loaded = [load_trial(paths(files), overrides=overrides) for overrides in variants]
-    for warning in dict.fromkeys(warning for each in loaded for warning in each.warnings):
+    found: list[Problem] = []
+    if any(each.places for each in loaded):
+        from cellwright.cell.checks.findings import cell_warnings  # slow to load
+
+        found = [warning for each in loaded for warning in cell_warnings(each.trial, each.places)]
+    for warning in dict.fromkeys((*(warning for each in loaded for warning in each.warnings), *found)):
         output.warn(warning)
     return [each.trial for each in loaded]
 

@@ -1,11 +1,12 @@
 """Check of configuration files, with a report for people and for programs."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from cellwright.config.parsing.overrides import Override
+from cellwright.config.parsing.tree import Place
 from cellwright.config.robot.groups import robot_document
 from cellwright.config.robot.robots import is_robot_file, load_robot
 from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments
@@ -23,12 +24,14 @@ class Report:
         warnings: further findings for the files' author.
         resolved: the trial or robot as JSON-able data; None after errors.
         trial: the trial; None for a robot or after errors.
+        places: places of the entries of a cell of one's own, by their dotted path.
     """
 
     errors: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     resolved: dict[str, Any] | None = None
     trial: Trial | None = None
+    places: Mapping[str, Place] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -74,7 +77,7 @@ def check(paths: Sequence[Path], overrides: Sequence[Override] = (), arguments: 
     except DescriptionError as error:
         return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
     found = {**resolved(loaded), **resolved_cell(loaded.trial)}
-    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=found, trial=loaded.trial)
+    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=found, trial=loaded.trial, places=loaded.places)
 
 
 def _check_robot(path: Path, arguments: Arguments) -> Report:

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 
 import cellwright
-from cellwright.cell.checks.findings import findings
+from cellwright.cell.checks.findings import cell_warnings, findings
 from cellwright.config.trial.catalogue import bundled
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
 from tests.cell.checks.odd import SMALL, bin_at, camera_over, post_at, trial_with
 from tests.support.places import LAYOUT
@@ -36,6 +37,38 @@ def test_findings_name_the_description_and_the_reason() -> None:
     assert found["cell.bins.far"] == "out of reach of the arm, tool down; move it nearer to the arm's rail"
     assert found["cell.bins.near"] == "overlaps half by 0.30 m; move one of them"
     assert found["cell.carriers.agv1.path"].startswith("runs into post at [-1.")
+
+
+OWN = """\
+cell:
+  arms: {arm: {mount: {kind: rail, at: [0.3, 0]}}}
+  bins:
+    near: {at: [-0.4, 0.5]}
+    far: {at: [-3, 0]}
+  carriers:
+    agv1: {at: [0.3, 3.3], turn: pi}
+  structure:
+    post: {at: [0.3, 6, 0], boxes: [{at: [0, 0, 1], size: [0.1, 0.1, 2]}]}
+sensors:
+  logical_camera_1: {type: logical_camera, pose: {xyz: [-0.4, 0.5, 2.5], rpy: [0, pi/2, 0]}}
+"""
+
+
+def test_warnings_stand_at_the_lines_of_the_file() -> None:
+    loaded = load_trial(text=OWN)
+    assert loaded.warnings == ()
+    found = [str(each).partition(": ") for each in cell_warnings(loaded.trial, loaded.places)]
+    assert [(place, text.partition(":")[0]) for place, _, text in found] == [
+        ("<text>:5", "cell.bins.far"),
+        ("<text>:7", "cell.carriers.agv1"),
+        ("<text>:7", "cell.carriers.agv1.path"),
+        ("<text>:11", "sensors.logical_camera_1"),
+    ]
+
+
+def test_trial_of_the_2017_cell_has_no_warnings_at_all() -> None:
+    loaded = load_trial(text="sensors: {logical_camera_1: {type: logical_camera, pose: {xyz: [9, 9, 9]}}}")
+    assert cell_warnings(loaded.trial, loaded.places) == ()
 
 
 def test_moved_cell_of_2017_is_accepted_as_it_is() -> None:

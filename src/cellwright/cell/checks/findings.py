@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from cellwright.cell.checks.obstacles import blocked_paths, obstacles, overlaps
 from cellwright.cell.checks.reach import share_out_of_reach
 from cellwright.cell.checks.sight import blind_cameras
 from cellwright.cell.checks.surfaces import Surface, surfaces
+from cellwright.config.layout.basing import CELL
 from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.trial.trial import Trial
 
 _NOTEWORTHY = 0.01
@@ -39,6 +41,26 @@ def findings(trial: Trial) -> tuple[Finding, ...]:
     """
     found = surfaces(trial)
     return (*_reach(trial, found), *_ways(trial), *_cameras(trial, found))
+
+
+def cell_warnings(trial: Trial, places: Mapping[str, Place]) -> tuple[Problem, ...]:
+    """Return what cannot work in a trial's cell as warnings for its file's author.
+
+    Args:
+        trial: the trial.
+        places: places of the entries of its file, as `Loaded` has them: without any, the cell is that of 2017.
+    """
+    return tuple(_warning(each, places) for each in findings(trial)) if places else ()
+
+
+def _warning(finding: Finding, places: Mapping[str, Place]) -> Problem:
+    """Return a finding at its description, or at the next entry around it if that is not in the file."""
+    in_cell = f"cell.{finding.key}"
+    key = in_cell if in_cell in places else finding.key
+    at = key
+    while at and at not in places:
+        at = at.rpartition(".")[0]
+    return Problem(places[at or CELL], key, finding.message, "warning")
 
 
 def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:

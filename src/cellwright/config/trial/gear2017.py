@@ -8,8 +8,8 @@ what the original refused and what has no meaning, and lists all errors at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -23,7 +23,7 @@ from cellwright.config.parsing.overrides import Override, apply_overrides, refus
 from cellwright.config.parsing.python2 import dictionary_order, number_text
 from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
-from cellwright.config.parsing.tree import Problem, Problems, Table, refusal
+from cellwright.config.parsing.tree import Entry, Place, Problem, Problems, Table, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
 from cellwright.config.trial import parts
 from cellwright.config.trial.moving import moved
@@ -53,13 +53,15 @@ class Loaded:
     """Trial with the warnings for its file's author.
 
     `time_limit` [s] and `faulty_parts` are as in the original's launcher: a number of the kind that the file has,
-    negative for no limit, and the names in the order of its dictionary.
+    negative for no limit, and the names in the order of its dictionary. `places` are those of the entries of `cell` and
+    of sensors, by their dotted path; none without the section `cell`.
     """
 
     trial: Trial
     warnings: tuple[Problem, ...]
     time_limit: float
     faulty_parts: tuple[str, ...]
+    places: Mapping[str, Place] = field(default_factory=dict)
 
 
 def load_trial(paths: Sequence[Path] = (), *, text: str | None = None, overrides: Sequence[Override] = ()) -> Loaded:
@@ -92,7 +94,7 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None, overrides
     refuse_lost_indentation(root, KNOWN)
     root = apply_overrides(root, overrides, problems)
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems), overrides)
-    return Loaded(trial, problems.warnings, time_limit, faulty)
+    return Loaded(trial, problems.warnings, time_limit, faulty, _places(root))
 
 
 def resolved(loaded: Loaded) -> dict[str, Any]:
@@ -217,6 +219,21 @@ def _cell(root: Table, reader: Reader, types: Collection[str], overrides: Sequen
         _raise_errors(overrides, reader.problems)
         raise AssertionError
     return cell
+
+
+def _places(root: Table) -> dict[str, Place]:
+    """Return the places of the entries of a cell of one's own, and of its sensors."""
+    if CELL not in root.entries:
+        return {}
+    return {entry.key: entry.place for name in (CELL, "sensors") for entry in _entries(root.entries.get(name))}
+
+
+def _entries(entry: Entry | None) -> Iterator[Entry]:
+    """Yield an entry and all below it."""
+    if entry is not None:
+        yield entry
+        for each in entry.value.entries.values() if isinstance(entry.value, Table) else ():
+            yield from _entries(each)
 
 
 def _raise_errors(overrides: Sequence[Override], problems: Problems) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.checks.findings import cell_warnings
 from cellwright.cell.variation import vary
 from cellwright.clients.agents.agent import Agent
 from cellwright.config.parsing.overrides import Override
@@ -124,7 +125,7 @@ class CellOfTrial:
         trial = self.trial
         if not isinstance(trial, Trial):
             loaded = gear2017.load_trial(find_files(trial), overrides=list(map(Override.read, self.overrides)))
-            for warning in loaded.warnings:
+            for warning in (*loaded.warnings, *cell_warnings(loaded.trial, loaded.places)):
                 on_warning(warning)
             trial = loaded.trial
         elif self.overrides:

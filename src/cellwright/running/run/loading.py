@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.checks.findings import cell_warnings
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot import robots
 from cellwright.config.robot.config import RobotConfig
@@ -66,7 +67,7 @@ def load_trial(*sources: TrialName, text: str | None = None, overrides: Sequence
         text=text,
         overrides=list(map(Override.read, overrides)),
     )
-    warn_of(loaded.warnings, 3)
+    warn_of((*loaded.warnings, *cell_warnings(loaded.trial, loaded.places)), 3)
     return loaded.trial
 
 
