@@ -23,6 +23,7 @@ from cellwright.cell.checks.sight import TYPE, corners, looked_at
 from cellwright.cell.checks.surfaces import surfaces
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.footprints import PART_TYPES, footprint
+from cellwright.config.layout.layout import Belt
 from cellwright.config.models.model import ModelShape
 from cellwright.config.models.reader import extent
 from cellwright.config.trial.trial import Trial
@@ -168,17 +169,18 @@ class _Map:
             ends = [belt.wall.transform((side * across, 0.0, 0.0))[:2] for side in (-1, 1)]
             self._line(ends, ARROW, 3.0)
             dx, dy, _ = belt.direction
-            middle = self._inside(belt.centre, belt.size[0])
-            start = (middle[0] - 0.45 * dx, middle[1] - 0.45 * dy)
-            self._arrow(start, (middle[0] + 0.45 * dx, middle[1] + 0.45 * dy), "white")
+            x, y = self._free_place(belt)
+            self._arrow((x + 0.05 * dx, y + 0.05 * dy), (x + 0.7 * dx, y + 0.7 * dy), "white")
+            self._text(x - 0.4 * dx, y - 0.4 * dy, f"{belt.name}\n{belt.speed:g} m/s", color="white")
 
-    def _inside(self, centre: Pose, length: float) -> Point:
-        """Return the middle of the part of a belt that is on the map."""
+    def _free_place(self, belt: Belt) -> Point:
+        """Return the place on a belt, and on the map, that is farthest from all that is drawn on the belt."""
         (left, right), (bottom, top) = self._axes.get_xlim(), self._axes.get_ylim()
-        points = [centre.transform((length * (step / 50 - 0.5), 0.0, 0.0)) for step in range(51)]
-        seen = [point for point in points if bottom <= point[0] <= top and right <= point[1] <= left]
-        x, y, _ = (seen or points)[len(seen or points) // 2]
-        return x, y
+        points = [belt.centre.transform((belt.size[0] * (step / 50 - 0.5), 0.0, 0.0))[:2] for step in range(1, 50)]
+        seen = [(x, y) for x, y in points if bottom <= x <= top and right <= y <= left]
+        taken = [each.pose.position[:2] for each in self._trial.sensors]
+        taken += [belt.spawn.position[:2], belt.wall.position[:2], (bottom, left), (top, right)]
+        return max(seen or points, key=lambda point: min(math.dist(point, each) for each in taken))
 
     def _reach(self) -> None:
         if not self._trial.has_arm:
@@ -282,7 +284,10 @@ class _Map:
             self._axes.plot(y, x, "v", ms=4.5, color=SIGHT, zorder=9)
             is_on_belt = any(belt.covers(x, y) for belt in self._trial.layout.belts)
             colour = "#e3d3f5" if is_on_belt else SIGHT
-            self._text(x, y, sensor.name.removeprefix("logical_"), 0.8, color=colour, va="top", xytext=(0, -4))
+            look_x, _, _ = sensor.pose.rotate((1.0, 0.0, 0.0))
+            # behind a sensor that looks across, else below it
+            place = {"va": "bottom", "xytext": (0, 4)} if look_x < -0.5 else {"va": "top", "xytext": (0, -4)}
+            self._text(x, y, sensor.name.removeprefix("logical_"), 0.8, color=colour, **place)
 
     def _names(self) -> None:
         layout = self._trial.layout
@@ -291,10 +296,6 @@ class _Map:
             a, b = bin_.size[0] / 2 - 0.07, bin_.size[1] / 2 - 0.07
             edges = [bin_.pose.transform(each)[:2] for each in ((a, 0, 0), (-a, 0, 0), (0, b, 0), (0, -b, 0))]
             self._text(*max(edges), bin_.name, 1.15, weight="bold")
-        for belt in layout.belts:
-            x, y = self._inside(belt.centre, belt.size[0])
-            dx, dy, _ = belt.direction
-            self._text(x - 0.85 * dx, y - 0.85 * dy, f"{belt.name}\n{belt.speed:g} m/s", color="white")
         for carrier in self._trial.carriers:
             self._text(*carrier.home.transform((0.0, -0.42, 0.0))[:2], carrier.name, 1.1, weight="bold")
         for tray in layout.trays:

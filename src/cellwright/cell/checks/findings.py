@@ -14,8 +14,10 @@ from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.trial.trial import Trial
 
-_NOTEWORTHY = 0.01
-"""Share of a surface out of reach from which it is worth a warning."""
+_NOTEWORTHY = 0.25
+"""Share of a surface out of reach above which it is worth a warning: less is often meant, as with 2017's AGVs."""
+_ALL = 0.99
+"""Share from which all of a surface counts as out of reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +76,7 @@ def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
         if share > _NOTEWORTHY:
             part = "of its width is" if surface.is_belt else "is"
             message = f"{share:.0%} {part} out of reach of the arm, tool down; move it nearer to the arm's rail"
-            if share > 1 - _NOTEWORTHY:
+            if share > _ALL:
                 message = "out of reach of the arm, tool down; move it nearer to the arm's rail"
             yield Finding(surface.key, message)
 

@@ -53,8 +53,8 @@ class Loaded:
     """Trial with the warnings for its file's author.
 
     `time_limit` [s] and `faulty_parts` are as in the original's launcher: a number of the kind that the file has,
-    negative for no limit, and the names in the order of its dictionary. `places` are those of the entries of `cell` and
-    of sensors, by their dotted path; none without the section `cell`.
+    negative for no limit, and the names in the order of its dictionary. The places of the entries of
+    `cell` and of sensors are in `places`, by dotted path; without the section `cell` it is empty.
     """
 
     trial: Trial
