@@ -60,7 +60,6 @@ def test_warnings_stand_at_the_lines_of_the_file() -> None:
     found = [str(each).partition(": ") for each in cell_warnings(loaded.trial, loaded.places)]
     assert [(place, text.partition(":")[0]) for place, _, text in found] == [
         ("<text>:5", "cell.bins.far"),
-        ("<text>:7", "cell.carriers.agv1"),
         ("<text>:7", "cell.carriers.agv1.path"),
         ("<text>:11", "sensors.logical_camera_1"),
     ]

@@ -72,15 +72,16 @@ def _in_view(camera: Pose, points: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _reason(camera: Pose, seen: Sequence[Surface], points: Sequence[NDArray[np.float64]]) -> str:
-    """Return why a camera sees no surface: the nearest one that it looks at is out of range, or there is none."""
+    """Return why a camera sees no surface: the one in its middle is out of range, or there is none."""
     view = f"its view is from {LogicalCamera.near:g} to {LogicalCamera.far:g} m along x"
     ranges = []
     for surface, each in zip(seen, points, strict=True):
         local = _local(camera, each)
-        depths = local[_in_cone(local), 0]
-        if depths.size:
-            depth = float(depths.min())
-            ranges.append((min(abs(depth - LogicalCamera.near), abs(depth - LogicalCamera.far)), depth, surface.name))
+        ahead = local[_in_cone(local)]
+        if ahead.size:
+            aside = np.hypot(ahead[:, 1], ahead[:, 2]) / ahead[:, 0]
+            nearest = int(aside.argmin())
+            ranges.append((float(aside[nearest]), float(ahead[nearest, 0]), surface.name))
     if not ranges:
         return f"sees no bin, belt or tray: none is where it looks; {view}"
     _, depth, name = min(ranges)
