@@ -11,8 +11,8 @@ from tests.cell.checks.odd import SMALL, camera_over, trial_with
 @pytest.mark.parametrize(
     ("camera", "reason"),
     [
-        (camera_over("high", -0.4, 0.5, 2.0), "left is 1.22 m from it"),
-        (camera_over("low", -0.4, 0.5, 0.8), "left is 0.07 m from it"),
+        (camera_over("high", -0.4, 0.5, 2.0), "left is 1.28 m from it"),
+        (camera_over("low", -0.4, 0.5, 0.8), "left is 0.08 m from it"),
         (camera_over("aside", -3.0, 0.5, 1.2), "none is where it looks"),
     ],
 )
