@@ -301,17 +301,16 @@ class Client(NodeClient):
         request = osrf_gear.VacuumGripperControlRequest(enable=enable)
         return bool(self.call("/ariac/gripper/control", request).success)
 
-    def control_agv(self, number: int, kit_type: str) -> bool:
-        """Send the AGV of 2017 with a number away with its tray as a kit of a type; see `send_kit`."""
-        return self.send_kit(f"agv{number}", kit_type)
+    def control_agv(self, agv: int | str, kit_type: str) -> bool:
+        """Send an AGV, by number or name, away as a kit such as `order_0_kit_0`; False unless it is ready.
 
-    def send_kit(self, station: str, kit_type: str) -> bool:
-        """Send an AGV away, or submit a fixed tray, as a kit such as `order_0_kit_0`; False unless it is ready.
+        The name of a fixed tray submits that.
 
         Raises:
             UnknownNameError: the cell has no such AGV or tray.
         """
-        return bool(self.call(f"{_PREFIX}{station}", osrf_gear.AGVControlRequest(kit_type=kit_type)).success)
+        request = osrf_gear.AGVControlRequest(kit_type=kit_type)
+        return bool(self.call(f"/ariac/agv{agv}" if isinstance(agv, int) else f"/ariac/{agv}", request).success)
 
     def sensor(self, name: str) -> Latest:
         """Return the newest reading of a sensor of the trial; the first call subscribes.

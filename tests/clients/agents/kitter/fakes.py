@@ -113,7 +113,7 @@ class FakeClient:
             return self.cell.allowed
         return ("belt",) if material in self.belt_types else ("bin7",)
 
-    def send_kit(self, station: str, kit_type: str) -> bool:
+    def control_agv(self, station: str, kit_type: str) -> bool:
         (number,) = (each.number for each in STATIONS.values() if each.name == station)
         if self.cell.agv_refusals > 0:
             self.cell.agv_refusals -= 1

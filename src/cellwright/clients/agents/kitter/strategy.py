@@ -136,7 +136,7 @@ class Strategy:
         if kit.begun_at < math.inf:
             self._log("%s took %.1f s to build", kit.kit_type, self._client.time - kit.begun_at)
         kit.sendings += 1
-        kit.is_sent = self._client.send_kit(kit.station.name, kit.kit_type) or kit.sendings >= MAX_SENDINGS
+        kit.is_sent = self._client.control_agv(kit.station.name, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
             self._log("it does not leave")
             return partial(self.submit, kit)
