@@ -14,6 +14,7 @@ from matplotlib.patches import Polygon
 from cellwright import Cell, load_trial
 from cellwright.cell.model.arm import GRIPPER
 from cellwright.clients.client import Client
+from cellwright.config.arm import RAIL_LIMIT
 from cellwright.engine.shapes import Role
 
 HERE = Path(__file__).parent
@@ -104,27 +105,40 @@ def draw() -> None:
             points = outline(model, data, geom)[:, ::-1]
             axes.add_patch(Polygon(points, facecolor=face, edgecolor="#53626d", lw=0.4, zorder=3 + 2 * is_arm))
 
-    for number in range(1, 9):
-        x, y, _ = data.body(f"bin{number}").xpos
-        text(axes, x + 0.17, y, f"bin {number}", 10, weight="bold")
-        for end in ((x - 0.15, y - 0.3), (x - 0.3, y - 0.15)):
-            arrow(axes, (x - 0.3, y - 0.3), end, "#a03020")
-    for number, y in ((1, 3.3), (2, -3.3)):
-        text(axes, 0.78, y, f"AGV {number}", 10)
-        frame = data.body(f"agv{number}::kit_tray_{number}::kit_tray_{number}::tray")
-        axis_x, axis_y = frame.xmat.reshape(3, 3)[:2, :2].T
-        middle = frame.xpos[:2]
-        for axis, name in ((axis_x, "x"), (axis_y, "y")):
-            arrow(axes, tuple(middle), tuple(middle + 0.22 * axis), "#a03020")
-            text(axes, *(middle + 0.29 * axis), name, 8, color="#a03020")
-    arrow(axes, (0.3, -2.1), (0.3, 2.1), "#1f5f8b", "<|-|>")
-    text(axes, 0.53, -1.6, "rail, -2.1 to 2.1 m", 8, color="#1f5f8b")
-    arrow(axes, (1.21, 2.2), (1.21, 1.2), "white")
-    text(axes, 1.36, 1.7, "belt, 0.2 m/s", 8, color="white")
-    axes.plot(5.0, 1.21, "o", ms=5, color="white", zorder=8)
-    text(axes, 1.39, 5.0, "parts\nappear here", 7.5, color="white")
-    axes.plot((-4.1, -4.1), (0.7, 1.7), color="#a03020", lw=3, zorder=8)
-    text(axes, 1.86, -4.1, "parts leave here", 8, color="#a03020")
+    layout = cell.trial.layout
+    for each in layout.bins:
+        x, y = each.centre
+        text(axes, x + 0.17, y, each.name.replace("bin", "bin "), 10, weight="bold")
+        corner = each.corner
+        for along in ((0.15, 0.0, 0.0), (0.0, 0.15, 0.0)):
+            arrow(axes, corner.position[:2], corner.transform(along)[:2], "#a03020")
+    for agv in layout.carriers:
+        x, y, _ = agv.home.position
+        text(axes, x + 0.48, y, f"AGV {agv.number}", 10)
+        tray = agv.home @ agv.home_T_tray
+        for axis, name in (((1.0, 0.0, 0.0), "x"), ((0.0, 1.0, 0.0), "y")):
+            ahead = tray.rotate(axis)
+            tip, letter = (
+                (tray.position[0] + far * ahead[0], tray.position[1] + far * ahead[1]) for far in (0.22, 0.29)
+            )
+            arrow(axes, tray.position[:2], tip, "#a03020")
+            text(axes, *letter, name, 8, color="#a03020")
+    ends = [layout.rail.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+    arrow(axes, *ends, "#1f5f8b", "<|-|>")
+    x, y, _ = layout.rail.transform((0.23, -1.6, 0.0))
+    text(axes, x, y, f"rail, -{RAIL_LIMIT:g} to {RAIL_LIMIT:g} m", 8, color="#1f5f8b")
+    for belt in layout.belts:
+        x, begin, _ = belt.spawn.position
+        middle = belt.centre.position[0]
+        arrow(axes, (middle, begin - 2.8), (middle, begin - 3.8), "white")
+        text(axes, middle + 0.15, begin - 3.3, f"belt, {belt.speed:g} m/s", 8, color="white")
+        axes.plot(begin, x, "o", ms=5, color="white", zorder=8)
+        text(axes, x + 0.18, begin, "parts\nappear here", 7.5, color="white")
+        if belt.wall is not None:
+            x, end, _ = belt.wall.position
+            half = belt.wall_size[0] / 2
+            axes.plot((end, end), (x - half, x + half), color="#a03020", lw=3, zorder=8)
+            text(axes, x + 0.66, end, "parts leave here", 8, color="#a03020")
     for x, y, words in (
         (-0.7, 1.95, "two rows of posts,\nbars at 2 m"),
         (1.86, 0.0, "fence with posts, bar at 0.95 m"),

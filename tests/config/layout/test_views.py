@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.layout.layout import Belt, Bin, Carrier, Layout, Tray
-from cellwright.config.layout.surroundings import View
+from cellwright.config.layout.surroundings import Block, Structure, View
 from cellwright.config.layout.views import views
 from cellwright.util.pose import Pose, Vector3
 from tests.support.places import LAYOUT
@@ -121,3 +121,15 @@ def test_computed_views_move_with_the_cell(place: tuple[float, float, float]) ->
     bare = replace(LAYOUT, views=())
     for before, after in zip(views(bare), views(bare.moved(pose(*place))), strict=True):
         assert after.position == pytest.approx(before.moved(pose(*place)).position, abs=1e-6)
+
+
+def test_tray_is_looked_at_from_where_neither_the_arm_nor_a_post_hides_it() -> None:
+    tray = Tray(1, "tray1", pose(0.9, 0.4, 0.0))
+    own = replace(LAYOUT, bins=(), carriers=(), belts=(), trays=(tray,), views=(), structure=())
+    (view,) = (view for view in views(own) if view.name == "tray1")
+    assert view.position[0] > 0.9, "beyond the rail at x = 0.3"
+    fence = Structure("fence", pose(1.4, 0.4, 0.0), (Block(Pose((0.0, 0.0, 1.5)), (0.05, 4.0, 3.0)),))
+    (view,) = (
+        view for view in views(replace(own, structure=(fence,), rail=Pose((9.0, 0.0, 0.9)))) if view.name == "tray1"
+    )
+    assert view.position[0] < 0.9

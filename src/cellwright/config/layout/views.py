@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.layout.layout import Belt, Layout
@@ -19,10 +20,14 @@ _PARTS = 0.15
 """Height [m] over a surface up to which parts on it are in the picture."""
 _BESIDE = 1.5
 """Length of a belt [m] that is in the picture beyond the other things of the cell."""
+_ARM = Pose((0.0, 0.0, 0.55)), (0.9, 1.4, 1.1)
+_RAIL = Pose((0.0, 0.0, -0.1)), (0.4, 2 * RAIL_LIMIT + 0.4, 0.3)
+"""Boxes around the arm at its start, and around its rail, in the frame of the rail: middle, and edge lengths [m]."""
 _PIECES = 40
 """Number of pieces that a belt is cut into, to find those near the other things."""
 
 
+@lru_cache(maxsize=8)
 def views(layout: Layout) -> tuple[View, ...]:
     """Return the views of a layout, `overview` first.
 
@@ -36,27 +41,68 @@ def views(layout: Layout) -> tuple[View, ...]:
     """
     own = {view.name: view for view in layout.views}
     # directions and distances are along the axes of the layout: a cell that is turned has the same views
-    computed = {view.name: view.moved(layout.frame) for view in _computed(layout.moved(layout.frame.inverse()))}
-    return tuple({**computed, **own}.values())
+    computed = _Computed(layout.moved(layout.frame.inverse()))
+    bins = [BINS] if layout.bins else []
+    names = (OVERVIEW, *bins, *(each.name for each in layout.stations), *(each.name for each in layout.belts))
+    found = {name: own.get(name) or computed.view(name).moved(layout.frame) for name in names}
+    return tuple({**found, **own}.values())
 
 
-def _computed(layout: Layout) -> Iterator[View]:
-    bins = [point for each in layout.bins for point in _over(each.pose, each.size, each.surface)]
-    trays = {each.name: [*_over(each.tray_surface, each.plate, each.surface)] for each in layout.stations}
-    rail = [layout.rail.transform((0.0, y, 0.0)) for y in (-RAIL_LIMIT, RAIL_LIMIT)]
-    around = [*bins, *(point for points in trays.values() for point in points), *rail]
-    belts = {belt.name: _near(belt, around) for belt in layout.belts}
-    everything = [*around, *(point for points in belts.values() for point in points)]
-    yield _look(OVERVIEW, everything, math.radians(-148), math.radians(25), math.radians(46))
-    if bins:
-        yield _look(BINS, bins, math.pi, math.radians(45), math.radians(50))
-    for name, points in trays.items():
-        yield _look(name, points, math.radians(-150), math.radians(33), math.radians(37))
-    for belt in layout.belts:
-        x, y, _ = belt.direction
-        yield _look(
-            belt.name, belts[belt.name], math.atan2(y, x) - math.radians(13), math.radians(23), math.radians(52)
-        )
+class _Computed:
+    """Views of a layout whose frame is the world's."""
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._bins = [point for each in layout.bins for point in _over(each.pose, each.size, each.surface)]
+        self._trays = {each.name: [*_over(each.tray_surface, each.plate, each.surface)] for each in layout.stations}
+        rail = [layout.rail.transform((0.0, y, 0.0)) for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+        self._around = [*self._bins, *(point for points in self._trays.values() for point in points), *rail]
+
+    def view(self, name: str) -> View:
+        """Return the view of all, of the bins, or of a tray or a belt."""
+        if name == OVERVIEW:
+            belts = (point for belt in self._layout.belts for point in _near(belt, self._around))
+            return _look(name, [*self._around, *belts], -148, 25, 46)
+        if name == BINS:
+            return self._clearest(name, self._bins, (180, 0, 90, -90), 45, 50)
+        if name in self._trays:
+            return self._clearest(name, self._trays[name], (-150, 150, -30, 30), 33, 37)
+        belt = next(each for each in self._layout.belts if each.name == name)
+        along = math.degrees(math.atan2(belt.direction[1], belt.direction[0]))
+        return _look(name, _near(belt, self._around), along - 13, 23, 52)
+
+    def _clearest(self, name: str, points: list[Vector3], turns: tuple[float, ...], tilt: float, angle: float) -> View:
+        """Return the view from the direction in which the fewest points are hidden; the first of several."""
+        boxes = [(middle.inverse(), size) for middle, size in _obstacles(self._layout)]
+        found = [_look(name, points, turn, tilt, angle) for turn in turns]
+        return min(found, key=lambda view: sum(_is_hidden(point, view.position, boxes) for point in points))
+
+
+def _obstacles(layout: Layout) -> Iterator[tuple[Pose, Vector3]]:
+    """Yield the boxes that may stand before what a view shows: middle and edge lengths."""
+    for each in layout.structure:
+        for block in (*each.boxes, *each.drawn):
+            yield each.pose @ block.middle, block.size
+    for middle, size in (_ARM, _RAIL):
+        yield layout.rail @ middle, size
+
+
+def _is_hidden(point: Vector3, eye: Vector3, boxes: list[tuple[Pose, Vector3]]) -> bool:
+    """Return whether the line of sight to a point goes through a box, given by box_T_world and its edge lengths."""
+    for inverse, size in boxes:
+        begin, end = inverse.transform(eye), inverse.transform(point)
+        first, last = 0.0, 1.0
+        # the shares of the line that lie between the box's faces, axis by axis
+        for start, stop, edge in zip(begin, end, size, strict=True):
+            if abs(stop - start) < 1e-12:
+                if abs(start) > edge / 2:
+                    last = -1.0
+                continue
+            enter, leave = sorted(((side * edge / 2 - start) / (stop - start)) for side in (-1, 1))
+            first, last = max(first, enter), min(last, leave)
+        if first <= last:
+            return True
+    return False
 
 
 def _over(middle: Pose, size: tuple[float, float], surface: float) -> Iterator[Vector3]:
@@ -90,10 +136,11 @@ def _look(name: str, points: list[Vector3], turn: float, tilt: float, angle: flo
     Args:
         name: name of the view.
         points: the points.
-        turn: direction from the points to the camera, about the vertical.
-        tilt: its angle above the horizontal.
-        angle: vertical opening angle.
+        turn: direction from the points to the camera, about the vertical [degrees].
+        tilt: its angle above the horizontal [degrees].
+        angle: vertical opening angle [degrees].
     """
+    turn, tilt, angle = map(math.radians, (turn, tilt, angle))
     low, high = ([choose(point[k] for point in points) for k in range(3)] for choose in (min, max))
     x, y, z = ((low[k] + high[k]) / 2 for k in range(3))
     back = (math.cos(tilt) * math.cos(turn), math.cos(tilt) * math.sin(turn), math.sin(tilt))
