@@ -13,7 +13,17 @@ from cellwright.config.parsing import entries
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import cameras, group_reader, robots
 from cellwright.config.robot.robots import find_robot, load_robot
-from cellwright.config.trial import gear2017, orders, parts, sensors, settings, values
+from cellwright.config.trial import (
+    cell_sensors,
+    gear2017,
+    orders,
+    parts,
+    sensors,
+    settings,
+    short_orders,
+    short_parts,
+    values,
+)
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import (
     ArmSettings,
@@ -79,6 +89,12 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "cell-lines": (keys.LINE, "floor_lines[].", None),
     "cell-views": (keys.VIEW, "", None),
     "cell-places": (keys.FRAME, "", None),
+    "cell-sensors": (cell_sensors.SENSOR, "", None),
+    "parts-in-bins": (short_parts.IN_BIN, "", None),
+    "parts-on-belts": (short_parts.ON_BELT, "", None),
+    "short-orders": (short_orders.SHORT_ORDER, "", None),
+    "short-kits": (short_orders.KIT, "", None),
+    "short-parts": (short_orders.SHORT_PART, "", None),
     "robot": (robots.ENTRIES, "", None),
     "robot-base-pose": (robots.BASE_POSES, "base_pose.", None),
     "robot-arms": (group_reader.ARMS, "arms[].", None),

@@ -16,5 +16,5 @@ def test_page_examples_load_without_warnings(example: str) -> None:
     assert load_trial(text=example).warnings == ()
 
 
-def test_page_has_seven_examples() -> None:
-    assert len(EXAMPLES) == 7
+def test_page_has_eight_examples() -> None:
+    assert len(EXAMPLES) == 8

@@ -32,9 +32,9 @@ BY_KIND = re.compile(r"must be|must not be negative|is missing|unknown (?!part t
 
 
 def as_json(value: Any) -> Any:
-    """Return data of YAML as JSON has it: keys are texts."""
+    """Return data of YAML 1.1 as editors have it: keys are texts, and `on` is no truth value."""
     if isinstance(value, dict):
-        return {str(key): as_json(each) for key, each in value.items()}
+        return {"on" if key is True else str(key): as_json(each) for key, each in value.items()}
     return [as_json(each) for each in value] if isinstance(value, list) else value
 
 

@@ -48,6 +48,24 @@ WHOLE: dict[str, Any] = {
             }
         }
     },
+    "cell": {
+        "based_on": "empty",
+        "arms": {"arm": {"mount": {"kind": "rail", "at": [0.3, 0, 0.9]}}},
+        "frame": {"at": [1, 0], "turn": "pi/2"},
+        "bins": {"bin9": {"at": [3, 3], "turn": 0, "size": [0.6, 0.6], "open": ["+x"], "walls": 0.1}},
+        "belts": {"side": {"from": [4, 0], "to": [4, 3], "width": 0.5, "wall": {"at": [4, 2.8, 1.4]}}},
+        "trays": {"tray1": {"at": [5, 0], "rim": 0.02}},
+        "structure": {"post": {"at": [6, 0, 0], "boxes": [{"at": [0, 0, 1], "size": [0.1, 0.1, 2]}]}},
+        "places": {"aside": {"at": [0, 0, 1], "turn": 1}},
+        "views": {"side": {"at": [9, 0, 3], "to": [0, 0, 1], "angle": 0.8}},
+        "floor_lines": [{"at": [1, 1], "size": [2, 0.1]}],
+        "shelf": [1, -40],
+        "sensors": {"beam9": {"type": "break_beam", "over": "bin9", "height": 0.5}},
+    },
+    "parts": [
+        {"type": "gear_part", "in": "bin9", "grid": [2, 2], "from": [0.1, 0.1], "step": [0.2, 0.2], "turn": 0},
+        {"type": "gear_part", "on": "side", "every": 10, "after": 1, "across": 0, "count": 3},
+    ],
     "cellwright": {
         "seed": 1,
         "timestep": "1/500",

@@ -152,6 +152,8 @@ def _section(base: Table, own: Table, name: str, reader: Reader) -> Table:
             _take_away(merged, entry, reader)
         elif isinstance(entry.value, Table) and below and isinstance(below.value, Table):
             merged.entries[key] = _replaced(entry, _changed(below.value, entry.value, name, reader))
+        elif isinstance(entry.value, Table):
+            merged.entries[key] = _replaced(entry, _changed(Table(entry.place, entry.key), entry.value, "", reader))
         else:
             merged.entries[key] = entry
     return merged
@@ -178,4 +180,5 @@ def _changed(base: Table, own: Table, section: str, reader: Reader) -> Table:
 def _take_away(merged: Table, entry: Entry, reader: Reader) -> None:
     if merged.entries.pop(entry.name, None) is None:
         hint = did_you_mean(str(entry.name), [str(name) for name in merged.entries])
-        reader.problems.error(entry, f"the base has no {shortened(str(entry.name))!r} to take away{hint}")
+        message = f"the base has no {shortened(str(entry.name))!r} to take away{hint or '; write a value'}"
+        reader.problems.error(entry, message)

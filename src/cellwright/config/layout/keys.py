@@ -18,7 +18,7 @@ from cellwright.config.layout.values import (
 )
 from cellwright.config.parsing.quantities import quantities, quantity
 from cellwright.config.parsing.reader import Keys, Reader, one_of, section
-from cellwright.config.parsing.schema import Elsewhere
+from cellwright.config.parsing.schema import Elsewhere, words
 
 MAX_DISTANCE = 100.0
 """Maximum coordinate in a cell of one's own [m]."""
@@ -144,7 +144,7 @@ VIEW = Keys({"at": POINT, "to": POINT}, {"angle": quantity(0.05, 2.5, "rad")}, s
 
 CELL = Keys(
     optional={
-        "based_on": Elsewhere({"type": "string"}),
+        "based_on": Elsewhere({"anyOf": [words(("empty", "gear2017")), {"type": "string", "pattern": r"\.ya?ml$"}]}),
         "frame": section(MOVE, placed),
         "bins": section_of(BIN),
         "belts": section_of(BELT),
@@ -156,7 +156,7 @@ CELL = Keys(
         "views": section_of(VIEW),
         "floor_lines": list_of(LINE, floor_line, MAX_BLOCKS),
         "shelf": on_floor(PLACE),
-        "sensors": Elsewhere({"type": "object"}),
+        "sensors": Reader.table,
     },
     strict="entry",
     texts="cell",

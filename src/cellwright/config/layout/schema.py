@@ -25,10 +25,13 @@ def cell_schema() -> Schema:
         >>> cell_schema()["properties"]["bins"]["type"]
         'object'
     """
-    whole = {
+    whole: Schema = {
         name: {"additionalProperties": {"type": "object", "required": list(keys.required)}}
         for name, keys in _NAMED.items()
     }
+    places = {key: {"type": "array"} for key in ("from", "to", "at")}
+    lines = [{"required": [*pair], "properties": places} for pair in (("from", "to"), ("at", "length"))]
+    whole["belts"] = {"additionalProperties": {"type": "object", "anyOf": lines}}
     based = {"required": [BASED_ON], "properties": {BASED_ON: {"not": {"const": EMPTY}}}}
     text = "The layout of a cell of your own: bins, belts, AGVs, trays, structure; without it, the cell of 2017."
     return {**CELL.schema(), "if": based, "else": {"properties": whole}, "description": text}

@@ -41,7 +41,7 @@ class Named:
 def section_of(keys: Keys) -> Read:
     """Return a reader of a mapping of names to mappings with these keys; entries with an error are left out."""
 
-    @accepts(lambda: schema.mapping(_changed_schema(keys)))
+    @accepts(lambda: schema.mapping(changed_schema(keys)))
     def read(reader: Reader, node: YamlNode) -> tuple[Named, ...] | None:
         table = reader.table(node)
         if table is None:
@@ -157,13 +157,13 @@ def _decimal(time: float) -> str:
     return repr(time).removesuffix(".0")
 
 
-def _changed_schema(keys: Keys) -> Schema:
+def changed_schema(keys: Keys) -> Schema:
     """Return the schema of an entry that may change one of a base: nothing is required, and null takes away."""
     entry = {key: value for key, value in keys.schema().items() if key != "required"}
     null = {"type": "null"}
     values = {
         name: {"anyOf": [{k: v for k, v in value.items() if k != "description"}, null], "description": text}
-        if (text := value.get("description"))
+        if (text := value.get("description")) and name not in keys.required
         else value
         for name, value in entry["properties"].items()
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias, Union
@@ -170,6 +170,18 @@ class Table:
 
     def __contains__(self, name: object) -> bool:
         return name in self.entries
+
+
+def with_on(table: Table) -> Table:
+    """Return a table whose entry `on` has that name: in YAML 1.1 an unquoted `on` is true."""
+    entry = table.entries.get(True)
+    if entry is None or "on" in table.entries:
+        return table
+    key = f"{table.key}.on" if table.key else "on"
+    value = replace(entry.value, key=key) if isinstance(entry.value, Leaf) else entry.value
+    own = Entry("on", value, entry.place, key)
+    entries = {name: own if each is entry else each for name, each in table.entries.items()}
+    return Table(table.place, table.key, {"on" if name is True else name: each for name, each in entries.items()})
 
 
 def children(node: YamlNode) -> tuple[YamlNode, ...]:

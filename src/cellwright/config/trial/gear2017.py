@@ -26,12 +26,14 @@ from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Entry, Place, Problem, Problems, Table, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
 from cellwright.config.trial import parts
+from cellwright.config.trial.cell_sensors import read_cell_sensors
 from cellwright.config.trial.moving import moved
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
 from cellwright.config.trial.settings import read_settings
-from cellwright.config.trial.trial import DropRegion, Options, Order, SensorConfig, Trial
+from cellwright.config.trial.short_parts import ShortParts, read_parts
+from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Order, SensorConfig, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
@@ -44,7 +46,9 @@ TOP_LEVEL = (
     *("drops", "models_to_spawn"),
 )
 """Sections of the 2017 format."""
-KNOWN = (*TOP_LEVEL, CELL, OWN)
+PARTS = "parts"
+"""Name of the section of parts in bins and on belts, in short."""
+KNOWN = (*TOP_LEVEL, CELL, PARTS, OWN)
 """Sections of a trial."""
 
 
@@ -145,7 +149,8 @@ def _read(
     """Read all sections, and build the trial only if there was no error."""
     expressions.check_expressions(root, reader.problems)
     other_year = OtherYear(root)
-    for entry, similar in reader.unknown(root, KNOWN):
+    is_later = isinstance(root.get(PARTS), Table)
+    for entry, similar in reader.unknown(root, tuple(name for name in KNOWN if name != PARTS or not is_later)):
         message = other_year.top_level_message(entry.name, KNOWN) if similar else "unknown top-level entry"
         reader.problems.error(entry, message)
 
@@ -165,20 +170,25 @@ def _read(
     models = {name: readers[str(name)](root.entries[name].value, registry) for name in walked if name in readers}
     bins, extras = (models.get(name, ()) for name in readers)
     belt = section("belt_parts", parts.read_belt, registry, other_year) or ()
+    time_limit = section("time_limit", reader.number)
+    time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
+    short = (
+        None if is_later else section(PARTS, read_parts, registry, cell, None if time_limit < 0 else float(time_limit))
+    )
+    short = short or ShortParts()
     drops = section("drops", parts.read_drops, registry) or ()
     orders = section("orders", read_orders, registry, other_year) or ()
     faulty = section("faulty_parts", parts.read_faulty, reader) or {}
-    time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
     if has_arm and not cell.has_rail:
         message = "the cell has no place for an arm; write cell: arms: {arm: {mount: {kind: rail, at: [x, y]}}}"
         reader.problems.error(root.entries["arm"], message)
     has_arm = has_arm or cell.has_arm
     sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reader) or ()
+    sensors += read_cell_sensors(cell, sensors, reader)
     sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
     _raise_errors(overrides, reader.problems)
 
-    time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
     frames = Trial(name, options=options, layout=layout).reference_frames
     inserted = bins if options.insert_models_over_bins else ()
     spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
@@ -191,9 +201,9 @@ def _read(
         options=options,
         time_limit=None if time_limit < 0 else float(time_limit),
         orders=orders,
-        bin_parts=tuple(part for part in inserted if part.type in types),
+        bin_parts=tuple(part for part in (*inserted, *short.in_bins) if part.type in types),
         extra_parts=tuple(part for part in spawned if part.type in types),
-        belt_parts=tuple(part for part in belt if part.type in types),
+        belt_parts=tuple(part for part in _by_time(belt, short.on_belts) if part.type in types),
         faulty_parts=frozenset(faulty),
         drop_regions=drops,
         material_locations={kind: tuple(sorted(places)) for kind, places in locations.items()},
@@ -206,6 +216,11 @@ def _read(
     _raise_errors(overrides, reader.problems)
     # all sections are in the frame of the cell
     return trial if cell.moved_by == Pose() else moved(trial, cell.moved_by), time_limit, tuple(faulty)
+
+
+def _by_time(belt: Sequence[BeltPart], short: Sequence[BeltPart]) -> Sequence[BeltPart]:
+    """Return all parts of belts by their times; those of the 2017 format keep the original's order of ties."""
+    return sorted((*belt, *short), key=lambda part: part.time) if short else belt
 
 
 def _cell(root: Table, reader: Reader, types: Collection[str], overrides: Sequence[Override]) -> Cell:

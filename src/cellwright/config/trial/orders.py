@@ -9,6 +9,7 @@ from cellwright.config.parsing.schema import NUMBER, Elsewhere, mapping, suggest
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe, shortened
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PART, PartRegistry, read_part
+from cellwright.config.trial.short_orders import is_short, read_short_order
 from cellwright.config.trial.trial import Kit, KitObject, Order
 from cellwright.util.errors import suggestion
 
@@ -60,6 +61,8 @@ def _order(entry: Entry, registry: PartRegistry, other_year: OtherYear) -> Order
     table = reader.table(entry.value)
     if table is None:
         return None
+    if is_short(table):
+        return None if name is None else read_short_order(name, table, registry)
     early = table.entries.get("announcement_time") if table.get("announcement_condition") is None else None
     reader.ignored(table, ORDER.names if early is None else (*ORDER.names, "announcement_time"))
     remark = other_year.order(table)

@@ -50,7 +50,9 @@ class OtherYear:
     """The year of a configuration's probable format, by all its entries."""
 
     def __init__(self, root: Table) -> None:
-        years = [year for name in root.entries if (year := _TOP_LEVEL.get(name))]
+        # `parts` is a mapping in the format of 2023; as a list it is Cellwright's own section
+        is_own = isinstance(root.get("parts"), Items)
+        years = [y for name in root.entries if (y := _TOP_LEVEL.get(name)) and not (is_own and name == "parts")]
         orders = root.get("orders")
         if isinstance(orders, Items):
             years.append(2023)

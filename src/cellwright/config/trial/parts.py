@@ -114,6 +114,14 @@ class PartRegistry:
             self.reader.problems.warn(where, message, ignored=part)
         return resolved
 
+    def known_type(self, name: str, where: Located) -> str | None:
+        """Return the type of a name in a section of Cellwright's own, which refuses unknown types."""
+        resolved = self.aliases.get(name, name)
+        if resolved in self.types:
+            return resolved
+        self.reader.problems.error(where, f"unknown part type {shortened(resolved)!r}{suggestion(name, self.types)}")
+        return None
+
 
 def read_bins(node: YamlNode, registry: PartRegistry) -> tuple[Part, ...]:
     """Return the section `models_over_bins`: grids of parts, numbered in the original's order."""

@@ -1,6 +1,7 @@
 """JSON Schema of the files of a trial, made from the tables of keys that read them."""
 
 from cellwright.config.layout.schema import cell_schema
+from cellwright.config.layout.values import changed_schema
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.parsing.schema import (
     DRAFT,
@@ -13,10 +14,13 @@ from cellwright.config.parsing.schema import (
     mapping,
     words,
 )
+from cellwright.config.trial.cell_sensors import SENSOR as CELL_SENSOR
 from cellwright.config.trial.orders import ORDER
 from cellwright.config.trial.parts import BELT_PART, BIN, DROPS, EXTRAS, OPTIONS
 from cellwright.config.trial.sensors import ARM_TYPES, SENSOR
 from cellwright.config.trial.settings import OWN
+from cellwright.config.trial.short_orders import SHORT_ORDER
+from cellwright.config.trial.short_parts import parts_schema
 
 SECTIONS = Keys(
     optional={
@@ -24,7 +28,7 @@ SECTIONS = Keys(
         "sensors": Elsewhere(lambda: mapping(SENSOR.schema())),
         "options": Elsewhere(OPTIONS.schema),
         "time_limit": Elsewhere(NUMBER),
-        "orders": Elsewhere(lambda: mapping(ORDER.schema())),
+        "orders": Elsewhere(lambda: mapping(_order())),
         "models_over_bins": Elsewhere(lambda: mapping(BIN.schema())),
         "belt_parts": Elsewhere(lambda: mapping(_by_time(BELT_PART.schema()))),
         "faulty_parts": Elsewhere(array(NAME, 0)),
@@ -52,9 +56,36 @@ def trial_schema() -> Schema:
         "$schema": DRAFT,
         "title": "Trial of Cellwright",
         **sections,
-        "properties": {**sections["properties"], "cell": cell_schema(), "cellwright": own},
+        "properties": {**sections["properties"], "cell": _cell(), "parts": _parts(), "cellwright": own},
         "additionalProperties": False,
     }
+
+
+def _order() -> Schema:
+    """Return the schema of an order: in short, or in the 2017 format."""
+    short = {
+        "anyOf": [
+            {"required": ["kits"]},
+            {"required": ["tray"]},
+            {"required": ["parts"], "properties": {"parts": {"type": "array"}}},
+        ],
+        "not": {"required": ["announcement_condition"]},
+    }
+    return {"if": short, "then": SHORT_ORDER.schema(), "else": ORDER.schema()}
+
+
+def _cell() -> Schema:
+    """Return the schema of the section `cell` with its sensors."""
+    cell = cell_schema()
+    sensors = {**cell["properties"]["sensors"], **mapping(changed_schema(CELL_SENSOR))}
+    whole = {"additionalProperties": {"type": "object", "required": list(CELL_SENSOR.required)}}
+    without_base = {"properties": {**cell["else"]["properties"], "sensors": whole}}
+    return {**cell, "properties": {**cell["properties"], "sensors": sensors}, "else": without_base}
+
+
+def _parts() -> Schema:
+    text = "Parts in bins and on belts, in short: [{type, in, grid}, {type, on, every}]; default: none."
+    return {**parts_schema(), "description": text}
 
 
 def _by_time(values: Schema) -> Schema:

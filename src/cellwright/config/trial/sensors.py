@@ -126,11 +126,11 @@ def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor
         message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
         reader.problems.warn(table.entries["type"].value, message, ignored=table)
         return None
-    _check_sensor_name(entry, name, sensor.type, reader)
+    check_sensor_name(entry, name, sensor.type, reader)
     return sensor
 
 
-def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
+def check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
     """Check a name that becomes a topic and frames; its prefix named the publisher of the frame in the original."""
     if not _TOPIC.fullmatch(name):
         reader.problems.error(

@@ -7,15 +7,17 @@ from typing import Any, get_args
 
 from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section
+from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section, whole
 from cellwright.config.parsing.schema import EXPRESSION, NAME, Schema, accepts, bounded, mapping, schema_of, words
-from cellwright.config.parsing.tree import Leaf, Table, YamlNode, children, describe, shortened
+from cellwright.config.parsing.tree import Items, Leaf, Table, YamlNode, children, describe, shortened
 from cellwright.config.trial.trial import CameraType, JointTolerance, SensorType
 from cellwright.util.errors import ExpressionError
 
 MIN_TIMESTEP = Fraction(1, 100_000)
 MAX_TIMESTEP = Fraction(1, 50)
 
+MAX_ROW = 100
+"""Maximum number of parts in a row of a grid."""
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 _NOT_NEGATIVE = Reader.not_negative
 CONSTRAINTS = Keys(
@@ -124,3 +126,16 @@ def _constraints_schema() -> Schema:
     """Return the schema of constraints: those of all joints, and tolerances by joint."""
     own = CONSTRAINTS.schema()
     return {**own, "properties": {**own["properties"], **dict.fromkeys(ARM_JOINTS, TOLERANCE.schema())}}
+
+
+@accepts(
+    {"type": "array", "items": {"type": "integer", "minimum": 1, "maximum": MAX_ROW}, "minItems": 2, "maxItems": 2}
+)
+def read_grid(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
+    """Return the numbers of parts along x and y."""
+    if not isinstance(node, Items) or len(node.items) != 2:
+        found = f"a list of {len(node.items)}" if isinstance(node, Items) else describe(node)
+        reader.problems.error(node, f"must be [columns, rows] (got {found})")
+        return None
+    first, second = (whole(1, MAX_ROW, "parts")(reader, item) for item in node.items)
+    return None if first is None or second is None else (first, second)
