@@ -24,6 +24,7 @@ COMMANDS = [
     "replay",
     "check",
     "cell",
+    "cell new",
     "cell schema",
     "plot",
     "trials",

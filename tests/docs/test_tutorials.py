@@ -22,6 +22,7 @@ PAGES = [
     "README.md",
     "docs/getting-started.md",
     "docs/find-parts.md",
+    "docs/own-cell.md",
     "docs/agents.md",
     "docs/look.md",
     "docs/trials.md",

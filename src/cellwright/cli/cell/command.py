@@ -2,25 +2,19 @@
 
 import typer
 
+from cellwright.cli.cell.new import new
 from cellwright.cli.cell.schema import schema
 
 app = typer.Typer(
     name="cell",
     help="""Write the file of a cell or a trial.
 
-    An editor that has the schema completes and explains entries; `cellwright check` judges the whole file:
-
-        cellwright cell schema > cellwright.schema.json  # for editors
-        cellwright check mine.yaml                       # errors and warnings""",
+    Begin with `cellwright cell new mine.yaml`. An editor that has the schema completes and explains entries.
+    `cellwright check mine.yaml --map mine.svg` judges the whole file, and draws the cell.""",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
 )
 
-
-@app.callback()
-def _group() -> None:
-    pass
-
-
-app.command()(schema)
+for command in (new, schema):
+    app.command()(command)
