@@ -45,7 +45,7 @@ def busy_cell(count: int, rate: int, seconds: int, riding: int = BELT_PARTS) -> 
 def at_work(trial: Trial, seconds: int) -> Cell:
     """Return the cell of a trial at its first step, its belt running and its arm swinging for some seconds."""
     cell = Cell(trial, servo="precise")
-    cell.conveyor.set_power(100.0)
+    cell.conveyors["belt"].set_power(100.0)
     assert cell.arm is not None
     cell.arm.command(swings(seconds))
     return cell

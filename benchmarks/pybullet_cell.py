@@ -170,7 +170,7 @@ def agreement(ours: CellSide, theirs: TwinSide, steps: int) -> Agreement:
         for side, joints in enumerate((cell.arm.read().positions, twin.joint_positions())):
             arm[side] = max(arm[side], float(np.abs(joints - targets).max()) * 1e3)
     late = cell.parts.positions(), np.array([twin.pose(name).position for name in names])
-    seconds, speed = steps * cell.simulation.model.opt.timestep, cell.conveyor.speed
+    seconds, speed = steps * cell.simulation.model.opt.timestep, cell.conveyors["belt"].speed
     off = [(late[side] - early[side])[riding] / seconds + (0.0, speed, 0.0) for side in (0, 1)]
     belt = [float(np.linalg.norm(each, axis=1).max(initial=0.0)) / speed * 100 for each in off]
     apart = np.linalg.norm(late[0] - late[1], axis=1)[~riding]

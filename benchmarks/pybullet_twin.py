@@ -60,7 +60,8 @@ class PyBulletTwin:
 
     def __init__(self, cell: Cell, *, sleeping: bool) -> None:
         self._bullet = pybullet_world()
-        self._model, self._data, self._belt_speed = cell.simulation.model, cell.simulation.data, cell.conveyor.speed
+        self._model, self._data = cell.simulation.model, cell.simulation.data
+        self._belt_speed = cell.conveyors["belt"].speed
         self._sleeping = sleeping
         self._inertial: dict[str, Pose] = {}
         self._bullet.setTimeStep(cell.simulation.model.opt.timestep)

@@ -19,7 +19,7 @@ RESULT: dict[str, object] = {"outcome": "done", "points": 8.0, "state_hash": "a"
 
 def moving(layout: Layout = LAYOUT) -> Cell:
     cell = Cell(replace(WHOLE, layout=layout), competition=False)
-    cell.conveyor.set_power(100.0)
+    cell.conveyors["belt"].set_power(100.0)
     cell.agvs[1].send("kit")
     run(cell, 2.0)
     return cell

@@ -22,7 +22,9 @@ under `/ariac` are those of the 2017 competition; rows under `/cellwright` are a
 | rate | in simulation time; "each step" is the step of the simulation, 2 ms by default |
 | latched | a late subscriber gets the newest message |
 | QoS | quality of service in ROS 2's terms, for a future bridge; ROS 1 has none |
-| `{sensor}`, `{n}` | the name of a sensor in the file; the number of an AGV, 1 or 2 |
+| `{sensor}` | the name of a sensor in the file |
+| `{agv}`, `{tray}`, `{belt}` | the name in the layout of an AGV, `agv1` or `agv2`, of a fixed tray or of a belt |
+| `{n}` | the number of the tray: 1 and 2 on the AGVs |
 | quaternion | (x, y, z, w) in messages |
 | in competition mode | how the entry differs in competition mode |
 

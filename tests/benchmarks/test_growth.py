@@ -31,7 +31,7 @@ def test_grown_cell_parts_sleep_and_ride() -> None:
     growth.run(cell, 250)
     moved = cell.parts.positions() - places
     assert np.abs(moved[:400]).max() < 1e-9
-    assert np.allclose(moved[400:, 1], -0.5 * cell.conveyor.speed, atol=1e-3)
+    assert np.allclose(moved[400:, 1], -0.5 * cell.conveyors["belt"].speed, atol=1e-3)
 
 
 @pytest.mark.slow

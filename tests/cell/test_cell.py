@@ -208,7 +208,8 @@ def test_checkpoint_of_other_cell_is_refused(tmp_path: Path) -> None:
 
 def test_cell_has_devices_of_its_trial() -> None:
     bare = Cell(BARE)
-    assert (bare.arm, bare.gripper, bare.population, bare.demo_tray) == (None, None, None, None)
+    assert (bare.arm, bare.gripper, bare.demo_tray) == (None, None, None)
+    assert (bare.populations, bare.senders) == ({}, {})
     assert (bare.trays, bare.agvs, bare.sensors, bare.quality) == ({}, {}, {}, {})
     whole = Cell(WHOLE)
     assert whole.sensors.keys() == {sensor.name for sensor in SENSORS}

@@ -134,9 +134,9 @@ def test_belt_and_population_run_from_start_on() -> None:
     cell = Cell(WHOLE)
     clones = {name for name, _ in cell.world.clones}
     run(cell, 0.5)
-    assert cell.conveyor.power == 0.0
+    assert cell.conveyors["belt"].power == 0.0
     start(cell)
-    assert cell.conveyor.power == 100.0
+    assert cell.conveyors["belt"].power == 100.0
     run_to(cell, 0.5 + 0.2 + 0.01)
     assert clones & cell.parts.in_play == {"populate_conveyor|gear_part_clone_0"}
     run(cell, 1.0)

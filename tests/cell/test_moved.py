@@ -138,7 +138,7 @@ def scenario(by: Pose) -> Heard:
     for name in found.messages:
         cell.bus.subscribe(name, found.messages[name].append, node="/listener")
     cell.parts.on_removed.append(lambda part, why: found.removed.append((cell.simulation.now, part.name, why)))
-    cell.conveyor.set_power(100.0)
+    cell.conveyors["belt"].set_power(100.0)
     play(cell)
     # on its way to the wall at the belt's end
     cell.parts.place(cell.parts.part("bin8|gear_part_1"), by @ NEAR_END)

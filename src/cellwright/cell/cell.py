@@ -12,7 +12,8 @@ from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.collision_culling import CollisionCulling
-from cellwright.cell.devices.conveyor import Conveyor, DeletionWall, Population
+from cellwright.cell.devices.conveyor import BeltDevices
+from cellwright.cell.devices.kit_sender import FixedTray, KitSender
 from cellwright.cell.devices.kit_tray import DemoTray, KitTray
 from cellwright.cell.devices.logical_camera import TRAY_TYPE, LogicalCamera, QualityControlSensor
 from cellwright.cell.devices.parts import Overlaps, Parts
@@ -28,7 +29,7 @@ from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.arm import CUP_GEOM
-from cellwright.cell.model.build import World, build_world
+from cellwright.cell.model.build import World, build_world, demo_origin
 from cellwright.cell.start import CellSnapshot, Start
 from cellwright.cell.variation import Bounds
 from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
@@ -115,7 +116,9 @@ class Cell(CellDevices):
         """True if the cell refuses what a competition refuses."""
         self.bus = Bus(lambda: self.simulation.now, report)
         self._bind(trial)
-        self.culling = CollisionCulling(self.conveyor, self.overlaps) if trial.settings.collision_culling else None
+        self.culling = (
+            CollisionCulling(self.conveyors.values(), self.overlaps) if trial.settings.collision_culling else None
+        )
         if self.culling is not None:
             # The last in `before_step`: it decides by the speeds, welds and wakes that all others left for the step.
             self.simulation.add(self.culling)
@@ -124,21 +127,20 @@ class Cell(CellDevices):
     def _make_devices(self, trial: Trial) -> None:
         self.parts = Parts(self.world, lambda bodies: build_world(self.trial, bodies))
         self.overlaps = Overlaps(self.parts)
-        belt = trial.layout.belts[0]
-        self.conveyor = Conveyor(self.parts, belt)
-        self.population = Population(trial, self.conveyor, self.parts) if trial.belt_parts else None
-        self.deletion_wall = DeletionWall(self.parts, belt)
-        self.trays = {each.number: KitTray(each, self.parts) for each in trial.carriers}
+        self.conveyors, self.populations, self.deletion_walls = BeltDevices.of(trial, self.parts)
+        self.trays = {each.number: KitTray(each, self.parts) for each in trial.stations}
         self.agvs = {each.number: Agv(each, self.trays[each.number]) for each in trial.carriers}
+        fixed = [FixedTray(each.name, self.trays[each.number]) for each in trial.layout.trays]
+        self.senders: dict[str, KitSender] = {each.name: each for each in (*self.agvs.values(), *fixed)}
         self.arm = Arm(trial.settings.arm) if trial.has_arm else None
-        self.gripper = VacuumGripper(self.parts, _phase(trial), [belt.body]) if trial.has_arm else None
+        belts = [each.body for each in trial.layout.belts]
+        self.gripper = VacuumGripper(self.parts, _phase(trial), belts) if trial.has_arm else None
         self.competition = Competition(
             trial,
             parts=self.parts,
-            conveyor=self.conveyor,
-            population=self.population,
-            trays=self.trays,
-            agvs=self.agvs,
+            conveyors=self.conveyors.values(),
+            populations=self.populations.values(),
+            senders=self.senders.values(),
             gripper=self.gripper,
         )
         self.demo_tray = self._make_demo_tray()
@@ -159,14 +161,13 @@ class Cell(CellDevices):
         yield self.parts
         # A run begins with the overlaps of what `parts` has put into play.
         yield self.overlaps
-        yield self.conveyor
+        yield from self.conveyors.values()
         # Events of one time and priority run in the order of scheduling. At the begin of a run that is this order, and
-        # who repeats an event does so within it. So belt, wall, trays and AGVs follow each other in every run alike.
-        if self.population is not None:
-            yield self.population
-        yield self.deletion_wall
+        # who repeats an event does so within it. So belts, walls, trays and AGVs follow each other in every run alike.
+        yield from self.populations.values()
+        yield from self.deletion_walls.values()
         yield from self.trays.values()
-        yield from self.agvs.values()
+        yield from self.senders.values()
         # Arm and cup write setpoints and read contacts of their own: their place among the devices is free.
         yield from filter(None, (self.arm, self.gripper, self.demo_tray))
         yield from self.sensors.values()
@@ -301,8 +302,8 @@ class Cell(CellDevices):
             return
         self.trial = self.competition.trial = trial
         self.world = self.parts.rearrange(trial)
-        if self.population is not None:
-            self.population.set_delay(trial.circumstances.belt_delay)
+        for population in self.populations.values():
+            population.set_delay(trial.circumstances.belt_delay)
         if self.gripper is not None:
             self.gripper.set_phase(_phase(trial))
 
@@ -361,10 +362,13 @@ class Cell(CellDevices):
         return make_plugin_sensor(description, scene)
 
     def _make_demo_tray(self) -> DemoTray | None:
-        pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
-        if not pool:
+        names = [f"{demo_origin(self.trial)}|{name}" for name, _ in self.trial.demo_clones()]
+        if not names:
             return None
-        demo = DemoTray(self.trays[1], self.parts, pool, [each for _, each in self.trial.demo_clones()])
+        pool = [self.parts.part(name) for name in names]
+        demo = DemoTray(
+            next(iter(self.trays.values())), self.parts, pool, [each for _, each in self.trial.demo_clones()]
+        )
 
         def begin(effect: Effect) -> None:
             if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:
@@ -383,6 +387,9 @@ class Cell(CellDevices):
                 SceneModel(each.name, each.name, agv, collision_geoms(model, agv), tray=each),
                 SceneModel(each.tray_name, TRAY_TYPE, tray, collision_geoms(model, tray), nested_in=each.name),
             ]
+        for fixed in self.trial.layout.trays:
+            tray = model.body(fixed.tray_link).id
+            models.append(SceneModel(fixed.tray_name, TRAY_TYPE, tray, collision_geoms(model, tray)))
         return ModelSnapshot(self.simulation, models, self.trial.part_models, self.scene_parts)
 
 

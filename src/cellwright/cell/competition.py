@@ -1,14 +1,14 @@
-"""Competition in the cell: belt and population carry out the referee's decisions, trays and gripper report to it.
+"""Competition in the cell: belts and populations carry out the referee's decisions, trays and gripper report to it.
 
 It joins the kitting logic, which knows no physics, with the devices, which know no orders.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.conveyor import Conveyor, Population
+from cellwright.cell.devices.kit_sender import KitSender
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
@@ -40,10 +40,9 @@ class Competition(Device):
         trial: Trial,
         *,
         parts: Parts,
-        conveyor: Conveyor,
-        population: Population | None,
-        trays: Mapping[int, KitTray],
-        agvs: Mapping[int, Agv],
+        conveyors: Iterable[Conveyor],
+        populations: Iterable[Population],
+        senders: Iterable[KitSender],
         gripper: VacuumGripper | None,
     ) -> None:
         super().__init__("competition")
@@ -56,16 +55,16 @@ class Competition(Device):
         self._handling = HandlingRecord()
         self._dropped_at: Vector3 | None = None
         self._parts = parts
-        self._conveyor = conveyor
-        self._population = population
-        self._trays = dict(trays)
-        self._agvs = dict(agvs)
+        self._conveyors = tuple(conveyors)
+        self._populations = tuple(populations)
+        self._senders = tuple(senders)
+        self._trays = tuple(each.tray for each in self._senders)
         self._gripper = gripper
         parts.on_removed.append(lambda part, cause: self._handling.remove(part.name, cause))
-        for tray in trays.values():
+        for tray in self._trays:
             tray.on_report.append(self._take_report)
-        for agv in agvs.values():
-            agv.on_submit.append(self._take_kit)
+        for sender in self._senders:
+            sender.on_submit.append(self._take_kit)
         if gripper is not None:
             gripper.on_change.append(self._take_grip)
             gripper.drop_target = self._drop_target
@@ -91,13 +90,13 @@ class Competition(Device):
 
     def evidence(self) -> Evidence:
         """Return the score at this moment, with the evidence for each point earned or lost."""
-        trays = {each.tray.link: self.tray_objects(each.tray) for each in self._agvs.values() if each.holds_unsent_kit}
+        trays = {each.tray.link: self.tray_objects(each.tray) for each in self._senders if each.holds_unsent_kit}
         return evidence(self.trial, self.score(), self.process_time, fates=self.fates(), trays=trays, sent=self.sent)
 
     @property
     def sent(self) -> dict[str, str]:
-        """Kit types that AGVs have been sent with and not submitted yet, by the tray's link."""
-        return {each.tray.link: each.kit_type for each in self._agvs.values() if each.state == "preparing_to_deliver"}
+        """Kit types that AGVs have been sent with, or fixed trays, and not submitted yet, by the tray's link."""
+        return {each.tray.link: each.kit_type for each in self._senders if each.state == "preparing_to_deliver"}
 
     def fates(self) -> dict[str, tuple[Fate | None, ...]]:
         """Return the fates of the parts that judged kits lack, by kit type, for each ordered part."""
@@ -130,7 +129,7 @@ class Competition(Device):
         self.drops.reset()
         self.announced = []
         self.set_record({})
-        for tray in self._trays.values():
+        for tray in self._trays:
             self.referee.tray_changed(tray.link, ())
 
     def handle_step(self) -> None:
@@ -163,10 +162,11 @@ class Competition(Device):
         for effect in effects:
             match effect:
                 case game_effects.ConveyorPower(power):
-                    self._conveyor.set_power(power)
+                    for conveyor in self._conveyors:
+                        conveyor.set_power(power)
                 case game_effects.PopulationRestart():
-                    if self._population is not None:
-                        self._population.control("restart")
+                    for population in self._populations:
+                        population.control("restart")
                 case game_effects.OrderAnnounced(order):
                     self.announced.append(order)
                 case _:
@@ -187,9 +187,9 @@ class Competition(Device):
         self._handling.report(tray.link, (each.name for each in tray.contents))
         self._plan()
 
-    def _take_kit(self, agv: Agv, kit_type: str) -> None:
+    def _take_kit(self, sender: KitSender, kit_type: str) -> None:
         try:
-            self.submit(agv.tray.link, kit_type)
+            self.submit(sender.tray.link, kit_type)
         except RejectedCommandError:
             # the AGV drives off with its kit all the same, as in the original
             return
@@ -219,14 +219,14 @@ class Competition(Device):
         missing = {finding.type for finding in score.parts if finding.verdict is Verdict.MISSING}
         if not missing:
             return
-        trays = {each.name: tray.link for tray in self._trays.values() for each in tray.find_parts()}
+        trays = {each.name: tray.link for tray in self._trays for each in tray.find_parts()}
         for name in self._parts.names:
             if (kind := part_type(name)) not in missing:
                 continue
             position, above = None, ""
             if name in self._parts.in_play:
                 position = self._parts.pose(self._parts.part(name)).position
-                above = next((tray.link for tray in self._trays.values() if tray.is_below(position)), "")
+                above = next((tray.link for tray in self._trays if tray.is_below(position)), "")
             yield PartSnapshot(name, kind, position, trays.get(name, ""), above, self._is_faulty(name))
 
     def _is_faulty(self, model_name: str) -> bool:

@@ -135,6 +135,8 @@ class Entities:
             return EntityInfo(Category.ROBOT, "UR10 on a rail, with a vacuum gripper")
         if name in {each.name for each in self.cell.trial.carriers}:
             return EntityInfo(Category.ROBOT, "AGV that takes a tray away")
+        if name in {each.tray_link for each in self.cell.trial.layout.trays}:
+            return EntityInfo(Category.STATIC_OBJECT, "fixed tray", ("tray",))
         if self._is_tray(body):
             return EntityInfo(Category.DYNAMIC_OBJECT, "tray on an AGV", ("tray",))
         tags = ("bin",) if name in {each.name for each in self.cell.trial.layout.bins} else ()
@@ -311,14 +313,14 @@ class Entities:
 
     def _waiting(self) -> Iterator[tuple[str, str]]:
         """Yield type and name of each part that is not in play and that the belt has not brought yet."""
-        parts, population = self.cell.parts, self.cell.population
+        parts, populations = self.cell.parts, self.cell.populations.values()
         for part in parts.world.parts:
             # the demo tray's come by themselves
             if part.name not in parts.in_play and not part.pooled:
                 yield part.type, part.name
         for short, kind in self.cell.trial.belt_clones():
             name = clone_name(short)
-            is_ahead = population is None or int(short.rpartition("_")[2]) >= population.brought(kind)
+            is_ahead = any(each.is_ahead(kind, int(short.rpartition("_")[2])) for each in populations)
             if name not in parts.in_play and (is_ahead or name in self._spawned):
                 yield kind, name
 

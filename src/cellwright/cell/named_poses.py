@@ -44,6 +44,8 @@ def named_poses(trial: Trial) -> tuple[NamedPose, ...]:
         point, tray = agv.load_point, agv.tray_surface
         found.append(_named(f"{agv.name}_load_point", point, "station of the AGV", "load_point", agv.plate))
         found.append(_named(agv.tray_name, tray, "surface of the tray at its station", "tray", agv.plate))
+    trays = trial.layout.trays
+    found += [_named(each.name, each.tray_surface, "surface of the fixed tray", "tray", each.plate) for each in trays]
     return tuple(found)
 
 

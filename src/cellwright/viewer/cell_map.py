@@ -106,7 +106,7 @@ class _Map:
         if trial.has_arm:
             points += [trial.layout.rail.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, RAIL_LIMIT)]
         for belt in trial.layout.belts:
-            points += [belt.spawn.position[:2], belt.wall.position[:2]]
+            points += [each.position[:2] for each in (belt.spawn, belt.wall) if each is not None]
         x, y = np.array(points or [(-1.0, -1.0), (1.0, 1.0)]).T
         return (y.max() + _MARGIN, y.min() - _MARGIN), (x.min() - _MARGIN, x.max() + _MARGIN)
 
@@ -165,9 +165,10 @@ class _Map:
             x, y, _ = belt.spawn.position
             self._axes.plot(y, x, "o", ms=5, color="white", zorder=8)
             self._text(x, y, "parts appear", 0.85, color="white", va="bottom", xytext=(0, 5))
-            across = belt.wall_size[0] / 2
-            ends = [belt.wall.transform((side * across, 0.0, 0.0))[:2] for side in (-1, 1)]
-            self._line(ends, ARROW, 3.0)
+            if belt.wall is not None:
+                across = belt.wall_size[0] / 2
+                ends = [belt.wall.transform((side * across, 0.0, 0.0))[:2] for side in (-1, 1)]
+                self._line(ends, ARROW, 3.0)
             dx, dy, _ = belt.direction
             x, y = self._free_place(belt)
             self._arrow((x + 0.05 * dx, y + 0.05 * dy), (x + 0.7 * dx, y + 0.7 * dy), "white")
@@ -179,7 +180,8 @@ class _Map:
         points = [belt.centre.transform((belt.size[0] * (step / 50 - 0.5), 0.0, 0.0))[:2] for step in range(1, 50)]
         seen = [(x, y) for x, y in points if bottom <= x <= top and right <= y <= left]
         taken = [each.pose.position[:2] for each in self._trial.sensors]
-        taken += [belt.spawn.position[:2], belt.wall.position[:2], (bottom, left), (top, right)]
+        taken += [each.position[:2] for each in (belt.spawn, belt.wall) if each is not None]
+        taken += [(bottom, left), (top, right)]
         return max(seen or points, key=lambda point: min(math.dist(point, each) for each in taken))
 
     def _reach(self) -> None:

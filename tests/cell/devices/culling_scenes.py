@@ -190,7 +190,7 @@ class SceneRun:
 
     def power(self, percent: float) -> None:
         """Set the belt's power."""
-        self.cell.conveyor.set_power(percent)
+        self.cell.conveyors["belt"].set_power(percent)
 
     def throw(self, number: int, velocity: tuple[float, ...]) -> None:
         """Give a part a velocity (linear [m/s], angular [rad/s])."""
@@ -229,7 +229,7 @@ class SceneRun:
     def is_held(self, number: int) -> bool:
         """Return whether a part is in the cup, or locked to a tray."""
         part, active = self.parts[number], self.simulation.data.eq_active
-        return any(active[weld] for weld in (part.grip, *part.locks) if weld is not None)
+        return any(active[weld] for weld in (part.grip, *part.locks.values()) if weld is not None)
 
 
 _SHARE = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))

@@ -52,7 +52,7 @@ def moving(*, has_arm: bool = False) -> Cell:
     cell = Cell(replace(HOARDED, has_arm=has_arm), competition=False)
     if cell.arm is not None:
         cell.arm.command(JointTrajectory(ARM_JOINTS, [TrajectoryPoint(list(OVER_BINS), time_from_start_ns=3 * 10**9)]))
-    cell.conveyor.set_power(100.0)
+    cell.conveyors["belt"].set_power(100.0)
     for _ in range(200):  # until all bodies that wait are asleep
         cell.step()
     cell.parts.place(cell.parts.part("bin7|disk_part_1"), Pose((0.3, 3.2, TRAY_SURFACE + 0.002)))

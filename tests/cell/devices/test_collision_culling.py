@@ -53,7 +53,7 @@ def without(floor: Floor) -> Floor:
 
 def ride(floor: Floor, name: str = GEAR, y: float = 2.0, power: float = 100.0) -> int:
     """Lay a part on the running belt and wait until it is a passenger; return its body."""
-    floor.cell.conveyor.set_power(power)
+    floor.cell.conveyors["belt"].set_power(power)
     floor.lay(name, BELT_X, y, BELT_SURFACE)
     part = floor.part(name)
     floor.run_until(lambda: part.body in culling(floor).passengers, 1.0)
@@ -136,7 +136,7 @@ def test_rider_becomes_passenger_with_velocity_of_belt(floor: Floor) -> None:
 def test_rider_is_where_it_is_without_culling(floor: Floor) -> None:
     places = []
     for each in (floor, without(floor)):
-        each.cell.conveyor.set_power(100.0)
+        each.cell.conveyors["belt"].set_power(100.0)
         each.lay(DISK, BELT_X, 6.0, BELT_SURFACE)
         each.run(20.0)
         places.append(each.pose(DISK).position)
@@ -146,7 +146,7 @@ def test_rider_is_where_it_is_without_culling(floor: Floor) -> None:
 def test_rider_leaves_belt_at_its_end_as_without_culling(floor: Floor) -> None:
     ways = []
     for each in (floor, without(floor)):
-        each.cell.conveyor.set_power(100.0)
+        each.cell.conveyors["belt"].set_power(100.0)
         each.lay(PISTON, 1.45, -3.2, BELT_SURFACE)
         ways.append(each.run_until(partial(is_gone, each, PISTON), 10.0))
     assert ways[0] == ways[1]
@@ -154,14 +154,14 @@ def test_rider_leaves_belt_at_its_end_as_without_culling(floor: Floor) -> None:
 
 def test_belt_that_stops_takes_passengers_with_it(floor: Floor) -> None:
     gear = ride(floor)
-    floor.cell.conveyor.set_power(0.0)
+    floor.cell.conveyors["belt"].set_power(0.0)
     floor.cell.step()
     assert gear not in culling(floor).passengers
     floor.run(1.0)
     assert floor.asleep(gear)
     assert gear in culling(floor).closed
     y = floor.pose(GEAR).position[1]
-    floor.cell.conveyor.set_power(50.0)
+    floor.cell.conveyors["belt"].set_power(50.0)
     floor.run(2.0)
     assert culling(floor).gliders == (gear,)
     assert y - floor.pose(GEAR).position[1] == pytest.approx(0.2, abs=2 * MM)
@@ -268,7 +268,7 @@ def test_kit_on_moving_agv_is_locked_without_contacts(floor: Floor) -> None:
 
 
 def test_overlapping_rider_keeps_its_contact(floor: Floor) -> None:
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     floor.lay(GEAR, BELT_X, 3.0, BELT_SURFACE, above=-2 * MM)
     floor.run(3.0)
     assert body(floor, GEAR) not in culling(floor).passengers
@@ -288,7 +288,7 @@ def test_position_written_directly_is_noticed_in_next_step(floor: Floor) -> None
 def test_snapshot_restores_what_is_closed_bit_for_bit(floor: Floor, seconds: float) -> None:
     floor.lay(PISTON, BELT_X, 4.0, BELT_SURFACE)
     floor.lay(DISK, BELT_X, 3.0, BELT_SURFACE)
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     grip(floor)
     floor.swing(OVER_BINS, 1.0)
     floor.run(seconds)
@@ -321,7 +321,7 @@ def test_refreshing_positions_changes_nothing(floor: Floor) -> None:
     for refreshes in (False, True):
         floor.reset()
         floor.lay(GEAR, BELT_X, 3.0, BELT_SURFACE)
-        floor.cell.conveyor.set_power(100.0)
+        floor.cell.conveyors["belt"].set_power(100.0)
         floor.put_arm(OVER_BINS)
         floor.swing(floor.reach(down(-0.3, 0.23, BIN_SURFACE + 0.05)), 1.0)
         for tick in range(1000):

@@ -39,7 +39,7 @@ def speeds(floor: Floor) -> NDArray[np.float64]:
 @pytest.mark.slow
 @pytest.mark.parametrize("power", [100.0, 50.0, 33.3, 1.0, 0.3, 0.1])
 def test_parts_move_at_belt_speed(floor: Floor, power: float) -> None:
-    assert floor.cell.conveyor.set_power(power)
+    assert floor.cell.conveyors["belt"].set_power(power)
     floor.run(0.2)
     before = places(floor)
     floor.run(3.0)
@@ -52,29 +52,29 @@ def test_parts_move_at_belt_speed(floor: Floor, power: float) -> None:
 @pytest.mark.parametrize("power", [100.0, 20.0])
 def test_belt_starts_and_stops_within_50_ms(floor: Floor, power: float) -> None:
     speed = BELT_SPEED * power / 100.0
-    floor.cell.conveyor.set_power(power)
+    floor.cell.conveyors["belt"].set_power(power)
     floor.run(0.05)
     assert np.abs(speeds(floor) - speed).max() < 0.01 * speed
     floor.run(1.0)
-    floor.cell.conveyor.set_power(0.0)
+    floor.cell.conveyors["belt"].set_power(0.0)
     floor.run(0.05)
     assert np.abs(speeds(floor)).max() < 0.01 * speed
 
 
 def test_sleeping_parts_wake_when_belt_starts(floor: Floor) -> None:
     for _ in range(2):
-        floor.cell.conveyor.set_power(100.0)
+        floor.cell.conveyors["belt"].set_power(100.0)
         before = places(floor)
         floor.run(0.5)
         assert (before - places(floor))[:, 1].min() > 0.095
-        floor.cell.conveyor.set_power(0.0)
+        floor.cell.conveyors["belt"].set_power(0.0)
         floor.run(1.0)
         assert all(floor.asleep(floor.part(named(kind)).body) for kind in PART_TYPES)
 
 
 @pytest.mark.parametrize("power", [-1.0, -1e-9, 100.001, float("nan"), float("inf"), -float("inf")])
 def test_power_outside_range_is_ignored(floor: Floor, power: float) -> None:
-    conveyor = floor.cell.conveyor
+    conveyor = floor.cell.conveyors["belt"]
     powers: list[float] = []
 
     def listen(device: Conveyor) -> None:
@@ -95,14 +95,14 @@ def test_power_outside_range_is_ignored(floor: Floor, power: float) -> None:
 def test_parts_in_bins_stay_asleep_while_belt_runs(floor: Floor) -> None:
     floor.lay(named("gear_part"), -0.3, 0.23, 0.725)
     floor.run(0.5)
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     floor.cell.step()
     assert floor.asleep(floor.part(named("gear_part")).body)
 
 
 def test_reset_stops_belt(floor: Floor) -> None:
     fresh = floor.cell.state_hash()
-    floor.cell.conveyor.set_power(0.2)
+    floor.cell.conveyors["belt"].set_power(0.2)
     floor.run(0.1)
     floor.reset()
     first = floor.cell.state_hash()
@@ -114,14 +114,14 @@ def test_reset_stops_belt(floor: Floor) -> None:
 
 @pytest.mark.parametrize("power", [80.0, 0.2])
 def test_snapshot_restores_belt_power(floor: Floor, power: float) -> None:
-    floor.cell.conveyor.set_power(power)
+    floor.cell.conveyors["belt"].set_power(power)
     floor.run(0.3)
     snapshot = take_snapshot(floor.simulation)
     floor.run(0.5)
     expected = floor.cell.state_hash()
-    floor.cell.conveyor.set_power(0.0)
+    floor.cell.conveyors["belt"].set_power(0.0)
     floor.run(0.2)
     restore_snapshot(floor.simulation, snapshot)
-    assert floor.cell.conveyor.power == power
+    assert floor.cell.conveyors["belt"].power == power
     floor.run(0.5)
     assert floor.cell.state_hash() == expected

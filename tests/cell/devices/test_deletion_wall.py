@@ -22,7 +22,7 @@ def is_gone(floor: Floor, name: str) -> bool:
 def test_part_that_reaches_wall_is_moved_to_shelf(floor: Floor, kind: str) -> None:
     name = named(kind)
     floor.lay(name, 1.21, -3.7, BELT_SURFACE)
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     duration = floor.run_until(lambda: is_gone(floor, name), 2.0)
     front = min(-part_type(kind).box[0][1], 0.2)  # its extent ahead of its origin [m]
     reached = (-3.7 - FRONT - front) / 0.2
@@ -83,6 +83,6 @@ def test_removed_part_can_be_placed_again(floor: Floor) -> None:
 
 
 def test_unknown_event_is_refused(floor: Floor) -> None:
-    wall: DeletionWall = floor.cell.deletion_wall
+    wall: DeletionWall = floor.cell.deletion_walls["belt"]
     with pytest.raises(CellwrightError, match="does not know the event 'fall'"):
         wall.handle("fall", ())

@@ -63,7 +63,7 @@ def test_break_beam_detects_gear_on_belt_for_its_width(cell: Cell, start: float)
     beam = cell.sensors["break_beam"]
     assert isinstance(beam, BreakBeam)
     cell.parts.appear(GEAR, Pose((1.21, start, BELT_TOP + 0.0002)))
-    cell.conveyor.set_power(100.0)
+    cell.conveyors["belt"].set_power(100.0)
     every: list[BeamReading] = []
     changes: list[BeamReading] = []
     beam.listen(every.append)

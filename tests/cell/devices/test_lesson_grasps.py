@@ -59,7 +59,7 @@ def fetch_from_bin(floor: Floor, rng: random.Random, number: int) -> bool:
 def fetch_from_belt(floor: Floor, delay: float, friction: float, phase: int | None) -> str:
     """Grip a gear `delay` [s] after it has broken the beam; return the fault, or empty if it left the belt."""
     prepare(floor, GEAR, waypoint(BY_BELT), friction, phase)
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     floor.lay(GEAR, 1.21, 2.6, BELT_SURFACE)
     floor.run_until(lambda: floor.pose(GEAR).position[1] - 0.0392 <= BEAM, 5.0)
     floor.run(delay)

@@ -1,12 +1,15 @@
 """Table of moving bodies: what it says of times and levers holds for the joints' true motion."""
 
+import math
+from itertools import product
+
 import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, Movers, MovingBodies
+from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, Ends, Movers, MovingBodies, end_of_belt
 from cellwright.engine.bounding_boxes import Mask, gaps
 from cellwright.engine.sleeping_groups import Groups, SleepingGroups
 from tests.cell.devices.floor import Floor, named, one_of_each
@@ -23,19 +26,17 @@ class Table:
         self.floor = Floor(one_of_each()).reset()
         self.model, self.data = self.floor.model, self.floor.simulation.data
         self.belt = int(self.model.geom_bodyid[self.model.geom(BELT.body).id])
-        self.moving = MovingBodies(self.model, self.belt)
+        self.moving = MovingBodies(self.model, {self.belt: BELT.direction})
         arm = int(self.model.body_treeid[self.model.body("vacuum_gripper_link").id])
         self.is_awake: Mask = np.zeros(self.model.ntree, dtype=np.bool_)
         self.is_awake[[arm, *(int(self.model.body_treeid[self.floor.part(name).body]) for name in loose)]] = True
         self.arm_dofs = np.flatnonzero(self.model.dof_treeid == arm)
         sleeping = SleepingGroups(self.model, self.moving.boxes, self.moving.parts, self.moving.links)
         self.groups: Groups = sleeping.find(self.data, self.is_awake)
-        self.belt_end = 4, -float(sleeping.fixed[self.belt].sides[1, 0])
+        self.belt_end = float(sleeping.fixed[self.belt].sides[1, 0])
 
     def movers(self, passengers: dict[int, int]) -> Movers:
-        return self.moving.movers(
-            self.data, self.is_awake, self.groups, passengers, belt_end=self.belt_end, belt_speed=BELT_SPEED
-        )
+        return self.moving.movers(self.data, self.is_awake, self.groups, passengers, {self.belt: BELT_SPEED})
 
     def put(self, posture: list[float]) -> None:
         self.data.qpos[self.model.jnt_qposadr[self.model.dof_jntid[self.arm_dofs]]] = posture
@@ -103,10 +104,32 @@ def test_passenger_of_belt_ignores_belt_and_meets_its_end(table: Table) -> None:
     assert movers.never[-1, count] == 0.0
     assert np.isinf(movers.never[: movers.links, count]).all()
     sides = movers.sides(table.data)
-    end = -table.belt_end[1]
+    end = table.belt_end
     sides[:, -1] = (1.2, end + 1.0, 0.95, -1.3, -end - 1.1, -1.0)
     times = movers.times(sides, np.zeros(len(movers.dofs)))
     assert times[-1, count] == np.float64((1.0 - MARGIN) / BELT_SPEED)
+
+
+@given(yaw=st.floats(-3.0, 3.0), along=st.floats(-9.0, 9.0), across=st.floats(-2.0, 2.0), half=st.floats(0.01, 0.3))
+def test_gap_to_end_is_that_of_foremost_corner_along_belt(yaw: float, along: float, across: float, half: float) -> None:
+    direction = (math.cos(yaw), math.sin(yaw), 0.0)
+    middle = np.array((along * direction[0] - across * direction[1], along * direction[1] + across * direction[0], 1.0))
+    sides = np.concatenate([middle - half, -middle - half])[:, None]
+    corners = [middle[:2] + half * np.array(signs) for signs in product((-1.0, 1.0), repeat=2)]
+    gap = 5.0 - max(float(corner @ direction[:2]) for corner in corners)
+    ends = Ends.of([(5.0, direction)])
+    assert ends.gaps(sides) == pytest.approx(gap, abs=1e-9)
+
+
+def test_part_on_no_belt_has_no_end() -> None:
+    ends = Ends.of([None, (2.0, (1.0, 0.0, 0.0))])
+    assert ends.exist
+    assert ends.gaps(np.array([(0.0, 0.0, 0.0, -1.0, -1.0, -1.0)] * 2).T).tolist() == [np.inf, 1.0]
+    assert not Ends.of([None]).exist
+
+
+def test_belt_ends_where_its_box_does(table: Table) -> None:
+    assert end_of_belt(table.model, table.belt, BELT.direction) == -table.belt_end == pytest.approx(BELT.end)
 
 
 def test_open_groups_are_watched_by_passengers_alone(table: Table) -> None:

@@ -88,7 +88,7 @@ def test_placing_releases_all_welds(floor: Floor, parts: Parts) -> None:
     active = floor.simulation.data.eq_active
     try:
         assert part.grip is not None
-        active[[part.grip, *part.locks]] = 1
+        active[[part.grip, *part.locks.values()]] = 1
         assert parts.is_locked(part)
         parts.place(part, part.start)
     finally:

@@ -27,13 +27,12 @@ def shared() -> Floor:
 
 
 def population(floor: Floor) -> Population:
-    assert floor.cell.population is not None
-    return floor.cell.population
+    return floor.cell.populations["belt"]
 
 
 def start(floor: Floor) -> None:
     """Start the list, as the competition does."""
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     population(floor).control("restart")
 
 
@@ -51,11 +50,11 @@ def appearances(floor: Floor, seconds: float) -> list[tuple[int, str]]:
 
 
 def test_cell_without_belt_parts_has_no_population() -> None:
-    assert Floor(Trial("none")).cell.population is None
+    assert Floor(Trial("none")).cell.populations == {}
 
 
 def test_no_part_appears_before_start(floor: Floor) -> None:
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     assert not population(floor).running
     assert appearances(floor, 2.0) == []
 
@@ -98,16 +97,16 @@ def test_new_part_falls_onto_belt_and_moves_with_it(floor: Floor) -> None:
 @pytest.mark.parametrize(("power", "times"), [(50.0, [1000, 2000]), (25.0, [2000, 4000])])
 def test_slower_belt_delays_appearances(floor: Floor, power: float, times: list[int]) -> None:
     start(floor)
-    floor.cell.conveyor.set_power(power)
+    floor.cell.conveyors["belt"].set_power(power)
     assert [time for time, _ in appearances(floor, times[1] / 1e3)] == times
 
 
 def test_stopped_belt_pauses_appearances(floor: Floor) -> None:
     start(floor)
     floor.run(0.4)
-    floor.cell.conveyor.set_power(0.0)
+    floor.cell.conveyors["belt"].set_power(0.0)
     assert appearances(floor, 3.0) == []
-    floor.cell.conveyor.set_power(100.0)
+    floor.cell.conveyors["belt"].set_power(100.0)
     assert appearances(floor, 0.2) == [(3500, "gear_part_clone_0")]
 
 

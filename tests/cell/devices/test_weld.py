@@ -23,9 +23,9 @@ def test_weld_holds_part_at_pose_given_from_either_body(floor: Floor, first: boo
     tray_T_part = Pose.from_rpy((0.1, 0.2, 0.3), (0.1, 0.2, 0.3))
     floor.place(GEAR, tray.world_T_tray @ tray_T_part)
     if first:
-        engage_weld(floor.simulation, part.locks[0], floor.model.body(tray.link).id, tray_T_part)
+        engage_weld(floor.simulation, part.locks[1], floor.model.body(tray.link).id, tray_T_part)
     else:
-        engage_weld(floor.simulation, part.locks[0], part.body, tray_T_part.inverse())
+        engage_weld(floor.simulation, part.locks[1], part.body, tray_T_part.inverse())
     floor.run(1.0)
     held = tray.world_T_tray.inverse() @ floor.pose(GEAR)
     assert held.position == pytest.approx(tray_T_part.position, abs=0.05 * MM)
@@ -39,6 +39,6 @@ def test_weld_wakes_sleeping_part(floor: Floor) -> None:
     assert floor.asleep(part.body)
     x, y, z = floor.pose(GEAR).position
     raised = Pose((x, y, z + 0.01))
-    engage_weld(floor.simulation, part.locks[0], floor.model.body(tray.link).id, tray.world_T_tray.inverse() @ raised)
+    engage_weld(floor.simulation, part.locks[1], floor.model.body(tray.link).id, tray.world_T_tray.inverse() @ raised)
     floor.run(0.5)
     assert floor.pose(GEAR).position == pytest.approx(raised.position, abs=0.1 * MM)

@@ -123,7 +123,7 @@ def test_competition_refuses_cheats_from_any_node_name(node: str) -> None:
     run(cell, 1.0)
     half_power = ConveyorBeltControlRequest(ConveyorBeltState(50.0))
     assert not call(cell, "conveyor/control", half_power, node=node).success
-    assert cell.conveyor.power == 100.0
+    assert cell.conveyors["belt"].power == 100.0
     answer = call(cell, "submit_tray", SubmitTrayRequest(TRAY_1, "order_0_kit_0"), node=node)
     assert (answer.success, answer.inspection_result) == (False, 0.0)
     assert cell.competition.score().total == 0.0

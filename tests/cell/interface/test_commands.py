@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.agv import PREPARATION
+from cellwright.cell.devices.kit_sender import PREPARATION
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
 from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point
@@ -212,7 +212,7 @@ def test_belt_power_outside_range_changes_nothing_and_succeeds(power: float) -> 
     cell = Cell(WHOLE, competition=False)
     assert call(cell, "conveyor/control", ConveyorBeltControlRequest(ConveyorBeltState(40.0))).success
     assert call(cell, "conveyor/control", ConveyorBeltControlRequest(ConveyorBeltState(power))).success
-    assert cell.conveyor.power == 40.0
+    assert cell.conveyors["belt"].power == 40.0
 
 
 def test_population_control_pauses_and_resumes_parts() -> None:

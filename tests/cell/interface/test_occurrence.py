@@ -1,8 +1,13 @@
+from dataclasses import replace
+
 import pytest
 
 from cellwright import load_trial
 from cellwright.cell.interface import occurrence
+from cellwright.config.layout.layout import Tray
 from cellwright.config.trial.trial import Trial
+from cellwright.util.pose import Pose
+from tests.support.places import BELT, LAYOUT
 
 SENSORS = """
 sensors:
@@ -23,11 +28,11 @@ def test_row_for_each_sensor_occurs_for_those_of_its_type() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "agvs", "cameras"), [("{}", ("1", "2"), True), ("options: {insert_agvs: false}", (), False)]
+    ("text", "agvs", "cameras"), [("{}", ("agv1", "agv2"), True), ("options: {insert_agvs: false}", (), False)]
 )
 def test_agvs_bring_their_rows_and_quality_sensors(text: str, agvs: tuple[str, ...], cameras: bool) -> None:
     assert tuple(occurrence.EACH_AGV.subjects(trial(text))) == agvs
-    assert bool([*occurrence.WITH_AGVS.subjects(trial(text))]) is bool(agvs)
+    assert bool([*occurrence.WITH_TRAYS.subjects(trial(text))]) is bool(agvs)
     assert bool([*occurrence.WITH_CAMERAS.subjects(trial(text))]) is cameras
 
 
@@ -36,3 +41,26 @@ def test_arm_and_belt_parts_bring_their_rows() -> None:
     assert [*occurrence.WITH_ARM.subjects(lesson)]
     assert not [*occurrence.WITH_ARM.subjects(trial("{}"))]
     assert not [*occurrence.WITH_BELT_PARTS.subjects(trial("{}"))]
+
+
+def test_rows_of_belts_name_them_only_where_there_are_several() -> None:
+    lesson = load_trial("lesson")
+    second = replace(BELT, name="second", body="second")
+    several = replace(lesson, layout=replace(LAYOUT, belts=(BELT, second)))
+    none = replace(lesson, layout=replace(LAYOUT, belts=()), belt_parts=())
+    assert [*occurrence.WITH_BELT.subjects(lesson)] == [None]
+    assert occurrence.EACH_BELT.subjects(lesson) == []
+    assert occurrence.EACH_BELT.subjects(several) == ["belt", "second"]
+    assert occurrence.EACH_FLOW.subjects(several) == ["belt"]
+    for row in (occurrence.WITH_BELT, occurrence.WITH_BELT_PARTS):
+        assert not [*row.subjects(several)]
+        assert not [*row.subjects(none)]
+
+
+def test_fixed_trays_bring_rows_of_trays_by_name_and_number() -> None:
+    layout = replace(LAYOUT, carriers=(), trays=(Tray(1, "table", Pose()),))
+    fixed = replace(load_trial(text="{}"), layout=layout)
+    assert occurrence.EACH_FIXED_TRAY.subjects(fixed) == ["table"]
+    assert occurrence.EACH_TRAY.subjects(fixed) == ["1"]
+    assert [*occurrence.WITH_TRAYS.subjects(fixed)]
+    assert not occurrence.EACH_AGV.subjects(fixed)

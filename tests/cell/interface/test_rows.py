@@ -187,7 +187,7 @@ def test_rows_have_subject_and_rate() -> None:
     found = named(WHOLE)
     change = found["/ariac/break_beam_1_change"]
     assert (change.name, change.subject) == ("/ariac/break_beam_1_change", "break_beam_1")
-    assert found["/ariac/agv2/state"].subject == "2"
+    assert found["/ariac/agv2/state"].subject == "agv2"
     assert found["/ariac/orders"].subject is None
     assert found["/ariac/joint_states"].period == Fraction(1, 50)
     assert found["/ariac/joint_states"].rate_text == "50 Hz"

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.agv import plate_name
 from cellwright.cell.model.parts import part_type
+from cellwright.cell.model.tray import plate_name
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
 from tests.cell.model.bench import MM, Bench, cell, distance
@@ -110,7 +110,7 @@ def test_sleeping_agv_ignores_setpoint_until_woken(bench: Bench) -> None:
 def test_locked_kit_stays_through_jerk(bench: Bench) -> None:
     """Lock welds hold where friction would not: the AGV departs at 0.4 m/s without warning."""
     for part in bench.world.parts:
-        bench.hold(part, part.locks[0], TRAY)
+        bench.hold(part, part.locks[1], TRAY)
     bench.run(0.1)
     rest = {part.name: bench.relative(part, TRAY) for part in bench.world.parts}
     wake(bench, "agv1")

@@ -120,8 +120,8 @@ def test_parts_have_inactive_grip_and_lock_welds(world: World) -> None:
         assert part.grip is not None
         for weld, name, holder in (
             (part.grip, "grip", GRIPPER),
-            (part.locks[0], "lock1", TRAY_IDS["agv1"]),
-            (part.locks[1], "lock2", TRAY_IDS["agv2"]),
+            (part.locks[1], "lock1", TRAY_IDS["agv1"]),
+            (part.locks[2], "lock2", TRAY_IDS["agv2"]),
         ):
             assert model.equality(weld).name == f"{name}|{part.name}"
             assert (model.eq_obj1id[weld], model.eq_obj2id[weld]) == (model.body(holder).id, part.body)
@@ -145,7 +145,7 @@ def test_world_without_arm_and_agvs_has_no_actuators() -> None:
     small = build_world(dataclasses.replace(FULL, has_arm=False, extra_parts=(), options=Options(insert_agvs=False)))
     assert small.model.nu == 0
     assert small.model.nv == 6 * (len(small.parts) + len(small.bodies))
-    assert all(part.grip is None and part.locks == () for part in small.parts)
+    assert all(part.grip is None and not part.locks for part in small.parts)
     assert not any(part.name.startswith("populate_kit_tray") for part in small.parts)
     with pytest.raises(KeyError):
         small.model.body("agv1")

@@ -48,6 +48,7 @@ def test_moved_belt_takes_along_what_belongs_to_it() -> None:
     (belt,) = layout("belts: {belt: {from: [3, 2], to: [3, -2]}}").belts
     assert belt.size == (4.0, *gear2017().belts[0].size[1:])
     assert belt.covers(*belt.spawn.position[:2])
+    assert belt.wall is not None
     assert belt.covers(*belt.wall.position[:2])
 
 

@@ -57,6 +57,7 @@ def test_belt_goes_from_start_to_end() -> None:
     assert belt.surface == pytest.approx(0.6)
     assert belt.speed == 0.1
     assert belt.spawn.position == pytest.approx((1.0, 1.7, belt.centre.position[2]))
+    assert belt.wall is not None
     assert belt.wall.position == pytest.approx((1.0, -1.8, 1.1))
     assert belt.wall.rotate((1.0, 0.0, 0.0)) == pytest.approx((1.0, 0.0, 0.0))
     assert belt.frame.position == pytest.approx((1.0, 0.0, 0.6))

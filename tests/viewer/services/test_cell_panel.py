@@ -169,7 +169,9 @@ def test_panel_has_belt_agvs_and_gripper() -> None:
     cell = Cell(WHOLE)
     start(cell)
     values = panel(cell)
-    assert values["belt"] == {"power": 100.0, "population": True}
+    service = "/ariac/conveyor/control"
+    assert values["belts"] == [{"name": "belt", "service": service, "power": 100.0, "population": True}]
+    assert values["fixed_trays"] == []
     assert [agv["state"] for agv in values["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
     assert values["gripper"] == {"enabled": False, "attached": False, "part": None}
     assert values["refused"]["belt"].startswith("not available in competition mode")

@@ -8,25 +8,20 @@ standstill to standstill, and the load on the tray can follow. The AGV reaches e
 Between them the two paths differ by less than 0.08 m on the way out and 0.2 m on the way back.
 """
 
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
-from typing import ClassVar, Final, Literal, TypeAlias
+from typing import ClassVar, Final, Literal
 
 from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment
+from cellwright.cell.devices.kit_sender import KitSender
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.setpoints import Setpoints
 from cellwright.config.layout.layout import Carrier, KeyFrames
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
 
 PACE: Final = Fraction(6, 5)
 """Factor by which the times of the key frames are shortened."""
-
-PREPARATION = 0.75
-"""Time between the call and the departure [s] (ARIAC 2017)."""
-AgvState: TypeAlias = Literal["ready_to_deliver", "preparing_to_deliver", "delivering", "delivered", "returning"]
 
 
 def agv_path(frames: KeyFrames) -> Trajectory:
@@ -49,22 +44,17 @@ def _through(times: list[int], values: list[float]) -> list[Segment]:
     return [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(knots), strict=True)]
 
 
-class Agv(Device):
+class Agv(KitSender):
     """AGV.
 
-    A call makes it prepare. After 0.75 s the parts are locked to the tray, the kit is submitted (`on_submit` is called
-    with the kit type) and it departs. At the end of the path the kit leaves the cell, and the AGV returns.
+    A call makes it prepare. After 0.75 s the parts are locked to the tray, the kit is submitted and it departs. At the
+    end of the path the kit leaves the cell, and the AGV returns.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("state", "kit_type", "_departed")
+    STATE: ClassVar[tuple[str, ...]] = (*KitSender.STATE, "_departed")
 
     def __init__(self, carrier: Carrier, tray: KitTray) -> None:
-        super().__init__(carrier.name)
-        self.number = carrier.number
-        self.tray = tray
-        self.state: AgvState = "ready_to_deliver"
-        self.kit_type = ""
-        self.on_submit: list[Callable[[Agv, str], None]] = []
+        super().__init__(carrier.name, tray)
         self._paths = {"delivering": agv_path(carrier.out), "returning": agv_path(carrier.back)}
         self._station = self._paths["delivering"].positions(0)
         self._departed = 0
@@ -76,32 +66,16 @@ class Agv(Device):
 
     def reset(self) -> None:
         """Stand at the station, ready."""
-        self.state = "ready_to_deliver"
-        self.kit_type = ""
+        super().reset()
         self._departed = 0
         self._setpoints.hold(self._station)
         self.set_stepping(False)
-
-    @property
-    def holds_unsent_kit(self) -> bool:
-        """True if what lies on its tray is not submitted yet: it stands at its station."""
-        return self.state in ("ready_to_deliver", "preparing_to_deliver")
-
-    def send(self, kit_type: str) -> bool:
-        """Request delivery of its tray as a kit of this type; return False unless it is ready."""
-        if self.state != "ready_to_deliver":
-            return False
-        self.state = "preparing_to_deliver"
-        self.kit_type = kit_type
-        self.simulation.schedule(self, "depart", delay=PREPARATION)
-        return True
 
     def handle_depart(self) -> None:
         """Depart with the tray, and submit its kit."""
         self.tray.lock()
         self._set_off("delivering")
-        for listener in self.on_submit:
-            listener(self, self.kit_type)
+        self.submit()
 
     def handle_arrive(self) -> None:
         """Deliver the kit, or become ready again."""

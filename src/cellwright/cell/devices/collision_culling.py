@@ -6,7 +6,7 @@ nothing can come of it:
 
 - A **group** is a fixed body or a resting mechanism, such as an AGV, with the sleeping parts in and on it. It is closed
   as a whole while nothing awake can reach it: what wakes together opens together.
-- A **passenger** is a part that something carries and that touches nothing else. Either it rides the belt steadily: it
+- A **passenger** is a part that something carries and that touches nothing else. Either it rides a belt steadily: it
   then has exactly the belt's velocity and no weight. Or a weld holds it, to the cup or to a tray. It is closed until
   something else comes near, the belt changes or ends, the weld changes, or a force acts on the part.
 - If nothing is open but mechanisms that touch nothing, such as the arm, the engine skips contacts altogether.
@@ -21,11 +21,13 @@ culling.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from cellwright.cell.devices.closed_bodies import ClosedBodies
 from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies, end_of_belt
+from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies, are_steady
 from cellwright.cell.devices.parts import Overlaps
 from cellwright.engine.bounding_boxes import Mask, Numbers, Vectors, facing, gaps
 from cellwright.engine.clock import NEVER
@@ -51,28 +53,22 @@ REVIEW = 0.1
 CALM = 0.1
 """A group closes, and a part becomes a passenger, if nothing can reach it within this time [s]."""
 
-_STEADY = np.array((5e-5, 5e-5, 1e-4, 5e-3, 5e-3, 5e-3))
-"""Maximum deviation of a part's velocity from the belt's [m/s, rad/s] when it becomes a passenger.
-
-A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
-"""
-
 
 class CollisionCulling(Device):
     """Device that closes bodies which cannot meet to the engine; the last one in `before_step`.
 
     Args:
-        conveyor: the belt.
+        conveyors: the belts.
         overlaps: the overlapping parts; they are never passengers, since their contact carries their penetration.
 
     Attributes:
-        passengers: body of each passenger, and what carries it: the belt's body or the other body of a weld.
+        passengers: body of each passenger, and what carries it: a belt's body or the other body of a weld.
     """
 
-    def __init__(self, conveyor: Conveyor, overlaps: Overlaps) -> None:
+    def __init__(self, conveyors: Iterable[Conveyor], overlaps: Overlaps) -> None:
         super().__init__("collision_culling")
         self.passengers: dict[int, int] = {}
-        self._conveyor = conveyor
+        self._conveyors = tuple(conveyors)
         self._overlaps = overlaps
         self._woken: set[int] = set()
         self._due = self._review_due = 0
@@ -88,8 +84,8 @@ class CollisionCulling(Device):
 
     @property
     def gliders(self) -> tuple[int, ...]:
-        """Bodies of the passengers on the belt."""
-        return tuple(body for body, carrier in self.passengers.items() if carrier == self._belt)
+        """Bodies of the passengers on the belts."""
+        return tuple(body for body, carrier in self.passengers.items() if carrier in self._belts)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up bodies, their boxes and classes."""
@@ -107,10 +103,10 @@ class CollisionCulling(Device):
         self.passengers = {}
         self._bodies = ClosedBodies(model)
         self._tree = model.body_treeid.astype(np.int64)
-        self._belt = int(model.geom_bodyid[model.geom(self._conveyor.belt.body).id])
-        self._moving = moving = MovingBodies(model, self._belt)
+        self._belts = {int(model.body(each.belt.body).id): each for each in self._conveyors}
+        directions = {body: each.belt.direction for body, each in self._belts.items()}
+        self._moving = moving = MovingBodies(model, directions)
         self._sleeping = SleepingGroups(model, moving.boxes, moving.parts, moving.links)
-        self._belt_end = end_of_belt(self._conveyor.belt.direction, self._sleeping.fixed[self._belt])
         self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
         self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
         self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
@@ -262,15 +258,13 @@ class CollisionCulling(Device):
         return np.asarray(~np.logical_and.reduceat(self._bodies.is_closed[groups.bodies], groups.first))
 
     def _find_pushed(self) -> list[int]:
-        """Return the gliders that do not have the belt's velocity any more: a program has written another one."""
+        """Return the gliders that do not have their belt's velocity any more: a program has written another one."""
         gliders = self.gliders
-        return np.array(gliders)[~self._are_steady(list(gliders))].tolist() if gliders else []
-
-    def _are_steady(self, bodies: list[int] | Numbers) -> Mask:
-        """Return which parts move as the belt does."""
-        deviation = self._velocities[self._dofs[bodies]]
-        deviation[:, :3] -= self._conveyor.velocity
-        return np.asarray((np.abs(deviation) < _STEADY).all(axis=1))
+        if not gliders:
+            return []
+        velocities = [self._belts[self.passengers[body]].velocity for body in gliders]
+        is_steady = are_steady(self._velocities[self._dofs[list(gliders)]], velocities)
+        return [body for body, holds in zip(gliders, is_steady.tolist(), strict=True) if not holds]
 
     def _wake_up(self, is_awake: Mask) -> list[int]:
         """Open what was woken or pushed, with its groups, and mark it as awake.
@@ -315,9 +309,8 @@ class CollisionCulling(Device):
         if self._movers is None:
             data = self.simulation.data
             groups = self._sleeping.find(data, self._is_awake)
-            self._movers = self._moving.movers(
-                data, self._is_awake, groups, self.passengers, belt_end=self._belt_end, belt_speed=self._conveyor.speed
-            )
+            speeds = {body: each.speed for body, each in self._belts.items()}
+            self._movers = self._moving.movers(data, self._is_awake, groups, self.passengers, speeds)
             self._movers.watch(self._find_open(groups)[groups.of_box])
         return self._movers
 
@@ -326,7 +319,12 @@ class CollisionCulling(Device):
         rows = np.arange(movers.links, movers.free)
         if not len(rows):
             return []
-        is_steady = self._are_steady(movers.bodies[rows]) & (self._conveyor.speed > 0.0)
+        steady = {
+            belt: are_steady(self._velocities[self._dofs[movers.bodies[rows]]], conveyor.velocity)
+            for belt, conveyor in self._belts.items()
+            if conveyor.speed > 0.0
+        }
+        is_steady = np.logical_or.reduce([np.zeros(len(rows), dtype=np.bool_), *steady.values()])
         model, data = self._last_step
         touching = model.geom_bodyid[data.contact.geom[: data.ncon]]
         overlapping = self._overlaps.bodies
@@ -335,10 +333,11 @@ class CollisionCulling(Device):
         carriers[rows[is_pushed]] = -1
         for row in rows[(is_steady | (carriers[rows] >= 0)) & ~is_pushed].tolist():
             body, weld = int(movers.bodies[row]), int(carriers[row])
-            carrier = weld if weld >= 0 else self._belt
             others = touching[(touching == body).any(axis=1)]
+            belts = (belt for belt, mask in steady.items() if mask[row - movers.links] and belt in others)
+            carrier = weld if weld >= 0 else next(belts, -1)
             touches_more = bool(((others != body) & (others != carrier)).any()) or body in overlapping
-            carriers[row] = -1 if touches_more or (weld < 0 and not len(others)) else carrier
+            carriers[row] = -1 if touches_more else carrier
         # Parts on one carrier do not meet; but one that fails is a body as others, which the rest may meet.
         while True:
             failing = [
@@ -354,17 +353,19 @@ class CollisionCulling(Device):
     def _is_calm(self, movers: Movers, row: int, carriers: Numbers, sides: Vectors, groups: Groups) -> bool:
         """Return whether a part would meet nothing for a while if it and others were passengers of these carriers."""
         count, carrier = len(groups.boxes), int(carriers[row])
-        is_gliding = carrier == self._belt
+        belt = self._belts.get(carrier)
         velocities = np.abs(self._velocities[movers.dofs])
         speeds = movers.speeds(velocities)
-        speed = self._conveyor.speed if is_gliding else speeds[row]
+        speed = speeds[row] if belt is None else belt.speed
         ahead, met = (
             gaps(sides[:, row : row + 1], each)[0] for each in (movers.opposite[:, : count + 1], facing(sides))
         )
-        ahead[:-1][is_gliding & (groups.fixed_body == self._belt)] = np.inf
-        ahead[-1] = ahead[-1] if is_gliding else np.inf
+        ahead[-1] = np.inf
+        if belt is not None:
+            ahead[:-1][groups.fixed_body == carrier] = np.inf
+            ahead[-1] = self._moving.gap_to_end(carrier, sides[:, row])
         met[carriers == carrier] = np.inf
-        if not is_gliding:
+        if belt is None:
             kin = self._moving.kin(self.simulation.data, movers, row, carrier)
             if (kin.times(met[kin.rows], velocities)[kin.levers.any(axis=1)] < 2 * self._soon).any():
                 return False
@@ -372,12 +373,13 @@ class CollisionCulling(Device):
         return bool(((ahead - MARGIN) / speed > CALM).all() and ((met - MARGIN) / (speed + speeds) > CALM).all())
 
     def _take_along(self, body: int, carrier: int) -> None:
-        """Close a part that something carries; on the belt it takes its velocity and has no weight."""
+        """Close a part that something carries; on a belt it takes its velocity and has no weight."""
         self.passengers[body] = carrier
         self._movers = None
-        self._bodies.carry(body, is_weightless=carrier == self._belt)
-        if carrier == self._belt:
-            self._velocities[self._dofs[body]] = *self._conveyor.velocity, 0.0, 0.0, 0.0
+        belt = self._belts.get(carrier)
+        self._bodies.carry(body, is_weightless=belt is not None)
+        if belt is not None:
+            self._velocities[self._dofs[body]] = *belt.velocity, 0.0, 0.0, 0.0
 
     def _put_down(self, body: int, groups: Groups) -> None:
         """Open a part again, and what carries it."""

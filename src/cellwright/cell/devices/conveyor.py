@@ -1,12 +1,14 @@
-"""Conveyor belt: its drive, the schedule of the parts on it, and the deletion wall at its end."""
+"""Conveyor belts: their drives, the schedules of the parts on them, and the deletion walls at their ends."""
+
+from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.kitting.fates import Removal
@@ -29,12 +31,12 @@ PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Conveyor(Device):
-    """Belt drive. `power` is in percent of full speed, 0 to 100; a snapshot's model has the surface's velocity."""
+    """Drive of a belt. `power` is in percent of full speed, 0 to 100; a snapshot's model has the surface's velocity."""
 
     STATE: ClassVar[tuple[str, ...]] = ("power",)
 
-    def __init__(self, parts: Parts, belt: Belt) -> None:
-        super().__init__("conveyor")
+    def __init__(self, parts: Parts, belt: Belt, name: str = "conveyor") -> None:
+        super().__init__(name)
         self.parts = parts
         self.belt = belt
         self.power = 0.0
@@ -94,21 +96,19 @@ class Conveyor(Device):
         self.set_stepping(0.0 < self.speed < _SLOW * model.opt.sleep_tolerance)
 
     def _on_belt(self) -> list[WorldPart]:
-        simulation = self.simulation
-        simulation.refresh()
-        centre = simulation.data.geom_xpos[self._geom]
-        size = simulation.model.geom_size[self._geom]
-        return self.parts.inside(
-            (centre[0] - size.max(), centre[1] - size.max(), centre[2]),
-            (centre[0] + size.max(), centre[1] + size.max(), centre[2] + size.min() + 1.0),
-        )
+        """Return the parts up to a metre over the belt, with those beside it that may reach it."""
+        belt = self.belt
+        x, y, z = belt.centre.position
+        reach = math.hypot(*belt.size[:2]) / 2 + MAX_PART_SIZE
+        near = self.parts.inside((x - reach, y - reach, z), (x + reach, y + reach, belt.surface + 1.0))
+        return [part for part in near if belt.covers(*self.parts.pose(part).position[:2], margin=MAX_PART_SIZE)]
 
 
 class DeletionWall(Device):
-    """Device that removes parts that touch the wall's volume."""
+    """Device that removes parts that touch the volume at the end of a belt."""
 
-    def __init__(self, parts: Parts, belt: Belt) -> None:
-        super().__init__("deletion_wall")
+    def __init__(self, parts: Parts, belt: Belt, name: str = "deletion_wall") -> None:
+        super().__init__(name)
         self.parts = parts
         self.belt = belt
 
@@ -169,12 +169,16 @@ class PopulationSchedule(PlainState):
         parts: parts with their times [s after the start, at full power].
         cycles: number of rounds that the pool of parts is enough for.
         delay: delay of the first round [s at full power], after each start of the list.
+        first: number of the first clone of each type; 0 for types that are not in it.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("running", "_anchor", "_index", "_last_pop")
 
-    def __init__(self, parts: Sequence[BeltPart], cycles: int = 1, delay: float = 0.0) -> None:
+    def __init__(
+        self, parts: Sequence[BeltPart], cycles: int = 1, delay: float = 0.0, first: Mapping[str, int] | None = None
+    ) -> None:
         self.set_delay(delay)
+        self._first = Counter(first)
         self.entries = tuple(sorted(parts, key=lambda part: part.time))
         self._due = [nanoseconds(part.time) for part in self.entries]
         self._pool = Counter({type_: count * cycles for type_, count in Counter(p.type for p in self.entries).items()})
@@ -218,9 +222,9 @@ class PopulationSchedule(PlainState):
         self._anchor, self._progress = now, self.progress(now)
         self._rate = Fraction(power) / 100
 
-    def brought(self, kind: str) -> int:
-        """Return the number of parts of a type that have been due so far."""
-        return self._clones[kind]
+    def is_ahead(self, kind: str, clone: int) -> bool:
+        """Return whether a clone of a type is one of this schedule, and has not been due yet."""
+        return self._clones[kind] <= clone - self._first[kind] < self._pool[kind]
 
     def next_due(self) -> int:
         """Return the time of the next part [ns], unless something changes before; `NEVER` if there is none.
@@ -251,7 +255,7 @@ class PopulationSchedule(PlainState):
         self._last_pop = now
         if self._index == len(self.entries):
             self._index, self._anchor, self._progress = 0, now, Fraction(0)
-        return Appearance(part.type, clone, part.pose, clone < self._pool[part.type])
+        return Appearance(part.type, self._first[part.type] + clone, part.pose, clone < self._pool[part.type])
 
     def get_state(self) -> dict[str, Any]:
         """Return the whole state as JSON values."""
@@ -270,12 +274,14 @@ class PopulationSchedule(PlainState):
 
 
 class Population(PopulationSchedule, Device):
-    """Device that puts the parts of a trial on the belt. The list runs at the pace of the belt."""
+    """Device that puts the parts of a trial on their belt. The list runs at the pace of the belt."""
 
-    def __init__(self, trial: Trial, conveyor: Conveyor, parts: Parts) -> None:
-        Device.__init__(self, "population")
+    def __init__(self, trial: Trial, conveyor: Conveyor, parts: Parts, name: str = "population") -> None:
+        Device.__init__(self, name)
         cycles, delay = trial.options.belt_population_cycles, trial.circumstances.belt_delay
-        PopulationSchedule.__init__(self, trial.belt_parts, cycles, delay)
+        belt = conveyor.belt.name
+        flow = [part for part in trial.belt_parts if part.belt == belt]
+        PopulationSchedule.__init__(self, flow, cycles, delay, trial.first_clones(belt))
         self.parts = parts
         self._spawn = conveyor.belt.spawn
         conveyor.on_power.append(self._take_power)
@@ -302,3 +308,29 @@ class Population(PopulationSchedule, Device):
         due = self.next_due()
         if due < NEVER:
             self.simulation.schedule(self, "appear", at=max(due, self.simulation.now))
+
+
+class BeltDevices(NamedTuple):
+    """Devices of the belts of a cell, each by the name of its belt."""
+
+    conveyors: dict[str, Conveyor]
+    populations: dict[str, Population]
+    walls: dict[str, DeletionWall]
+
+    @classmethod
+    def of(cls, trial: Trial, parts: Parts) -> BeltDevices:
+        """Return a drive for each belt, a population where parts come, and a wall where there is one.
+
+        Those of the first belt have the names of 2017; to those of the others the belt's name is added.
+        """
+        belts = trial.layout.belts
+        flows = {part.belt for part in trial.belt_parts}
+        made = cls({}, {}, {})
+        for each in belts:
+            suffix = "" if each is belts[0] else f"_{each.name}"
+            conveyor = made.conveyors[each.name] = Conveyor(parts, each, f"conveyor{suffix}")
+            if each.name in flows:
+                made.populations[each.name] = Population(trial, conveyor, parts, f"population{suffix}")
+            if each.wall is not None:
+                made.walls[each.name] = DeletionWall(parts, each, f"deletion_wall{suffix}")
+        return made

@@ -1,5 +1,6 @@
 """Kit trays, which report the parts on their plates once a second, and the demonstration tray."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -7,9 +8,9 @@ from typing import Any
 
 from cellwright.cell.devices.parts import Parts, engage_weld
 from cellwright.cell.kitting.fates import Removal
-from cellwright.cell.model.agv import plate_name
 from cellwright.cell.model.build import WorldPart
-from cellwright.config.layout.layout import Carrier
+from cellwright.cell.model.tray import plate_name
+from cellwright.config.layout.layout import Station
 from cellwright.config.trial.trial import KitObject
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
@@ -23,7 +24,7 @@ CONTACT_DISTANCE = 5e-4
 """Maximum distance [m] of a part that stands on the plate. It replaces contacts, which a sleeping part lacks."""
 
 _ASIDE, _DOWN, _UP = 0.6, 0.1, 0.3
-"""Extent of the space above a tray from its link [m], in any orientation of the tray."""
+"""Extent of the space above a tray from its link [m], in any orientation of the tray; further for larger ones."""
 
 DROP_HEIGHT = 0.1
 """Height over the tray link from which the parts are dropped [m] (ARIAC 2017)."""
@@ -38,19 +39,20 @@ class TrayPart:
 
 
 class KitTray(Device):
-    """Tray on its AGV.
+    """Tray of an AGV or a fixed one.
 
     `contents` is the last report: parts in contact with the base plate and those locked to the tray. A part lying on
     another part is not among them. It changes once a second and then runs the callbacks in `on_report`.
     """
 
-    def __init__(self, carrier: Carrier, parts: Parts) -> None:
-        super().__init__(carrier.tray_name)
-        self.number = carrier.number
+    def __init__(self, station: Station, parts: Parts) -> None:
+        super().__init__(station.tray_name)
+        self.number = station.number
         self.parts = parts
-        self.carrier = carrier
-        self.link = carrier.tray_link
-        self._extent = carrier.plate
+        self.station = station
+        self.link = station.tray_link
+        self._extent = station.plate
+        self._aside = max(_ASIDE, math.hypot(*station.plate) / 2)
         self.contents: tuple[TrayPart, ...] = ()
         self.on_report: list[Callable[[KitTray], None]] = []
 
@@ -58,7 +60,7 @@ class KitTray(Device):
         """Look up link and plate."""
         super().attach(simulation)
         self._body = simulation.model.body(self.link).id
-        self._plate = simulation.model.geom(plate_name(self.carrier)).id
+        self._plate = simulation.model.geom(plate_name(self.station)).id
 
     def reset(self) -> None:
         """Begin a run: empty, with reports each second from now on."""
@@ -82,7 +84,8 @@ class KitTray(Device):
         world_T_tray = self.world_T_tray
         tray_T_world = world_T_tray.inverse()
         x, y, z = world_T_tray.position
-        lower, upper = (x - _ASIDE, y - _ASIDE, z - _DOWN), (x + _ASIDE, y + _ASIDE, z + _UP)
+        aside = self._aside
+        lower, upper = (x - aside, y - aside, z - _DOWN), (x + aside, y + aside, z + _UP)
         return tuple(
             TrayPart(part.name, tray_T_world @ self.parts.pose(part))
             for part in self.parts.inside(lower, upper)
@@ -105,7 +108,13 @@ class KitTray(Device):
                 continue
             tray_T_part = tray_T_world @ self.parts.pose(part)
             self.parts.take_from_cup(part)
-            engage_weld(self.simulation, part.locks[self.number - 1], self._body, tray_T_part)
+            engage_weld(self.simulation, part.locks[self.number], self._body, tray_T_part)
+
+    def take_out(self) -> None:
+        """Take the reported parts out of the cell, where the tray stands."""
+        for name in [each.name for each in self.contents if each.name in self.parts.in_play]:
+            self.parts.put_away(self.parts.part(name), Removal.DELIVERY)
+        self._notify()
 
     def clear(self) -> None:
         """Take the locked parts out of the cell."""
@@ -139,7 +148,8 @@ class KitTray(Device):
         self.simulation.schedule(self, "report", report, at=nanoseconds(report * REPORT_PERIOD))
 
     def _is_locked(self, part: WorldPart) -> bool:
-        return bool(self.simulation.data.eq_active[part.locks[self.number - 1]])
+        lock = part.locks.get(self.number)
+        return lock is not None and bool(self.simulation.data.eq_active[lock])
 
 
 class DemoTray(Device):

@@ -156,7 +156,7 @@ class LogicalCamera(Sensor[CameraReading]):
             frames = (TfFrame(self.frame, child, camera_T_model), TfFrame(child, tray, child_T_tray))
             return Detection(model.name, kind, camera_T_model, frames)
         camera_T_model = blurred(camera_T_model, noise)
-        if kind == TRAY_TYPE:
+        if model.nested_in is not None:  # a frame of its AGV
             return Detection(model.name, kind, camera_T_model, ())
         return Detection(model.name, kind, camera_T_model, (TfFrame(self.frame, child, camera_T_model),))
 

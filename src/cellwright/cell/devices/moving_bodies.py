@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,6 +28,12 @@ KIN_EXCESS = 3 * EXCESS
 SHORTEST = 4
 """Number of steps in which nothing that is closed may be reached."""
 
+_STEADY = np.array((5e-5, 5e-5, 1e-4, 5e-3, 5e-3, 5e-3))
+"""Maximum deviation of a part's velocity from that of its belt [m/s, rad/s] when it becomes a passenger.
+
+A cylinder at rest turns to and fro at 1e-3 rad/s for ever.
+"""
+
 
 class Kin(NamedTuple):
     """Links that move relative to a part on a weld, in the same mechanism: the rows, and levers of their motion."""
@@ -38,6 +44,42 @@ class Kin(NamedTuple):
     def times(self, gap: Vectors, velocities: Vectors) -> Vectors:
         """Return the time [s] in which each link could come within the margin, for gaps [m]."""
         return np.asarray((gap - KIN_MARGIN) / (self.levers @ velocities + KIN_EXCESS))
+
+
+@dataclass(frozen=True, slots=True)
+class Ends:
+    """Ends of belts that parts ride to: beyond lies a half space, and the gap to it counts along the belt.
+
+    Attributes:
+        coordinates: coordinate of each part's end in the direction of travel [m]; infinite without an end.
+        towards: share of each side of a part's box in the coordinate of its foremost corner, shape (6, parts).
+        exist: True if any part has an end.
+    """
+
+    coordinates: Vectors
+    towards: Vectors
+    exist: bool
+
+    @classmethod
+    def of(cls, belts: Sequence[tuple[float, Vector3] | None]) -> Ends:
+        """Return the ends for parts, given as coordinate and direction of travel of the belt of each, if it has one."""
+        coordinates, towards = np.full(len(belts), np.inf), np.zeros((6, len(belts)))
+        for column, belt in enumerate(belts):
+            if belt is not None:
+                coordinates[column], direction = belt
+                towards[:, column] = _foremost(direction)
+        return cls(coordinates, towards, any(belts))
+
+    def gaps(self, sides: Vectors) -> Vectors:
+        """Return the gap [m] between each part's box and the end of its belt."""
+        return np.asarray(self.coordinates - (self.towards * sides).sum(axis=0))
+
+
+def _foremost(direction: Vector3) -> Vectors:
+    """Return the share of each side of a box in the coordinate of its foremost corner in a direction, shape (6,)."""
+    along = np.array(direction)
+    # upper sides are stored with a minus sign
+    return np.concatenate([np.minimum(along, 0.0), -np.maximum(along, 0.0)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +96,8 @@ class Movers:
         weights: how far each of these moves any point [m/rad, m/m].
         levers: how far these move a point of each [m/rad, m/m], shape (rows, dofs).
         base: speed of each [m/s] to add to that of its dofs.
-        opposite: sides of the columns [m], shape (6, columns): groups, what is behind the belt's end, passengers.
+        opposite: sides of the columns [m], shape (6, columns): groups, what is behind a belt's end, passengers.
+        ends: belts' ends for the passengers that ride one, for the column between groups and passengers.
         never: infinite where row and column ignore each other, else 0.
         watched: likewise, and infinite for open groups but in the rows of passengers.
         kin: by column of a passenger, where its mechanism is articulated.
@@ -71,6 +114,7 @@ class Movers:
     levers: Vectors
     base: Vectors
     opposite: Vectors
+    ends: Ends
     never: Vectors
     watched: Vectors
     kin: dict[int, Kin]
@@ -99,6 +143,8 @@ class Movers:
         first = self.opposite.shape[1] - (len(self.bodies) - self.free)
         self.opposite[:, first:] = facing(sides[:, self.free :])
         found = gaps(sides, self.opposite)
+        if self.ends.exist:
+            found[self.free :, first - 1] = self.ends.gaps(sides[:, self.free :])
         near = {column: kin.times(found[kin.rows, column], velocities) for column, kin in self.kin.items()}
         # A point of a body moves at most at the sum of lever times joint velocity, levers being upper bounds over all
         # postures. So gap / speed is a lower bound of the time to a touch, whichever way the body moves.
@@ -122,7 +168,7 @@ class MovingBodies:
 
     Args:
         model: the engine's model, as compiled.
-        belt: the belt's body.
+        belts: direction of travel of each belt, by its body.
 
     Attributes:
         boxes: the boxes of all bodies.
@@ -130,9 +176,9 @@ class MovingBodies:
         links: the touchable bodies of each other tree.
     """
 
-    def __init__(self, model: mujoco.MjModel, belt: int) -> None:
+    def __init__(self, model: mujoco.MjModel, belts: Mapping[int, Vector3]) -> None:
         self._model = model
-        self._belt = belt
+        self._ends = {body: (end_of_belt(model, body, direction), direction) for body, direction in belts.items()}
         self.boxes = BodyBoxes(model)
         self._tree = model.body_treeid.astype(np.int64)
         self.parts, self.links = self._find_trees()
@@ -155,9 +201,7 @@ class MovingBodies:
         is_awake: Mask,
         groups: Groups,
         passengers: Mapping[int, int],
-        *,
-        belt_end: tuple[int, float],
-        belt_speed: float,
+        belt_speeds: Mapping[int, float],
     ) -> Movers:
         """Return what moves.
 
@@ -166,8 +210,7 @@ class MovingBodies:
             is_awake: which trees are awake.
             groups: the groups of what sleeps.
             passengers: body and carrier of each passenger.
-            belt_end: side of a box, as `Boxes` counts them, and its value [m] at the edge to which the belt moves.
-            belt_speed: speed of the belt [m/s].
+            belt_speeds: speed of each belt [m/s], by its body.
         """
         links = [body for tree, bodies in self.links.items() if is_awake[tree] for body in bodies]
         loose = self.parts[is_awake[self._tree[self.parts]]].tolist()
@@ -176,27 +219,25 @@ class MovingBodies:
         free, count = len(links) + len(parts), len(groups.boxes)
         carriers = [*(-1 for _ in links), *(self.carrier(data, body) for body in parts), *passengers.values()]
         carried_by = np.array(carriers, dtype=np.int64)
-        is_gliding = carried_by == self._belt
+        is_gliding = np.isin(carried_by, list(self._ends))
         boxes = self.boxes.at(bodies, np.zeros((len(bodies), 3)), np.zeros((len(bodies), 9)))
-        # Beyond the belt's end is a half space. What rides the belt must be open there.
-        behind = np.full((6, 1), -FAR)
-        side, value = belt_end
-        behind[side] = value
-        beyond = Boxes(behind, np.array([-1]), np.array([-1]))
+        # Beyond a belt's end is a half space. What rides the belt must be open there. It may not be along the axes, so
+        # `Ends` has its gaps, and the column has a box that meets everything.
+        beyond = Boxes(np.full((6, 1), -FAR), np.array([-1]), np.array([-1]))
         columns = Boxes.joined([groups.boxes, beyond, boxes.some(slice(free, None))])
         never = np.where(boxes.ignore(columns), np.inf, 0.0)
-        # Only what rides the belt falls off its end, and it touches the belt all the while: its own contact with the
+        # Only what rides a belt falls off its end, and it touches the belt all the while: its own contact with the
         # belt is what gliding replaces. Passengers of one carrier keep their places to each other.
         never[~is_gliding, count] = np.inf
-        never[:, :count][is_gliding[:, None] & (groups.fixed_body == self._belt)] = np.inf
+        never[:, :count][is_gliding[:, None] & (groups.fixed_body == carried_by[:, None])] = np.inf
         never[:, count + 1 :][carried_by[:, None] == carried_by[free:]] = np.inf
-        # Riders need no dofs, as they have exactly the belt's velocity; it is the base of their speed.
+        # Riders need no dofs, as they have exactly their belt's velocity; it is the base of their speed.
         dofs = np.flatnonzero(np.isin(self._dof_tree, self._tree[bodies[~is_gliding]]))
         kin = {}
         for column, (body, carrier) in enumerate(passengers.items(), count + 1):
             # A part on a weld moves with the links of its mechanism. Only the joints between bring them nearer to each
             # other, so a link without a joint between never meets the part.
-            if carrier != self._belt:
+            if carrier not in self._ends:
                 relative = self.relative_levers(data, body, carrier, links)
                 related = self._tree[links] == self._tree[carrier]
                 moving = relative.any(axis=1)
@@ -214,13 +255,19 @@ class MovingBodies:
             dofs=dofs,
             weights=self._weights[dofs],
             levers=levers,
-            base=np.where(is_gliding, belt_speed, EXCESS),
+            base=np.array([belt_speeds.get(carrier, EXCESS) for carrier in carriers]),
             opposite=facing(columns.sides),
+            ends=Ends.of([self._ends.get(carrier) for carrier in passengers.values()]),
             never=never,
             watched=never.copy(),
             kin=kin,
             can_touch=not boxes.some(slice(len(links))).ignore(boxes.some(slice(len(links)))).all(),
         )
+
+    def gap_to_end(self, belt: int, sides: Vectors) -> float:
+        """Return the gap [m] between the box of a part, given by its sides of shape (6,), and the end of a belt."""
+        end, direction = self._ends[belt]
+        return end - float(_foremost(direction) @ sides)
 
     def update(self, sides: Vectors, movers: Movers, data: mujoco.MjData, bodies: list[int]) -> None:
         """Compute sides of parts from their positions; the engine may not yet update the poses of what was woken."""
@@ -280,11 +327,17 @@ class MovingBodies:
         return welds
 
 
-def end_of_belt(direction: Vector3, belt: Boxes) -> tuple[int, float]:
-    """Return the side of the half space behind a belt's end, as `Boxes` counts sides, and its value [m].
+def end_of_belt(model: mujoco.MjModel, belt: int, direction: Vector3) -> float:
+    """Return the coordinate [m] of the end of a belt, a body with one shape, in its direction of travel."""
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, model.body_quat[belt])
+    turned, along = rotation.reshape(3, 3), np.array(direction)
+    middle, half = np.split(model.geom_aabb[model.body_geomadr[belt]], 2)
+    return float(along @ (model.body_pos[belt] + turned @ middle) + np.abs(along @ turned) @ half)
 
-    The belt goes along an axis of the world; for an oblique one it is the nearest axis.
-    """
-    axis = max(range(3), key=lambda each: abs(direction[each]))
-    sides = belt.sides[:, 0]
-    return (axis + 3, -float(sides[axis])) if direction[axis] < 0 else (axis, -float(sides[axis + 3]))
+
+def are_steady(velocities: Vectors, carried_at: Vector3 | Sequence[Vector3]) -> Mask:
+    """Return which parts, with velocities of shape (n, 6), move as a belt at a velocity [m/s], or each as its own."""
+    deviation = velocities.copy()
+    deviation[:, :3] -= carried_at
+    return np.asarray((np.abs(deviation) < _STEADY).all(axis=1))

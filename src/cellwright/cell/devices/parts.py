@@ -210,7 +210,7 @@ class Parts(Device):
 
     def is_locked(self, part: WorldPart) -> bool:
         """Return whether a part is locked to a tray."""
-        return any(self.simulation.data.eq_active[lock] for lock in part.locks)
+        return any(self.simulation.data.eq_active[lock] for lock in part.locks.values())
 
     def _free(self, kind: str) -> list[int]:
         """Return the indices of the bodies of a type that no clone has."""
@@ -252,7 +252,7 @@ class Parts(Device):
         simulation: Simulation = self.simulation
         data = simulation.data
         self.take_from_cup(part)
-        for lock in part.locks:
+        for lock in part.locks.values():
             data.eq_active[lock] = 0
         data.qpos[part.qpos : part.qpos + 3] = world_T_part.position
         data.qpos[part.qpos + 3 : part.qpos + 7] = world_T_part.quaternion

@@ -9,7 +9,7 @@ from typing import cast, get_args
 from cellwright.cell.devices.conveyor import PopulationAction
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.trajectory_controller import check_count
-from cellwright.cell.interface.devices import CellDevices, present
+from cellwright.cell.interface.devices import CellDevices, named, present
 from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
@@ -72,8 +72,8 @@ class CellCommands:
     def material_locations(
         self, _row: Endpoint, request: osrf_gear.GetMaterialLocationsRequest, _node: str
     ) -> osrf_gear.GetMaterialLocationsResponse:
-        """Storage units of a type by name; none for an unknown type."""
-        units = self._cell.trial.material_locations.get(request.material_type, ())
+        """Storage units of a type, or the tray of a kit, by name; none for an unknown type."""
+        units = self._cell.trial.locations(request.material_type)
         return osrf_gear.GetMaterialLocationsResponse([osrf_gear.StorageUnit(unit) for unit in sorted(units)])
 
     def part_types(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
@@ -117,8 +117,8 @@ class CellCommands:
         return osrf_gear.VacuumGripperControlResponse(success=True)
 
     def send_agv(self, row: Endpoint, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:
-        """Send an AGV to inspection."""
-        return osrf_gear.AGVControlResponse(success=self._cell.agvs[int(row.subject or 0)].send(request.kit_type))
+        """Send an AGV to inspection, or submit a fixed tray."""
+        return osrf_gear.AGVControlResponse(success=self._cell.senders[row.subject or ""].send(request.kit_type))
 
     def refuse(self, row: Endpoint, _request: Message, node: str) -> Message:
         """Refuse a service that counts as cheating in a competition, and report the refusal."""
@@ -131,22 +131,22 @@ class CellCommands:
         return response
 
     def control_conveyor(
-        self, _row: Endpoint, request: osrf_gear.ConveyorBeltControlRequest, _node: str
+        self, row: Endpoint, request: osrf_gear.ConveyorBeltControlRequest, _node: str
     ) -> osrf_gear.ConveyorBeltControlResponse:
-        """Set the belt's power; a value outside 0..100 changes nothing, and still succeeds."""
-        self._cell.conveyor.set_power(request.state.power)
+        """Set a belt's power; a value outside 0..100 changes nothing, and still succeeds."""
+        named(self._cell.conveyors, row.subject).set_power(request.state.power)
         return osrf_gear.ConveyorBeltControlResponse(success=True)
 
     def control_population(
-        self, _row: Endpoint, request: osrf_gear.PopulationControlRequest, _node: str
+        self, row: Endpoint, request: osrf_gear.PopulationControlRequest, _node: str
     ) -> osrf_gear.PopulationControlResponse:
-        """Pause, resume or restart the flow of parts onto the belt."""
+        """Pause, resume or restart the flow of parts onto a belt."""
         actions = get_args(PopulationAction)
         if request.action not in actions:
             raise ServiceFailedError(
                 f"population/control: unknown action {request.action!r} (known: {', '.join(actions)})"
             )
-        present(self._cell.population).control(cast("PopulationAction", request.action))
+        named(self._cell.populations, row.subject).control(cast("PopulationAction", request.action))
         return osrf_gear.PopulationControlResponse(success=True)
 
     def submit_tray(

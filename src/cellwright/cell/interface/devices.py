@@ -7,6 +7,7 @@ from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.conveyor import Conveyor, Population
+from cellwright.cell.devices.kit_sender import KitSender
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.logical_camera import QualityControlSensor
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
@@ -47,22 +48,29 @@ class Intention:
 class CellDevices:
     """Devices of a cell, as its interface uses them.
 
-    Arm and gripper are None in a cell without an arm, the population in one without belt parts.
+    Arm and gripper are None in a cell without an arm. Belts and what submits kits are found by their names in the
+    layout, populations by the names of their belts, and trays, AGVs and quality control sensors by their numbers.
     """
 
     trial: Trial
     simulation: Simulation
     bus: Bus
     competition: Competition
-    conveyor: Conveyor
-    population: Population | None
+    conveyors: Mapping[str, Conveyor]
+    populations: Mapping[str, Population]
     arm: Arm | None
     gripper: VacuumGripper | None
     trays: Mapping[int, KitTray]
     agvs: Mapping[int, Agv]
+    senders: Mapping[str, KitSender]
     sensors: Mapping[str, Sensor[Any]]
     quality: Mapping[int, QualityControlSensor]
     intention: Intention
+
+
+def named(devices: Mapping[str, D], name: str | None) -> D:
+    """Return a device by its name; the only one, for rows that do not name it."""
+    return devices[name] if name is not None else next(iter(devices.values()))
 
 
 def present(device: D | None) -> D:

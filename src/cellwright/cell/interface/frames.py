@@ -25,12 +25,13 @@ LINK_FRAMES = (
 
 
 def static_frames(trial: Trial) -> list[TfFrame]:
-    """Return the frames that never move: bins, load points, belt, sensors, and frames fixed to a link of the arm."""
+    """Return the frames that never move: of bins, load points, trays, belts, sensors, and those fixed to arm links."""
     frames = [
         TfFrame("world", f"{each.name}_frame", Pose((*each.centre, each.frame_height), each.link.quaternion))
         for each in trial.layout.bins
     ]
     frames += [TfFrame("world", f"{each.name}_load_point_frame", each.load_point) for each in trial.layout.carriers]
+    frames += [TfFrame("world", f"{each.name}_frame", each.tray_frame) for each in trial.layout.trays]
     frames += [TfFrame("world", f"{each.name}_frame", each.frame) for each in trial.layout.belts]
     # The original left out sensors by their names, not by their type: a camera's frame came from the camera itself.
     frames += [

@@ -2,18 +2,25 @@
 
 from enum import Enum
 
-from cellwright.config.trial.trial import CameraType, SensorType
+from cellwright.config.trial.trial import CameraType, SensorType, Trial
 from cellwright.middleware.interface.table import Where
 
-AGVS = ("1", "2")
-
 WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
-WITH_AGVS = Where.when("with AGVs", lambda trial: trial.options.insert_agvs)
-EACH_AGV = Where("for each AGV", lambda trial: AGVS if trial.options.insert_agvs else ())
-WITH_BELT_PARTS = Where.when("with belt parts", lambda trial: trial.belt_parts)
+WITH_TRAYS = Where.when("with AGVs or fixed trays", lambda trial: trial.stations)
+EACH_AGV = Where("for each AGV", lambda trial: [each.name for each in trial.carriers])
+EACH_QUALITY_SENSOR = Where("for each AGV", lambda trial: [str(each.number) for each in trial.carriers])
+EACH_TRAY = Where("for each AGV and fixed tray", lambda trial: [str(each.number) for each in trial.stations])
+EACH_FIXED_TRAY = Where("for each fixed tray", lambda trial: [each.name for each in trial.layout.trays])
+WITH_BELT = Where.when("with one belt", lambda trial: len(trial.layout.belts) == 1)
+EACH_BELT = Where("for each of several belts", lambda trial: _several_belts(trial))
+WITH_BELT_PARTS = Where.when("with belt parts on one belt", lambda trial: WITH_BELT.subjects(trial) and _flows(trial))
+EACH_FLOW = Where(
+    "for each of several belts with parts",
+    lambda trial: [name for name in _several_belts(trial) if name in _flows(trial)],
+)
 WITH_CAMERAS = Where.when(
     "with AGVs or logical cameras",
-    lambda trial: trial.options.insert_agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
+    lambda trial: trial.carriers or any(sensor.type == "logical_camera" for sensor in trial.sensors),
 )
 
 
@@ -24,6 +31,17 @@ class CompetitionMode(Enum):
     SILENCED = "silent"
     """Nothing is published. Subscribing has no price, unlike in the original, where it spoilt the score."""
     ABSENT = "absent"
+
+
+def _several_belts(trial: Trial) -> list[str]:
+    """Return the names of the belts if there are several: topics of a single one do not name it."""
+    names = [each.name for each in trial.layout.belts]
+    return names if len(names) > 1 else []
+
+
+def _flows(trial: Trial) -> set[str]:
+    """Return the names of the belts that parts come on."""
+    return {part.belt for part in trial.belt_parts}
 
 
 def _each_sensor(text: str, *types: SensorType | CameraType) -> Where:

@@ -20,7 +20,7 @@ from cellwright.cell.devices.range_sensors import (
     ProximityReading,
     ProximitySensor,
 )
-from cellwright.cell.interface.devices import CellDevices, present
+from cellwright.cell.interface.devices import CellDevices, named, present
 from cellwright.cell.interface.frames import arm_chain, fixed_arm_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
@@ -251,14 +251,14 @@ class CellPublications(Device):
         output.sample(lambda: make(gripper.enabled, gripper.attached))
 
     def agv_state(self, output: Output) -> None:
-        """State of an AGV."""
-        agv = self._cell.agvs[int(output.row.subject or 0)]
+        """State of an AGV or of a fixed tray."""
+        sender = self._cell.senders[output.row.subject or ""]
         make = cache(String)
-        output.sample(lambda: make(agv.state))
+        output.sample(lambda: make(sender.state))
 
     def population_state(self, output: Output) -> None:
-        """State of the flow of parts onto the belt."""
-        population = present(self._cell.population)
+        """State of the flow of parts onto a belt."""
+        population = named(self._cell.populations, output.row.subject)
         make = cache(osrf_gear.PopulationState)
         output.sample(lambda: make(population.running))
 

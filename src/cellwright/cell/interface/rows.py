@@ -11,17 +11,23 @@ from fractions import Fraction
 
 from cellwright.cell.interface.occurrence import (
     EACH_AGV,
+    EACH_BELT,
     EACH_BREAK_BEAM,
     EACH_CLOUD_CAMERA,
     EACH_COLOUR_CAMERA,
     EACH_DEPTH_CAMERA,
+    EACH_FIXED_TRAY,
+    EACH_FLOW,
     EACH_LASER_PROFILER,
     EACH_LOGICAL_CAMERA,
     EACH_PROXIMITY_SENSOR,
-    WITH_AGVS,
+    EACH_QUALITY_SENSOR,
+    EACH_TRAY,
     WITH_ARM,
+    WITH_BELT,
     WITH_BELT_PARTS,
     WITH_CAMERAS,
+    WITH_TRAYS,
     CompetitionMode,
 )
 from cellwright.config.trial.trial import PictureCameraConfig, Trial
@@ -72,7 +78,9 @@ IN_COMPETITION = {
     "/ariac/trays": CompetitionMode.SILENCED,
     "/ariac/kit_tray_{n}/clear_tray": CompetitionMode.REFUSES,
     "/ariac/conveyor/control": CompetitionMode.REFUSES,
+    "/ariac/conveyor_{belt}/control": CompetitionMode.REFUSES,
     "/ariac/population/control": CompetitionMode.ABSENT,
+    "/ariac/population_{belt}/control": CompetitionMode.ABSENT,
 }
 """Rows that differ in competition mode, by name: those that would be cheating there."""
 
@@ -102,7 +110,7 @@ TRIAL = (
     accepts(SERVICE, "/ariac/end_competition", "std_srvs/Trigger", ALWAYS,
           "Ends the trial, from any state.", handler="end_competition", source=MANAGER),
     accepts(SERVICE, "/ariac/material_locations", "osrf_gear/GetMaterialLocations", ALWAYS,
-          "Storage units of a part type or of trays; an empty list for an unknown type.",
+          "Storage units of a part type or of trays, or the tray of a kit; an empty list for an unknown type.",
           handler="material_locations", source=MANAGER),
     accepts(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
           "Scores a tray where it stands; no response unless the state is `go`.",
@@ -166,23 +174,28 @@ ARM = (
 )
 
 TRAYS = (
-    accepts(SERVICE, "/ariac/agv{n}", "osrf_gear/AGVControl", EACH_AGV,
+    accepts(SERVICE, "/ariac/{agv}", "osrf_gear/AGVControl", EACH_AGV,
           "Sends the AGV off with its tray as a kit; succeeds if the AGV was ready, whatever the kit.",
           handler="send_agv", source=AGV),
-    publishes("/ariac/agv{n}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
+    publishes("/ariac/{agv}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
          "`ready_to_deliver`, `preparing_to_deliver`, `delivering`, `delivered` or `returning`.",
          handler="agv_state", source=AGV),
-    publishes("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_AGV,
+    publishes("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_QUALITY_SENSOR,
          "Faulty parts on the tray of the AGV.", latch=True, handler="quality_control_image", source=CAMERA),
-    publishes("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
+    publishes("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_TRAYS,
          "Contents of each tray, one message per tray.",
          handler="tray_contents", source=KIT_TRAY),
-    accepts(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
+    accepts(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_TRAY,
           "Removes everything from the tray.", handler="clear_tray", source=KIT_TRAY),
+    accepts(SERVICE, "/ariac/{tray}", "osrf_gear/AGVControl", EACH_FIXED_TRAY,
+          "Submits a fixed tray as a kit, which leaves the cell; succeeds if the tray was ready, whatever the kit.",
+          handler="send_agv", source=AGV),
+    publishes("/ariac/{tray}/state", "std_msgs/String", EACH_STEP, EACH_FIXED_TRAY,
+         "`ready_to_deliver`, `preparing_to_deliver` or `delivered`.", handler="agv_state", source=AGV),
 )
 
 BELT = (
-    accepts(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
+    accepts(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", WITH_BELT,
           "Sets the power of the belt, 0 to 100; other values change nothing and succeed as well.",
           handler="control_conveyor", source=CONVEYOR),
     publishes("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, WITH_BELT_PARTS,
@@ -190,6 +203,12 @@ BELT = (
     accepts(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", WITH_BELT_PARTS,
           "`pause`, `resume` or `restart` the flow of parts; no response to other actions.",
           handler="control_population", source=POPULATION),
+    accepts(SERVICE, "/ariac/conveyor_{belt}/control", "osrf_gear/ConveyorBeltControl", EACH_BELT,
+          "Sets the power of one of several belts, as of a single one.", handler="control_conveyor", source=CONVEYOR),
+    publishes("/ariac/population_{belt}/state", "osrf_gear/PopulationState", EACH_STEP, EACH_FLOW,
+         "Whether parts are being added to one of several belts.", handler="population_state", source=POPULATION),
+    accepts(SERVICE, "/ariac/population_{belt}/control", "osrf_gear/PopulationControl", EACH_FLOW,
+          "Controls the flow of parts onto one of several belts.", handler="control_population", source=POPULATION),
 )
 
 SENSORS = (

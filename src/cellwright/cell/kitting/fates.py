@@ -37,7 +37,7 @@ _WORDS: Mapping[str, str] = {
 
 
 class Removal(StrEnum):
-    """Causes that remove a part from the cell: the belt's end, an arriving AGV, or the clearing of a tray."""
+    """Causes that remove a part from the cell: the belt's end, a delivered kit, or the clearing of a tray."""
 
     DELETION_WALL = "deletion wall"
     DELIVERY = "delivery"

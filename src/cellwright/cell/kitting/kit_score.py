@@ -70,6 +70,7 @@ class RefusalReason(StrEnum):
     UNKNOWN_KIT_TYPE = "unknown kit type"
     NOT_ANNOUNCED = "order not announced"
     ORDER_CLOSED = "order closed"
+    OTHER_TRAY = "not its tray"
 
 
 @dataclass(frozen=True, slots=True)

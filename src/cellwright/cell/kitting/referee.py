@@ -179,7 +179,7 @@ class Referee:
         if tray_id not in self.trays:
             raise UnknownNameError("tray", tray_id, self.trays)
         is_repeated = self.scorer.is_submitted(kit_type)
-        score = self.scorer.submit(kit_type, self.trays[tray_id], now)
+        score = self.scorer.submit(kit_type, self.trays[tray_id], now, tray_id.partition("::")[0])
         self._plan()
         return KitSubmitted(tray_id, kit_type, score, is_repeated=is_repeated and score.is_submitted)
 

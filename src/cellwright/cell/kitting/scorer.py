@@ -175,11 +175,11 @@ class Scorer:
         if not announced.is_complete:
             announced.clock.run(now)
 
-    def submit(self, kit_type: str, contents: TrayContents, now: int) -> KitScore:
-        """Score a tray as a kit.
+    def submit(self, kit_type: str, contents: TrayContents, now: int, station: str = "") -> KitScore:
+        """Score the contents of a tray as a kit; `station` names its AGV or the fixed tray.
 
         The first submission of a kit counts; later ones return its score again. A kit that no order in progress asks
-        for scores 0, with the reason in `refusal`.
+        for scores 0, and so does one of another tray than its own, with the reason in `refusal`.
         """
         order, kit = self._kits.get(kit_type, (None, None))
         if order is None or kit is None:
@@ -189,6 +189,8 @@ class Scorer:
             return self._refuse(RefusalReason.NOT_ANNOUNCED, kit_type, order.order_id)
         if order.order_id not in self.in_progress:
             return self._refuse(RefusalReason.ORDER_CLOSED, kit_type, order.order_id)
+        if kit.tray not in (None, station):
+            return self._refuse(RefusalReason.OTHER_TRAY, kit_type, order.order_id)
         if kit_type not in announced.judged:
             announced.judged[kit_type] = (contents, score_kit(kit, contents))
             if announced.is_complete:

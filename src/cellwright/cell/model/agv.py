@@ -1,20 +1,17 @@
 """AGVs and their trays."""
 
-import math
 from typing import Any
 
 import mujoco
 
+from cellwright.cell.model.tray import RIM_TOP, fill_tray
 from cellwright.config.layout.layout import Carrier
 from cellwright.engine import colours
-from cellwright.engine.shapes import Colour, Role, Touch, Visuals, add_shape, at, box, capsule, cylinder
+from cellwright.engine.shapes import Colour, Role, Visuals, add_shape, at, box, cylinder
 from cellwright.util.pose import Pose, Vector3
 
 AGV_MASS = 50.0
 """Mass [kg] of an AGV without its tray."""
-
-TRAY_MASS = 1.0
-"""Mass [kg] of a tray."""
 
 DRIVE_MASS = 2e4
 """Inertia [kg] that the gears of its drives add to an AGV: a push or a kit does not move it noticeably."""
@@ -27,11 +24,6 @@ force at the start of the step. While the AGV accelerates, the kit therefore cre
 damping times timestep over mass. On the way to 0.5 m/s it creeps 0.06 mm with these figures. With a damping of 1e5 on
 the bare mass of the AGV it creeps 4 mm.
 """
-
-
-def plate_name(carrier: Carrier) -> str:
-    """Return the name of the geom that parts lie on on an AGV's tray."""
-    return f"{carrier.tray_name}_plate"
 
 
 def add_agv(spec: Any, visuals: Visuals, carrier: Carrier) -> None:
@@ -52,7 +44,7 @@ def add_agv(spec: Any, visuals: Visuals, carrier: Carrier) -> None:
         drive.set_to_pid(kp=STIFFNESS, kv=DAMPING)
     _fill_agv(body, visuals, carrier.colour)
     tray = body.add_body(name=carrier.tray_link, pos=carrier.home_T_tray.position)
-    _fill_tray(tray, visuals, carrier)
+    fill_tray(tray, visuals, carrier, carrier.surface - carrier.home_T_tray.position[2], RIM_TOP)
 
 
 def _fill_agv(body: Any, visuals: Visuals, colour: Colour) -> None:
@@ -77,26 +69,3 @@ def _fill_agv(body: Any, visuals: Visuals, colour: Colour) -> None:
                 cylinder(radius, 0.05, wheel, colours.RUBBER),
                 cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT),
             )
-
-
-def _fill_tray(tray: Any, visuals: Visuals, carrier: Carrier) -> None:
-    """Add the plate and its four rims; the plate is thicker below than it looks, so that nothing falls through.
-
-    A rim is a stack of thin capsules. A flat part that lands on the narrow top of a box gets a contact that points
-    sideways about once in a thousand times. That contact flings it off.
-    """
-    top = carrier.surface - carrier.home_T_tray.position[2]
-    thick = 0.08
-    plate = box(*carrier.plate, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
-    add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_name(carrier), mass=TRAY_MASS)
-    visuals.add(tray.name, box(*carrier.plate, 0.01, at(z=top - 0.005), colours.TRAY))
-    rim, layers = 0.0254, 3
-    radius = (rim - top) / layers / 2
-    for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):
-        for side in (1.0, -1.0):
-            wall = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) @ at(x=(reach + radius) * side)
-            visuals.add(tray.name, box(0.002, length + 0.004, rim, wall @ at(z=rim / 2), colours.STEEL))
-            for layer in range(layers):
-                height = top + radius * (2 * layer + 1)
-                lying = wall @ Pose.from_rpy((0.0, 0.0, height), (math.pi / 2, 0.0, 0.0))
-                add_shape(tray, capsule(radius, length, lying, colours.STEEL), Role.SOLID)

@@ -1,9 +1,8 @@
 """Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count, takewhile
 from typing import Any
 
 import mujoco
@@ -19,6 +18,7 @@ from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.cell.model.shelf import shelf_slot
+from cellwright.cell.model.tray import add_fixed_tray
 from cellwright.config.layout.layout import Carrier, Layout
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.shapes import Visuals
@@ -89,7 +89,7 @@ class WorldPart:
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
         grip: id of the weld to the gripper; None without an arm.
-        locks: ids of the welds to the trays of AGV 1, AGV 2, …; empty without AGVs.
+        locks: id of the weld to the tray of each AGV, by the AGV's number.
         start: its pose when a run begins, in the world frame.
         pooled: true if it waits on the shelf until it is put into play.
         shelf: its body's own slot on the shelf, for before and after it is in play.
@@ -102,7 +102,7 @@ class WorldPart:
     dof: int
     geoms: tuple[int, ...]
     grip: int | None
-    locks: tuple[int, ...]
+    locks: Mapping[int, int]
     start: Pose
     pooled: bool
     shelf: Pose
@@ -162,7 +162,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
 
     Raises:
         DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.
-        UnknownNameError: a part type, a frame or an arm joint that does not exist.
+        UnknownNameError: a part type, a frame, a belt or an arm joint that does not exist.
         ModelFileError: a user-defined model that the engine cannot use.
     """
     spec, visuals = mujoco.MjSpec(), Visuals()
@@ -179,6 +179,8 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = list(_plan(trial, kinds))
+    for belt_part in trial.belt_parts:
+        layout.belt(belt_part.belt)  # raises for an unknown name
     clones = tuple((clone_name(name), _kind(kinds, kind)) for name, kind in trial.belt_clones())
     everything = [*(part.kind for part in planned), *(kind for _, kind in clones)]
     if (shapes := sum(len(kind.solid) + len(kind.seen) for kind in everything)) > MAX_SHAPES:
@@ -200,7 +202,8 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     if len(everything) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
     model = _compiled(spec, trial.name, has_clones=bool(clones))
-    located = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
+    agvs = [each.number for each in trial.carriers]
+    located = tuple(_locate(model, part, slot, agvs) for part, slot in zip(planned, slots, strict=True))
     own_bodies = len(everything) - len(clones)
     qpos, ctrl = first_pose(model, trial)
     return World(
@@ -222,9 +225,12 @@ def _add_fixed(spec: Any, visuals: Visuals, layout: Layout, slots: int) -> None:
     for belt in layout.belts:
         furniture.add_conveyor(spec, visuals, belt)
     for belt in layout.belts:
-        furniture.add_deletion_wall(spec, belt)
+        if belt.wall is not None:
+            furniture.add_deletion_wall(spec, belt, belt.wall)
     for structure in layout.structure:
         furniture.add_structure(spec, visuals, structure)
+    for tray in layout.trays:
+        add_fixed_tray(spec, visuals, tray)
     furniture.add_shelf(spec, slots, layout)
 
 
@@ -246,8 +252,13 @@ def _compiled(spec: Any, name: str, *, has_clones: bool) -> Any:
     return model
 
 
+def demo_origin(trial: Trial) -> str:
+    """Return the origin in the names of the demo tray's parts: `populate_kit_tray_1`, after the first tray."""
+    return f"populate_{trial.stations[0].tray_name}" if trial.stations else ""
+
+
 def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Yield the parts that stand in the cell when the trial begins, then those of AGV 1's demo tray."""
+    """Yield the parts that stand in the cell when the trial begins, then those of the demo tray."""
     frames = trial.reference_frames
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
@@ -255,7 +266,7 @@ def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
             raise UnknownNameError("frame", part.frame, frames)
         yield _Planned(part.name, _kind(kinds, part.type), frames[part.frame] @ part.pose)
     for name, ordered in trial.demo_clones():
-        yield _Planned(f"populate_kit_tray_1|{name}", kinds[ordered.type], None)
+        yield _Planned(f"{demo_origin(trial)}|{name}", kinds[ordered.type], None)
 
 
 def _plan_bodies(types: Iterable[str], kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
@@ -287,8 +298,8 @@ def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[Carrier, ...], t
         weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)
 
 
-def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
-    """Look up the addresses of a part in a compiled model."""
+def _locate(model: Any, part: _Planned, slot: Pose, agvs: Sequence[int]) -> WorldPart:
+    """Look up the addresses of a part in a compiled model with AGVs of these numbers."""
     body = model.body(part.name).id
     joint = model.joint(part.name)
     first = int(model.body_geomadr[body])
@@ -298,6 +309,7 @@ def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
         return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, f"{kind}|{part.name}"))
 
     grip = weld("grip")
+    locks = {number: weld(f"lock{number}") for number in agvs}
     return WorldPart(
         name=part.name,
         type=part.kind.name,
@@ -306,7 +318,7 @@ def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
         dof=int(joint.dofadr[0]),
         geoms=tuple(geom for geom in geoms if model.geom_contype[geom]),
         grip=grip if grip >= 0 else None,
-        locks=tuple(takewhile(lambda lock: lock >= 0, (weld(f"lock{number}") for number in count(1)))),
+        locks=locks,
         start=part.start or slot,
         pooled=part.start is None,
         shelf=slot,

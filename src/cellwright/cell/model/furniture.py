@@ -117,14 +117,14 @@ def wall_name(belt: Belt) -> str:
     return "deletion_wall" if belt.body == "conveyor_belt" else f"deletion_wall_{belt.body}"
 
 
-def add_deletion_wall(spec: Any, belt: Belt) -> None:
+def add_deletion_wall(spec: Any, belt: Belt, wall: Pose) -> None:
     """Add the invisible, contact-free space at the end of the belt in which parts leave the cell."""
     spec.worldbody.add_geom(
         name=wall_name(belt),
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=tuple(edge / 2 for edge in belt.wall_size),
-        pos=belt.wall.position,
-        quat=belt.wall.quaternion,
+        pos=wall.position,
+        quat=wall.quaternion,
         group=int(Role.UNSEEN),
         contype=0,
         conaffinity=0,

@@ -2,6 +2,8 @@
 
 import json
 import sys
+from collections.abc import Sequence
+from functools import partial
 from typing import NoReturn
 
 import typer
@@ -33,7 +35,12 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
             f"--connect {address}: serves {transport.welcome['trial']}, a robot's node; give the address of a cell"
         )
     console.print(f"trial {transport.welcome['trial']}, agent {agent}, at {address}", markup=False, soft_wrap=True)
-    ending = run_agent(worker, transport, _wait_for_kits_over_topics)
+    states = [
+        each["name"]
+        for each in transport.welcome["topics"]
+        if each["name"].endswith("/state") and each["type"] == "std_msgs/String"
+    ]
+    ending = run_agent(worker, transport, partial(_wait_for_kits_over_topics, states))
     sys.stderr.write(ending.error)
     try:
         server = SocketTransport(server_address, node=NODE)
@@ -56,13 +63,14 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     raise typer.Exit(status)
 
 
-def _wait_for_kits_over_topics(client: Client) -> None:
-    """Wait for kits on their way after the agent has returned; the competition may still end."""
-    agvs = [client.latest(f"/ariac/agv{number}/state") for number in (1, 2)]
+def _wait_for_kits_over_topics(states: Sequence[str], client: Client) -> None:
+    """Wait for kits on their way, by the states of AGVs and fixed trays; the competition may still end."""
+    senders = [client.latest(topic) for topic in states]
     client.sleep(0.2)  # by then all states have arrived
 
     def nothing_to_come() -> bool:
-        on_their_way = [agv.message is not None and agv.message.data == "preparing_to_deliver" for agv in agvs]
+        messages = [each.message for each in senders]
+        on_their_way = [each is not None and each.data == "preparing_to_deliver" for each in messages]
         return client.competition_state == "done" or not any(on_their_way)
 
     client.wait_until(nothing_to_come, DRIVE)

@@ -19,7 +19,7 @@ KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
 Colour: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue and opacity, 0 to 1."""
 
-T = TypeVar("T", "Bin", "Carrier", "Tray")
+T = TypeVar("T", "Bin", "Belt", "Carrier", "Tray")
 PLATE_TOP = 0.005
 """Height [m] of the surface of a fixed tray over its link, as with an AGV's tray."""
 
@@ -90,7 +90,7 @@ class Belt:
         direction: unit vector of travel in the world.
         spawn: frame of the poses of the parts that appear on it; x points in the direction of travel.
         frame: the frame `belt_frame` of the transform tree.
-        wall: middle of the box at its end that removes the parts that touch it.
+        wall: middle of the box at its end that removes the parts that touch it; None if parts drop off its end.
         wall_size: edge lengths of that box.
     """
 
@@ -102,7 +102,7 @@ class Belt:
     direction: Vector3
     spawn: Pose
     frame: Pose
-    wall: Pose
+    wall: Pose | None
     wall_size: Vector3 = (1.0, 0.1, 1.0)
 
     @property
@@ -119,10 +119,15 @@ class Belt:
         """Return the coordinate of a point of the world in the direction of travel [m]."""
         return sum(value * share for value, share in zip(point, self.direction, strict=True))
 
-    def covers(self, x: float, y: float) -> bool:
-        """Return whether a point of the world lies over the belt."""
+    @property
+    def end(self) -> float:
+        """Coordinate of its end in the direction of travel [m]."""
+        return self.along(self.centre.position) + self.size[0] / 2
+
+    def covers(self, x: float, y: float, margin: float = 0.0) -> bool:
+        """Return whether a point of the world lies over the belt, or at most `margin` [m] beside it."""
         at = self.centre.inverse().transform((x, y, self.surface))
-        return is_within(at[0], self.size[0]) and is_within(at[1], self.size[1])
+        return is_within(at[0], self.size[0] + 2 * margin) and is_within(at[1], self.size[1] + 2 * margin)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +168,11 @@ class Carrier:
     def load_point(self) -> Pose:
         """Frame of its load point, at the height of its tray's link."""
         return self.home @ Pose((0.0, 0.0, self.home_T_tray.position[2]))
+
+    @property
+    def location(self) -> str:
+        """Name of its storage unit, whose frame has `_frame` in addition."""
+        return f"{self.name}_load_point"
 
     @property
     def tray_surface(self) -> Pose:
@@ -215,6 +225,11 @@ class Tray:
     def plate(self) -> tuple[float, float]:
         """Edge lengths of its plate along x and y of its link, whose origin is in its middle."""
         return self.size
+
+    @property
+    def location(self) -> str:
+        """Name of its storage unit, whose frame has `_frame` in addition."""
+        return self.name
 
     @property
     def tray_surface(self) -> Pose:
@@ -300,6 +315,10 @@ class Layout:
         """Return a bin by its name, or raise an UnknownNameError."""
         return _named("bin", name, self.bins)
 
+    def belt(self, name: str) -> Belt:
+        """Return a belt by its name, or raise an UnknownNameError."""
+        return _named("belt", name, self.belts)
+
     def carrier(self, name: str) -> Carrier:
         """Return a carrier by its name, or raise an UnknownNameError."""
         return _named("AGV", name, self.carriers)
@@ -325,7 +344,7 @@ class Layout:
                     direction=turn(each.direction),
                     spawn=by @ each.spawn,
                     frame=by @ each.frame,
-                    wall=by @ each.wall,
+                    wall=None if each.wall is None else by @ each.wall,
                 )
                 for each in self.belts
             ),

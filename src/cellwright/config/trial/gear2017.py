@@ -192,7 +192,7 @@ def _read(
     frames = Trial(name, options=options, layout=layout).reference_frames
     inserted = bins if options.insert_models_over_bins else ()
     spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
-    trays = {f"{each.name}_load_point" for each in layout.carriers} | {each.name for each in layout.trays}
+    trays = {each.location for each in layout.stations}
     locations = ({"tray": trays} if trays else {}) | registry.locations
     trial = Trial(
         name=name,

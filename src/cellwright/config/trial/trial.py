@@ -364,12 +364,28 @@ class Trial:
         cycles = self.options.belt_population_cycles
         return tuple((f"{kind}_clone_{k}", kind) for kind, count in counts.items() for k in range(cycles * count))
 
+    def locations(self, material: str) -> tuple[str, ...]:
+        """Return the storage units of a part type or of trays, or the tray that a kit has to be submitted from.
+
+        There are none for what is unknown, nor for a kit that may come from any tray.
+        """
+        units = {each.name: each.location for each in self.stations}
+        trays = [kit.tray for order in self.orders for kit in order.kits if kit.kit_type == material and kit.tray]
+        return self.material_locations.get(material, tuple(units.get(name, name) for name in trays))
+
+    def first_clones(self, belt: str) -> Mapping[str, int]:
+        """Number of the first clone of each type on a belt: clones of the belts before it in the layout come first."""
+        names = [each.name for each in self.layout.belts]
+        before = names[: names.index(belt)]
+        counts = Counter(part.type for part in self.belt_parts if part.belt in before)
+        return {kind: self.options.belt_population_cycles * count for kind, count in counts.items()}
+
     def demo_clones(self) -> tuple[tuple[str, KitObject], ...]:
         """Names, without origin, of the parts that fill the demo tray, and their poses on it.
 
         They are the parts of the first order's first kit, without types that have no model.
         """
-        if not (self.options.fill_demo_tray and self.options.insert_agvs and self.orders and self.orders[0].kits):
+        if not (self.options.fill_demo_tray and self.stations and self.orders and self.orders[0].kits):
             return ()
         counts: Counter[str] = Counter()
         found = []

@@ -5,6 +5,7 @@ A row names its handler, and `binding.bind` puts all rows of a table on a bus. T
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -12,6 +13,8 @@ from fractions import Fraction
 from typing import Any, Self, TypeAlias, TypedDict, Unpack
 
 from cellwright.middleware.bus import COMMANDS, LARGE, LATCHED, RELIABLE, Direction, Qos
+
+_PLACEHOLDER = re.compile(r"\{\w+\}")
 
 # Types with large messages.
 _LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
@@ -61,7 +64,7 @@ ALWAYS = Where.when("always", lambda _description: True)
 class Endpoint:
     """Row of one topic, service or action."""
 
-    name: str  # absolute; `of` fills in `{sensor}` and `{n}`, the name of a sensor or a number
+    name: str  # absolute; `of` fills in a placeholder such as `{sensor}` or `{n}`
     type: str  # short name of the message, service or action type
     about: str  # description in a sentence
     kind: EndpointKind = EndpointKind.TOPIC
@@ -88,10 +91,10 @@ class Endpoint:
         return "" if self.rate is None else self.rate.value
 
     def of(self, subject: str | None) -> Endpoint:
-        """Return the row for one sensor or number, or for none."""
+        """Return the row for one subject, such as a sensor's name, or for none."""
         if subject is None:
             return self
-        return replace(self, name=self.name.replace("{sensor}", subject).replace("{n}", subject), subject=subject)
+        return replace(self, name=_PLACEHOLDER.sub(lambda _match: subject, self.name), subject=subject)
 
 
 class EndpointOptions(TypedDict, total=False):

@@ -65,10 +65,10 @@ def _folder() -> str:
 
 def wait_for_kits(cell: Cell, client: Client) -> None:
     """Wait for kits on their way after the agent has returned; the competition may still end."""
-    competition, agvs = cell.competition, tuple(cell.agvs.values())
+    competition, senders = cell.competition, tuple(cell.senders.values())
 
     def no_kit_on_its_way() -> bool:
-        return competition.state == "done" or all(agv.state != "preparing_to_deliver" for agv in agvs)
+        return competition.state == "done" or all(each.state != "preparing_to_deliver" for each in senders)
 
     client.wait_until(no_kit_on_its_way, DRIVE)
     client.wait_until(lambda: competition.state == "done", 0.1)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.devices.kit_sender import FixedTray, KitSender
 from cellwright.cell.kitting.attainable import AttainableScore, attainable_score
 from cellwright.cell.kitting.evidence import Evidence, evidence, evidence_to_json, kit_evidence, kit_to_json
 from cellwright.cell.kitting.inventory import TrayContents
@@ -89,13 +90,9 @@ class CellPanel:
             "score": self._score(score, attainable),
             "orders": self._orders(),
             "trays": [self._tray(number, attainable) for number in cell.trays],
-            "agvs": [
-                {"number": number, "state": agv.state, "kit_type": agv.kit_type} for number, agv in cell.agvs.items()
-            ],
-            "belt": {
-                "power": cell.conveyor.power,
-                "population": None if cell.population is None else cell.population.running,
-            },
+            "agvs": [_sender(each) for each in cell.agvs.values()],
+            "fixed_trays": [_sender(each) for each in cell.senders.values() if isinstance(each, FixedTray)],
+            "belts": [self._belt(name) for name in cell.conveyors],
             "gripper": None
             if cell.gripper is None
             else {"enabled": cell.gripper.enabled, "attached": cell.gripper.attached, "part": cell.gripper.part},
@@ -105,6 +102,17 @@ class CellPanel:
             "collisions": self.collisions(),
             "refused": {"belt": reason, "clear": reason} if reason else {},
             "result": self._result,
+        }
+
+    def _belt(self, name: str) -> dict[str, Any]:
+        """Belt with its service, its power [%], and whether parts are being added; None if none ever are."""
+        row = "conveyor" if len(self._cell.conveyors) == 1 else f"conveyor_{name}"
+        population = self._cell.populations.get(name)
+        return {
+            "name": name,
+            "service": f"/ariac/{row}/control",
+            "power": self._cell.conveyors[name].power,
+            "population": None if population is None else population.running,
         }
 
     def _clock(self, score: GameScore) -> dict[str, Any]:
@@ -201,3 +209,7 @@ class CellPanel:
             for kit in order.kits
             if not referee.scorer.is_submitted(kit.kit_type)
         ]
+
+
+def _sender(sender: KitSender) -> dict[str, Any]:
+    return {"number": sender.number, "name": sender.name, "state": sender.state, "kit_type": sender.kit_type}

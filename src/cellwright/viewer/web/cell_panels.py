@@ -1,6 +1,7 @@
 """Cell panels: state, orders, trays and score as HTML, and controls of belt, AGVs and trays."""
 
 import time
+from functools import partial
 from typing import Any
 
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, ConveyorBeltControlRequest, ConveyorBeltState
@@ -105,7 +106,7 @@ def orders_html(panel: Panel) -> str:
 
 def trays_html(panel: Panel) -> str:
     """Last reported contents of each tray, and its points if sent now."""
-    return "".join(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
+    return "".join(_tray(tray, sender, panel) for tray, sender in zip(panel["trays"], _senders(panel), strict=True))
 
 
 def evidence_html(panel: Panel) -> str:
@@ -120,16 +121,17 @@ def evidence_html(panel: Panel) -> str:
 
 def floor_html(panel: Panel) -> str:
     """Belt, gripper, AGVs, and collisions of the arm, the newest first."""
-    belt, gripper = panel["belt"], panel["gripper"]
+    gripper = panel["gripper"]
     parts = [widgets.dim("state at the end of the run")] if _is_over(panel) else []
-    come = "" if belt["population"] is None else ", parts arriving" if belt["population"] else ", no parts arriving"
-    parts.append(widgets.row("belt", f"{belt['power']:g} %{come}"))
+    for belt in panel["belts"]:
+        come = "" if belt["population"] is None else ", parts arriving" if belt["population"] else ", no parts arriving"
+        parts.append(widgets.row(widgets.text(belt["name"]), f"{belt['power']:g} %{come}"))
     if gripper is not None:
         held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
         suction = "on" if gripper["enabled"] else "off"
         parts.append(widgets.row("gripper", f"suction {suction}, holds {widgets.text(held)}"))
-    states = [(agv["number"], widgets.text(agv["state"].replace("_", " "))) for agv in panel["agvs"]]
-    parts += [widgets.row(f"AGV {number}", state) for number, state in states]
+    states = [(_label(each), widgets.text(each["state"].replace("_", " "))) for each in _senders(panel)]
+    parts += [widgets.row(widgets.text(label), state) for label, state in states]
     floor = widgets.block(*parts)
     if (found := panel.get("collisions")) is None:
         return floor
@@ -196,10 +198,21 @@ def _tick(name: str, cause: str) -> str:
     return widgets.mark(sign, color, f"<span style='opacity:0.75'>{widgets.text(name + more)}</span>")
 
 
-def _tray(tray: Panel, agv: Panel, panel: Panel) -> str:
-    label = _state_chip(agv["state"], GREEN if agv["state"] == "ready_to_deliver" else AMBER, panel)
+def _senders(panel: Panel) -> list[Panel]:
+    """AGVs and fixed trays, in the order of their trays."""
+    return [*panel["agvs"], *panel.get("fixed_trays", ())]
+
+
+def _label(sender: Panel) -> str:
+    """Name of an AGV or a fixed tray for readers: `AGV 1` for agv1."""
+    name = str(sender.get("name", f"agv{sender['number']}"))
+    return f"AGV {sender['number']}" if name == f"agv{sender['number']}" else name
+
+
+def _tray(tray: Panel, sender: Panel, panel: Panel) -> str:
+    label = _state_chip(sender["state"], GREEN if sender["state"] == "ready_to_deliver" else AMBER, panel)
     when = "at the end" if _is_over(panel) else "now"
-    parts = [widgets.title(f"AGV {tray['number']}", label)]
+    parts = [widgets.title(widgets.text(_label(sender)), label)]
     for part in tray["parts"]:
         faulty = f" <b style='color:{RED}'>faulty</b>" if part["faulty"] else ""
         parts.append(widgets.mark("▪", BLUE, widgets.text(_part_name(part["name"])) + faulty))
@@ -252,9 +265,10 @@ class CellPanels(Feature):
 
     def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Create the panels, once, if the page shows a cell."""
-        if not self._is_up and cell_of(self.page.first_panel) is not None:
+        cell = cell_of(self.page.first_panel)
+        if not self._is_up and cell is not None:
             # Put up now, so that its tabs come first.
-            self._put_up()
+            self._put_up(cell)
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show the state of the cell."""
@@ -262,7 +276,7 @@ class CellPanels(Feature):
         if cell is None:
             return
         if not self._is_up:
-            self._put_up()
+            self._put_up(cell)
         is_recorded = panel.get("kind") != "cell"
         try:
             self._show(cell)
@@ -277,7 +291,7 @@ class CellPanels(Feature):
         if self._is_up:
             self._offer(reason)
 
-    def _put_up(self) -> None:
+    def _put_up(self, cell: Panel) -> None:
         page = self.page
         self._is_up, gui = True, page.server.gui
         self._head = gui.add_html("", order=_PANEL_ORDER)
@@ -290,17 +304,26 @@ class CellPanels(Feature):
             self._floor = gui.add_html("")
             self._why_not = gui.add_html("")
             self._game = gui.add_button_group("competition", (START, END))
-            self._belt = gui.add_slider("belt [%]", min=0.0, max=100.0, step=1.0, initial_value=0.0)
+            self._belts = {
+                belt["service"]: gui.add_slider(f"{belt['name']} [%]", min=0.0, max=100.0, step=1.0, initial_value=0.0)
+                for belt in cell.get("belts", ())
+            }
             self._kit = gui.add_dropdown("kit", ("(none)",))
-            self._send = gui.add_button_group("send as kit", ("AGV 1", "AGV 2"))
-            self._clear = gui.add_button_group("clear tray", ("tray 1", "tray 2"))
-        self._doing = (self._game, self._belt, self._kit, self._send, self._clear)
+            senders = {_label(each): f"/ariac/{each['name']}" for each in _senders(cell)}
+            trays = {f"tray {each['number']}": f"/ariac/kit_tray_{each['number']}" for each in _senders(cell)}
+            if senders:
+                self._send = gui.add_button_group("send as kit", tuple(senders))
+                self._clear = gui.add_button_group("clear tray", tuple(trays))
         self._game.on_click(lambda event: self._call(_GAME[str(event.target.value)], TriggerRequest()))
-        self._belt.on_update(self._set_power)
-        self._send.on_click(self._send_off)
-        self._clear.on_click(
-            lambda event: self._call(f"/ariac/kit_tray_{_number(event.target.value)}/clear_tray", TriggerRequest())
-        )
+        for service, slider in self._belts.items():
+            slider.on_update(partial(self._set_power, service))
+        self._doing: tuple[Any, ...] = (self._game, *self._belts.values(), self._kit)
+        if senders:
+            self._doing += (self._send, self._clear)
+            self._send.on_click(lambda event: self._send_off(senders[str(event.target.value)]))
+            self._clear.on_click(
+                lambda event: self._call(f"{trays[str(event.target.value)]}/clear_tray", TriggerRequest())
+            )
 
     def _show(self, cell: dict[str, Any]) -> None:
         self._head.content = head_html(cell)
@@ -310,7 +333,8 @@ class CellPanels(Feature):
         self._evidence.content = evidence_html(cell)
         self._floor.content = floor_html(cell)
         if time.perf_counter() - self._slid_at > _SETTLED:
-            self._belt.value = float(cell["belt"]["power"])  # type: ignore[misc]
+            for belt in cell["belts"]:
+                self._belts[belt["service"]].value = float(belt["power"])  # type: ignore[misc]
         kits = tuple(kit["kit_type"] for order in cell["orders"] for kit in order["kits"] if not kit["submitted"])
         if tuple(self._kit.options) != (kits or ("(none)",)):
             self._kit.options = kits or ("(none)",)
@@ -322,14 +346,14 @@ class CellPanels(Feature):
             # viser disables no group of buttons.
             handle.visible = not reason
 
-    def _set_power(self, event: Any) -> None:
+    def _set_power(self, service: str, event: Any) -> None:
         if event.client is not None:  # not when it follows the belt
             self._slid_at = time.perf_counter()
             power = ConveyorBeltState(power=float(event.target.value))
-            self._call("/ariac/conveyor/control", ConveyorBeltControlRequest(state=power))
+            self._call(service, ConveyorBeltControlRequest(state=power))
 
-    def _send_off(self, event: Any) -> None:
-        self._call(f"/ariac/agv{_number(event.target.value)}", AGVControlRequest(kit_type=str(self._kit.value)))
+    def _send_off(self, service: str) -> None:
+        self._call(service, AGVControlRequest(kit_type=str(self._kit.value)))
 
     def _call(self, service: str, request: Any) -> None:
         try:
@@ -346,7 +370,3 @@ def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:
     """The cell of a panel, also of a recording's panel; None if it is of no cell."""
     found = panel.get("of") if panel.get("kind") == "recording" else panel
     return found if isinstance(found, dict) and found.get("kind") == "cell" else None
-
-
-def _number(word: object) -> int:
-    return int(str(word)[-1])

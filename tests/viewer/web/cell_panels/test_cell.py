@@ -31,6 +31,9 @@ def cell_panel(*, competition: bool = False) -> dict[str, Any]:
     return panel
 
 
+BELT = "/ariac/conveyor/control"
+
+
 @pytest.fixture(scope="module")
 def opened() -> Iterator[tuple[Any, CellPanels]]:
     with page(cell_panel()) as found:
@@ -50,7 +53,7 @@ def test_cell_panels_create_tabs_once(opened: tuple[Any, CellPanels]) -> None:
 def test_cell_controls_call_services_of_belt_agv_and_tray(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
     found.link.called.clear()
-    clicked(panels._belt, 30.0)
+    clicked(panels._belts[BELT], 30.0)
     clicked(panels._send, "AGV 2")
     clicked(panels._clear, "tray 1")
     clicked(panels._game, "End")
@@ -69,8 +72,8 @@ def test_belt_slider_that_follows_belt_sends_nothing(opened: tuple[Any, CellPane
     found, panels = opened
     found.link.called.clear()
     panels._slid_at = -100.0
-    panels.panel(cell_panel() | {"belt": {"power": 70.0, "population": None}})
-    assert panels._belt.value == 70.0
+    panels.panel(cell_panel() | {"belts": [{"name": "belt", "service": BELT, "power": 70.0, "population": None}]})
+    assert panels._belts[BELT].value == 70.0
     assert found.link.called == []
 
 

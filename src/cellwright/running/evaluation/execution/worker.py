@@ -56,7 +56,7 @@ _PR_SET_DUMPABLE = 4
 class Timeline:
     """Timeline of one run of a cell; it does not affect the run.
 
-    Call `look` some ten times a simulated second: it reads the states of the AGVs.
+    Call `look` some ten times a simulated second: it reads the states of AGVs and fixed trays.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -64,20 +64,20 @@ class Timeline:
         self._orders: dict[str, dict[str, Any]] = {}
         self._kits: list[dict[str, Any]] = []
         self._held: list[dict[str, Any]] = []
-        self._agvs: dict[int, list[dict[str, Any]]] = {number: [] for number in cell.agvs}
+        self._senders: dict[str, list[dict[str, Any]]] = {name: [] for name in cell.senders}
         cell.competition.on_effect.append(self._take_effect)
         if cell.gripper is not None:
             cell.gripper.on_change.append(self._take_grip)
 
     def look(self) -> None:
-        """Read the states of the AGVs."""
+        """Read the states of AGVs and fixed trays."""
         now = self._cell.simulation.time
-        for number, agv in self._cell.agvs.items():
-            spans = self._agvs[number]
-            if not spans or spans[-1]["state"] != agv.state:
+        for name, sender in self._cell.senders.items():
+            spans = self._senders[name]
+            if not spans or spans[-1]["state"] != sender.state:
                 if spans:
                     spans[-1]["end"] = now
-                spans.append({"begin": now, "end": None, "state": agv.state})
+                spans.append({"begin": now, "end": None, "state": sender.state})
 
     def as_json(self) -> dict[str, Any]:
         """Return the events so far as JSON values; times in s, `end` None for what still lasts."""
@@ -86,7 +86,7 @@ class Timeline:
             "orders": list(self._orders.values()),
             "kits": self._kits,
             "held": self._held,
-            "agvs": {str(number): spans for number, spans in self._agvs.items()},
+            "agvs": {_short(name): spans for name, spans in self._senders.items()},
         }
 
     def _take_effect(self, effect: Effect) -> None:
@@ -97,7 +97,7 @@ class Timeline:
             case OrderCompleted(score):
                 self._orders[score.order_id]["completed"] = now
             case KitSubmitted(tray, kit_type, score):
-                number = tray.partition("::")[0].removeprefix("agv")
+                number = _short(tray.partition("::")[0])
                 self._kits.append({"time": now, "agv": number, "kit": kit_type, "points": score.total})
             case _:
                 pass
@@ -277,3 +277,8 @@ def _end_with(lifeline: BinaryIO) -> None:
 
 if __name__ == "__main__":
     main()
+
+
+def _short(sender: str) -> str:
+    """Return the name of what submits kits in a timeline: the number of an AGV, or the name of a fixed tray."""
+    return sender.removeprefix("agv")
