@@ -164,6 +164,7 @@ class Benchmark:
 BENCHMARKS = (
     Benchmark("step", "A step of the cell", 0.5),
     Benchmark("growth", "Growth with the number of parts", 1.5),
+    Benchmark("layouts", "Growth with the numbers of bins, belts and AGVs", 1.5),
     Benchmark("trial", "A trial of 500 s", 4.0),
     Benchmark("pybullet_cell", "The cell compared with PyBullet", 1.0),
     Benchmark("start", "A cold start", 0.2),

@@ -275,10 +275,10 @@ def _end_with(lifeline: BinaryIO) -> None:
     os._exit(1)
 
 
-if __name__ == "__main__":
-    main()
-
-
 def _short(sender: str) -> str:
     """Return the name of what submits kits in a timeline: the number of an AGV, or the name of a fixed tray."""
     return sender.removeprefix("agv")
+
+
+if __name__ == "__main__":
+    main()
