@@ -1,13 +1,17 @@
 """Heights and walls of the furniture, measured with rays as a sensor would."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
+from cellwright.cell.model.furniture import add_conveyor
 from cellwright.cell.model.shelf import SHELF_SURFACE
-from cellwright.util.pose import Vector3
+from cellwright.engine.shapes import Visuals
+from cellwright.util.pose import Pose, Vector3
 from tests.cell.model.bench import Bench, cell
-from tests.support.places import BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, LAYOUT, TRAY_SURFACE
+from tests.support.places import BELT, BELT_SURFACE, BIN_CENTRES, BIN_SURFACE, LAYOUT, TRAY_SURFACE
 
 SOLID = np.array([0, 1, 0, 1, 0, 0], dtype=np.uint8)
 
@@ -83,3 +87,19 @@ def test_workcell_frames_are_solid_at_original_positions(bench: Bench) -> None:
 
 def test_deletion_wall_does_not_stop_rays(bench: Bench) -> None:
     assert cast_ray(bench, (1.2, 0.0, 1.4), (0.0, -1.0, 0.0)) == -1.0
+
+
+@pytest.mark.parametrize("length", [0.5, 1.0, 4.5, 6.0, 14.62206, 30.0])
+@pytest.mark.parametrize("surface", [0.3, 0.90691])
+def test_legs_of_a_belt_stand_on_the_floor_under_it(length: float, surface: float) -> None:
+    centre = Pose((1.0, 2.0, surface - 0.09431))
+    belt = replace(BELT, centre=centre, size=(length, 0.65461, 0.18862))
+    visuals = Visuals()
+    add_conveyor(mujoco.MjSpec(), visuals, belt)
+    legs = [shape for _, shape in visuals.shapes if shape.size[:2] == (0.03, 0.03)]
+    assert len(legs) >= 6
+    for leg in legs:
+        x, _, z = leg.pose.position
+        assert abs(x) + 0.03 <= length / 2
+        assert (centre @ leg.pose).position[2] == pytest.approx(leg.size[2], abs=1e-4)
+        assert z + leg.size[2] < 0.0

@@ -4,6 +4,7 @@ Surfaces that parts lie on are thick solids: a part that falls from a metre move
 """
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
@@ -19,6 +20,8 @@ from cellwright.util.pose import Pose
 _LENS_FORWARD = (0.0, 1.5708, 0.0)
 """Turn of a cylinder's axis from z to x, the viewing direction of a sensor."""
 SHELF_BODY = "shelf"
+_LEG_PITCH = 2.1
+"""Distance [m] between the legs of a long belt."""
 _LINE_HEIGHT = 0.002
 
 
@@ -89,7 +92,7 @@ def add_conveyor(spec: Any, visuals: Visuals, belt: Belt) -> None:
             belt.body,
             box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE),
             box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT),
-            *(box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK) for k in range(-3, 4)),
+            *_legs(belt, side),
         )
     for end in (1.0, -1.0):
         drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
@@ -115,6 +118,19 @@ def add_shelf(spec: Any, slots: int, layout: Layout) -> None:
 def wall_name(belt: Belt) -> str:
     """Return the name of the geom that removes the parts that touch it."""
     return "deletion_wall" if belt.body == "conveyor_belt" else f"deletion_wall_{belt.body}"
+
+
+def _legs(belt: Belt, side: float) -> Iterator[Shape]:
+    """Yield the legs on one side of a belt: a row with at most 2.1 m between them, from the floor to its frame."""
+    half, width, middle = max(belt.size[0] / 2 - 0.3, 0.06), belt.size[1], belt.centre.position[2]
+    count = max(1, int(half / _LEG_PITCH))
+    pitch = min(_LEG_PITCH, half / count)
+    height = round(middle - 0.0926, 4)
+    if height <= 0:
+        return
+    for number in range(-count, count + 1):
+        foot = at(pitch * number, round(width / 2 - 0.0573, 3) * side, round(height / 2 - middle, 4))
+        yield box(0.06, 0.06, height, foot, colours.STEEL_DARK)
 
 
 def add_deletion_wall(spec: Any, belt: Belt, wall: Pose) -> None:
