@@ -71,7 +71,7 @@ def read_parts(node: YamlNode, registry: PartRegistry, cell: Cell, time_limit: f
     """
     found, reader = ShortParts(), registry.reader
     if not isinstance(node, Items):
-        reader.problems.error(node, f"must be a list such as [{{type: gear_part, in: bin1}}] (got {describe(node)})")
+        reader.problems.error(node, f"must be a list such as [{{type: gear_part, in: BIN}}] (got {describe(node)})")
         return found
     lying: dict[str, list[Footprint]] = {}
     for item in node.items:

@@ -8,6 +8,7 @@ from cellwright.clients.agents.kitter import agent
 from cellwright.clients.agents.kitter.strategy import Strategy
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
+from cellwright.config.trial.trial import Trial
 from cellwright.running.run import RunOptions, run_cell
 from tests.support.cells import ARM_ONLY, BARE
 
@@ -20,7 +21,15 @@ def test_agent_in_cell_without_arm_says_so() -> None:
 def test_agent_knows_the_parts_and_solids_of_its_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     strategies: list[Strategy] = []
     monkeypatch.setattr(Strategy, "run", lambda strategy: strategies.append(strategy))
-    agent.KitterAgent().run(Client(InProcess(Cell(ARM_ONLY))))
+    agent.KitterAgent().run(Client(InProcess(Cell(Trial("arm", has_arm=True)))))
     (strategy,) = strategies
     assert strategy._arm._clearance is not None
     assert "gear_part" in strategy._catalogue.types
+
+
+def test_agent_without_a_tray_says_so(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    strategies: list[Strategy] = []
+    monkeypatch.setattr(Strategy, "run", lambda strategy: strategies.append(strategy))
+    agent.KitterAgent().run(Client(InProcess(Cell(ARM_ONLY))))
+    assert strategies == []
+    assert "no AGV and no fixed tray" in caplog.text

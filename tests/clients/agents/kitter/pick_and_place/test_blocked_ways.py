@@ -38,7 +38,8 @@ def blocked_hand(*, goes_down: bool, holds: bool = False) -> tuple[Manipulator, 
         sleep=lambda _duration: None,
         wait_until=lambda condition, _timeout: condition(),
     )
-    return Manipulator(cast("Client", client), cast("KitterArm", arm), Catalogue()), arm
+    beside = [(-0.15, 2.2, 1.5)]
+    return Manipulator(cast("Client", client), cast("KitterArm", arm), Catalogue(), beside), arm
 
 
 def test_cup_does_not_press_where_the_way_down_is_blocked() -> None:
