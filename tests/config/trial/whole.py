@@ -22,7 +22,7 @@ WHOLE: dict[str, Any] = {
         }
     },
     "models_over_bins": {
-        "bin1": {
+        "bin9": {
             "models": {
                 "gear_part": {
                     "xyz_start": [0.1, 0.1, 0.0],
