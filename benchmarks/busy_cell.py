@@ -7,12 +7,12 @@ five seconds. The arm swings over the bins and touches nothing.
 from __future__ import annotations
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import CellSettings, Part, Trial
 from cellwright.engine.clock import NANOSECONDS
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.util.pose import Pose
 
 TYPES = ("gear_part", "disk_part", "gasket_part", "piston_rod_part")

@@ -6,9 +6,9 @@ import json
 from collections.abc import Iterator
 from math import isfinite
 
-from cellwright.cell.devices.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
 from cellwright.cell.interface.commands import trajectory_of
 from cellwright.config.arm import ARM_JOINTS
+from cellwright.mechanism.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory

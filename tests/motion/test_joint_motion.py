@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.joint_trajectory import Knot, Trajectory, join_segment
 from cellwright.clients.client import ARM_JOINTS
+from cellwright.mechanism.joint_trajectory import Knot, Trajectory, join_segment
 from cellwright.motion import DEFAULT_LIMITS, JointMotion, move
 from cellwright.motion.joints import STILL
 from cellwright.util.errors import UsageError

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
+from cellwright.mechanism.shapes import visible_corners
 from cellwright.robot.model import build_robot
 from cellwright.robot.pictures import camera_on, robot_heading, save_robot_picture
-from cellwright.robot.shapes import visible_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link

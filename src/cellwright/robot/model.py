@@ -19,7 +19,7 @@ from cellwright.config.models.files import ModelFileError
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Link, position_of
-from cellwright.robot.shapes import (
+from cellwright.mechanism.shapes import (
     ShapeBuilder,
     add_floor,
     exclude_contacts,

@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.mechanism.shapes import kinematics_of, visible_corners
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, render, save_png
 from cellwright.robot.model import RobotWorld, body_of
-from cellwright.robot.shapes import kinematics_of, visible_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 

@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Circumstances, Part, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.motion.joints import Joints
 from cellwright.motion.kinematics import solve, tool_down
 from cellwright.util.errors import UnreachableError

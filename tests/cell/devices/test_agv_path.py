@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.devices.agv import agv_path
-from cellwright.cell.devices.joint_trajectory import Segment, Trajectory
 from cellwright.config.layout.layout import KeyFrames
+from cellwright.mechanism.joint_trajectory import Segment, Trajectory
 from tests.support.places import AGVS
 
 MILLISECOND = 1_000_000

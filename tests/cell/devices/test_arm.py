@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.mechanism.trajectory_controller import RejectedTrajectoryError
+from cellwright.mechanism.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.middleware.messages.control_msgs import JointTolerance as AskedTolerance
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, named, one_of_each

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model import build
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import BeltPart, Options, Part, SensorConfig, Trial
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import OVER_BINS
 from tests.support.places import BELT_SURFACE, BIN_SURFACE, TRAY_SURFACE

@@ -12,13 +12,13 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import ClassVar, Final, Literal
 
-from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment
 from cellwright.cell.devices.kit_sender import KitSender
 from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.devices.setpoints import Setpoints
 from cellwright.config.layout.layout import Carrier, KeyFrames
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.joint_trajectory import Knot, Segment, Trajectory, join_segment
+from cellwright.mechanism.setpoints import Setpoints
 
 PACE: Final = Fraction(6, 5)
 """Factor by which the times of the key frames are shortened."""

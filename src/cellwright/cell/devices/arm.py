@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory
-from cellwright.cell.devices.setpoints import Setpoints
-from cellwright.cell.devices.trajectory_controller import Following, JointTrajectoryController
-from cellwright.cell.devices.trajectory_goal import GoalRequest, TrajectoryGoal
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.joint_trajectory import JointTrajectory
+from cellwright.mechanism.setpoints import Setpoints
+from cellwright.mechanism.trajectory_controller import Following, JointTrajectoryController
+from cellwright.mechanism.trajectory_goal import GoalRequest, TrajectoryGoal
 
 T = TypeVar("T")
 

@@ -11,12 +11,12 @@ identifiers of ended goals. A goal that was cancelled before it arrived is recal
 from typing import Any
 
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of, warn_of_wall_time
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS, seconds
 from cellwright.engine.device import Device, State
+from cellwright.mechanism.trajectory_controller import RejectedTrajectoryError
+from cellwright.mechanism.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint

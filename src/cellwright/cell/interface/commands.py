@@ -7,8 +7,6 @@ from functools import cache
 from typing import cast, get_args
 
 from cellwright.cell.devices.conveyor import PopulationAction
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.devices.trajectory_controller import check_count
 from cellwright.cell.interface.devices import CellDevices, named, present
 from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
@@ -16,6 +14,8 @@ from cellwright.cell.model.part_tops import part_tops
 from cellwright.cell.model.solids import solids
 from cellwright.config.layout.data import layout_data
 from cellwright.engine.clock import NANOSECONDS, seconds
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.mechanism.trajectory_controller import check_count
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message, osrf_gear

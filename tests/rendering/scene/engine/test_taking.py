@@ -9,11 +9,11 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.config.robot.robots import load_robot
 from cellwright.engine.shapes import Visuals, at, box, mesh
+from cellwright.mechanism.shapes import kinematics_of
 from cellwright.rendering.scene import ShapeLayer, ShapeType
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, encode_scene
 from cellwright.robot.node import RobotNode
-from cellwright.robot.shapes import kinematics_of
 from cellwright.running.run import load_trial
 from cellwright.util.pose import Pose
 from tests.rendering.scene.scenes import small

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, NamedTuple, Protocol
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory
 from cellwright.engine.clock import seconds
+from cellwright.mechanism.joint_trajectory import JointTrajectory
 
 
 class RequestedTolerance(Protocol):

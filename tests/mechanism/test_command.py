@@ -4,17 +4,17 @@ from math import inf, nan
 
 import pytest
 
-from cellwright.cell.devices import trajectory_controller as checks
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.devices.trajectory_controller import (
+from cellwright.mechanism import trajectory_controller as checks
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.mechanism.trajectory_controller import (
     MAX_KEPT_SEGMENTS,
     MAX_POINTS,
     RejectedTrajectoryError,
     check_trajectory,
 )
-from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult
+from cellwright.mechanism.trajectory_goal import GoalRequest, GoalResult
 from cellwright.util.errors import RejectedCommandError
-from tests.cell.devices.trajectories import JOINTS, SECOND, START, controller, to
+from tests.mechanism.trajectories import JOINTS, SECOND, START, controller, to
 
 GOOD = to([1.0] * 7, [2.0] * 7)
 POINT = TrajectoryPoint([1.0] * 7, time_from_start_ns=SECOND)

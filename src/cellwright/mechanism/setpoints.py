@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from cellwright.cell.devices.joint_trajectory import Trajectory
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.joint_trajectory import Trajectory
 
 MAX_SETPOINT: Final = 1e6
 """Limit of setpoints [rad, m; per s], far beyond the saturation of every servo.

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.devices.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.config.trial.trial import ArmSettings, JointTolerance
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.mechanism.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
+from cellwright.mechanism.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.middleware.messages.control_msgs import JointTolerance as AskedTolerance
-from tests.cell.devices.trajectories import JOINTS, SECOND, START, STEP, controller, to
+from tests.mechanism.trajectories import JOINTS, SECOND, START, STEP, controller, to
 
 TARGET = (1.0, 2.0, -1.0, 1.0, 3.0, -1.0, 0.5)
 REQUEST = GoalRequest("g", to(TARGET))

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
+from cellwright.mechanism.shapes import FLOOR, visible_corners
 from cellwright.robot.model import build_robot
-from cellwright.robot.shapes import FLOOR, visible_corners
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
 

@@ -14,7 +14,9 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
-from cellwright.cell.devices.joint_trajectory import (
+from cellwright.config.trial.trial import ArmSettings, JointTolerance
+from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.mechanism.joint_trajectory import (
     JointsState,
     JointTrajectory,
     Knot,
@@ -24,9 +26,7 @@ from cellwright.cell.devices.joint_trajectory import (
     rest_segment,
     stop_segment,
 )
-from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, Tolerance, Tolerances, TrajectoryGoal
-from cellwright.config.trial.trial import ArmSettings, JointTolerance
-from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.mechanism.trajectory_goal import GoalRequest, GoalResult, Tolerance, Tolerances, TrajectoryGoal
 from cellwright.util.errors import RejectedCommandError, UsageError, did_you_mean
 
 MAX_POINTS = 10_000

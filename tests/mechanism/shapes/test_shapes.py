@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
+from cellwright.mechanism.shapes import DEFAULT_COLOUR, FLOOR, MIN_HALF_LENGTH
 from cellwright.robot.model import build_robot
-from cellwright.robot.shapes import DEFAULT_COLOUR, FLOOR, MIN_HALF_LENGTH
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.model.robots import one_link

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.devices.trajectory_controller import JointTrajectoryController
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.mechanism.trajectory_controller import JointTrajectoryController
 
 SECOND = 1_000_000_000
 STEP = 2_000_000

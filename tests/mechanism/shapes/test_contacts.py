@@ -6,8 +6,8 @@ import pytest
 
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.model import Joint, JointType, Limits, Link
+from cellwright.mechanism.shapes import joined_pairs
 from cellwright.robot.model import build_robot
-from cellwright.robot.shapes import joined_pairs
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
 

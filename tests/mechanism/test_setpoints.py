@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory
-from cellwright.cell.devices.setpoints import MAX_BATCH, MAX_SETPOINT, Setpoints
 from cellwright.engine.simulation import Simulation
-from tests.cell.devices.trajectories import JOINTS, SECOND, commands, controller, to
+from cellwright.mechanism.joint_trajectory import JointTrajectory
+from cellwright.mechanism.setpoints import MAX_BATCH, MAX_SETPOINT, Setpoints
+from tests.mechanism.trajectories import JOINTS, SECOND, commands, controller, to
 
 RATE = 500
 _BODY = '<body><joint name="{0}" type="slide"/><geom size="0.1"/>'

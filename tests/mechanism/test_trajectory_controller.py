@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.cell.devices.trajectory_controller import JointTrajectoryController
 from cellwright.config.trial.trial import ArmSettings
+from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.mechanism.trajectory_controller import JointTrajectoryController
 from cellwright.util.errors import UsageError
-from tests.cell.devices.trajectories import JOINTS, SECOND, START, STEP, commands, controller, to
+from tests.mechanism.trajectories import JOINTS, SECOND, START, STEP, commands, controller, to
 
 TARGET = (1.0, 2.0, -1.0, 1.0, 3.0, -1.0, 0.5)
 OTHER = (-1.0, 2.5, -0.5, 0.5, 2.0, -2.0, 1.5)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment, rest_segment, stop_segment
-from tests.cell.devices.trajectories import SECOND, numbers
+from cellwright.mechanism.joint_trajectory import Knot, Segment, Trajectory, join_segment, rest_segment, stop_segment
+from tests.mechanism.trajectories import SECOND, numbers
 
 starts = st.integers(0, 1000 * SECOND)
 durations = st.integers(SECOND // 1000, 20 * SECOND)
