@@ -7,10 +7,10 @@ five seconds. The arm swings over the bins and touches nothing.
 from __future__ import annotations
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.trial.trial import CellSettings, Part, Trial
+from cellwright.config.ur10 import INITIAL_POSITIONS
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.util.pose import Pose

@@ -22,9 +22,9 @@ from benchmarks.busy_cell import ON_BELT
 from benchmarks.silence import without_output
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
-from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.ur10 import GRIPPER, UR10
 from cellwright.util.pose import Pose, Quaternion
 
 _ARM_ROOT = "linear_arm_actuator"
@@ -76,7 +76,7 @@ class PyBulletTwin:
         infos = [self._bullet.getJointInfo(self._arm, number) for number in range(count)]
         numbers = {info[1].decode(): info[0] for info in infos}
         self._joints = [numbers[name] for name in ARM_JOINTS]
-        self._efforts = [joint.effort for joint in JOINTS]
+        self._efforts = [joint.limits.effort for joint in UR10.driven]
         assert cell.arm is not None
         for number, position in zip(self._joints, cell.arm.read().positions, strict=True):
             self._bullet.resetJointState(self._arm, number, position)

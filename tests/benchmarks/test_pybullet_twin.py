@@ -8,10 +8,10 @@ from benchmarks.benchmarks import BenchmarkSkippedError
 from benchmarks.busy_cell import busy_cell
 from benchmarks.pybullet_twin import PyBulletTwin, arm_description
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.arm import BODIES
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Part, Trial
+from cellwright.config.ur10 import UR10
 from cellwright.util.pose import Pose
 from tests.support.places import BIN_CENTRES, BIN_SURFACE
 
@@ -41,7 +41,7 @@ def test_arm_description_omits_empty_links() -> None:
 
 def test_twin_arm_has_masses_of_cell_arm() -> None:
     pytest.importorskip("pybullet")
-    links = list(BODIES.values())
+    links = [link.inertial for link in UR10.links.values() if link.inertial is not None]
     masses = [*(link.mass for link in links[:-2]), links[-2].mass + links[-1].mass]  # the cup is one with the last link
     with closing(PyBulletTwin(busy_cell(0, 240, 1), sleeping=True)) as twin:
         assert twin.arm_masses() == pytest.approx(masses)

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from cellwright.cell.controllers import TRAJECTORIES
-from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINTS
 from cellwright.cell.model.build import build_world
 from cellwright.cell.model.solids import solids
 from cellwright.cell.planning import planned_arm
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Trial
+from cellwright.config.ur10 import INITIAL_POSITIONS, UR10
 from cellwright.engine.link_collisions import CLEARANCE, Reason, unchecked_pairs
 from cellwright.middleware.ros2.packages.moveit import srdf
 from tests.middleware.ros2.packages.test_moveit import chain, check_srdf
@@ -104,7 +104,7 @@ def test_pairs_that_touch_are_checked() -> None:
 
 def test_every_joint_has_its_links_among_the_unchecked_pairs() -> None:
     unchecked = unchecked_pairs(planned_arm().urdf)
-    links = ["linear_arm_actuator", *(joint.link for joint in JOINTS), "vacuum_gripper_link"]
+    links = [UR10.root, *(joint.child for joint in UR10.joints)]
     for pair in pairwise(links):
         assert unchecked[pair] is Reason.ADJACENT, pair
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from cellwright.cell.controllers import STATES, TRAJECTORIES
-from cellwright.cell.model.arm import WRIST_3_T_GRIPPER, WRIST_3_T_TOOL
 from cellwright.cell.model.arm_looks import CUP
 from cellwright.cell.planning import planned_arm
+from cellwright.config.ur10 import WRIST_3_T_GRIPPER, WRIST_3_T_TOOL
 from cellwright.middleware.ros2.packages.contents import MOVEIT
 from cellwright.middleware.ros2.packages.moveit import HOME, TOOL, moveit_files
 

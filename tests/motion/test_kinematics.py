@@ -7,8 +7,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cellwright.cell.model.arm import JOINTS, add_arm
+from cellwright.cell.model.arm import add_arm
 from cellwright.config.trial.trial import ArmSettings
+from cellwright.config.ur10 import UR10
 from cellwright.engine.shapes import Visuals
 from cellwright.motion import Joints, arm_frame, face, forward, inverse, is_usual, link_poses, tool_down
 from cellwright.motion.kinematics import A2, A3, D5
@@ -42,7 +43,7 @@ def test_link_poses_equal_those_of_engine() -> None:
     add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.rail)
     model = spec.compile()
     data = mujoco.MjData(model)
-    for joint, value in zip(JOINTS, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):
+    for joint, value in zip(UR10.driven, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):
         data.joint(joint.name).qpos[0] = value
     mujoco.mj_kinematics(model, data)
     poses = link_poses(Joints(0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0))

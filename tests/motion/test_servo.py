@@ -7,10 +7,11 @@ import mujoco
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.arm import JOINTS, add_arm
+from cellwright.cell.model.arm import add_arm
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import ArmSettings, ServoProfile
+from cellwright.config.ur10 import UR10
 from cellwright.engine.shapes import Visuals
 from cellwright.motion import (
     ORIGINAL_SERVO,
@@ -100,10 +101,10 @@ def test_weight_equals_bias_forces_of_engine() -> None:
     model = spec.compile()
     data = mujoco.MjData(model)
     joints = Joints(0.7, -1.0, -0.6, 1.9, 0.4, 1.2, -3.0)
-    for joint, value in zip(JOINTS, joints, strict=True):
+    for joint, value in zip(UR10.driven, joints, strict=True):
         data.joint(joint.name).qpos[0] = value
     mujoco.mj_forward(model, data)
-    needed = [float(data.joint(joint.name).qfrc_bias[0]) for joint in JOINTS]
+    needed = [float(data.joint(joint.name).qfrc_bias[0]) for joint in UR10.driven]
     assert weight(joints) == pytest.approx(needed, rel=1e-3, abs=0.01)
     assert weight(joints.by_name()) == weight(joints)
 

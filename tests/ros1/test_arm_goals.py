@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.clients.agents.kitter.motion import folded, near_posture, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import grip_pose
 from cellwright.clients.agents.kitter.workplace import rail_beside
 from cellwright.clients.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
 from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.ur10 import INITIAL_POSITIONS
 from cellwright.motion import Joints, tool_down
 from cellwright.util.pose import Pose
 from tests.ros1.ground import Ground

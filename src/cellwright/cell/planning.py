@@ -2,8 +2,8 @@
 
 from cellwright.cell.interface.parameters import robot_description
 from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW
-from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS
 from cellwright.config.trial.trial import Trial
+from cellwright.config.ur10 import GRIPPER, INITIAL_POSITIONS, UR10
 from cellwright.middleware.ros2.packages.moveit import PlannedArm
 from cellwright.motion.joints import DEFAULT_LIMITS
 
@@ -17,7 +17,7 @@ def planned_arm() -> PlannedArm:
         >>> planned_arm().groups["arm"][0]
         'shoulder_pan_joint'
     """
-    names = tuple(joint.name for joint in JOINTS)
+    names = tuple(joint.name for joint in UR10.driven)
     return PlannedArm(
         urdf=robot_description(Trial("moveit", has_arm=True)),
         joints=names,

@@ -5,7 +5,6 @@ mass weighs 1 kg, and a link that a gripper drives 0.1 kg. (Measured: with these
 motion. Without them its wrists are four times too quick.)
 """
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,12 +12,12 @@ from fractions import Fraction
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import Inertial, Joint, JointType, Link, position_of
+from cellwright.config.robot.model import Link, position_of
+from cellwright.mechanism.chain import JOINT_TYPES, add_chain, give_mass, inertia_along_link, range_of
 from cellwright.mechanism.shapes import (
     ShapeBuilder,
     add_floor,
@@ -29,7 +28,6 @@ from cellwright.mechanism.shapes import (
     put_floor_under,
 )
 from cellwright.util.errors import DescriptionError
-from cellwright.util.pose import IDENTITY_QUATERNION
 
 TIMESTEP = Fraction(1, 240)
 """Time step of the original's physics [s]."""
@@ -38,13 +36,6 @@ DEFAULT_MASS = 1.0
 FINGER_MASS = 0.1
 """Mass of a link that a gripper's joint moves [kg]."""
 _MIN_MASS, _MIN_INERTIA = 1e-6, 1e-9  # the engine takes no moving body without them
-_MIN_RANGE = 1e-6  # [rad; m]
-_JOINT_TYPES = {
-    JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
-    JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
-    JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
-    JointType.SPHERICAL: mujoco.mjtJoint.mjJNT_BALL,
-}
 _Disable = mujoco.mjtDisableBit
 BASE_BODY = "cellwright base"
 """Name of the body that carries the robot: it is not in the URDF, and `target_base_move` moves it."""
@@ -137,7 +128,7 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
     option.iterations = 100
     builder = _RobotBuilder(spec, config, is_touched=is_touched, is_seen=is_seen)
     builder.build()
-    moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _JOINT_TYPES)
+    moved = frozenset(joint.name for joint in config.robot.joints if joint.type in JOINT_TYPES)
     joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
     exclude_contacts(spec, [(body_of(one), body_of(other)) for one, other in joined])
     return spec
@@ -160,63 +151,27 @@ class _RobotBuilder:
         self.touched: set[str] = set()
         """Links with shapes for contact."""
         self._fingers = {self._robot.joint(name).child for gripper in config.grippers for name in gripper.joints}
-        self._joints_at: dict[str, list[Joint]] = {name: [] for name in self._robot.links}
-        for joint in self._robot.joints:
-            self._joints_at[joint.parent].append(joint)
-            self._joints_at[joint.child].append(joint)
 
     def build(self) -> None:
         """Build the base with the robot on it, from the link that is fixed to the world."""
         base = self._spec.worldbody.add_body(name=BASE_BODY, mocap=True, **pose_arguments(self._config.base_pose))
         first = self._config.fixed_link or self._robot.root
-        body = base.add_body(name=body_of(first))
-        self._fill(body, self._robot.links[first])
-        self._grow(body, first)
+        add_chain(base, self._robot, self._fill, first=first, body_of=body_of)
         for joint in self._robot.driven:
             actuator = self._spec.add_actuator(name=joint.name, target=joint.name)
             actuator.trntype = mujoco.mjtTrn.mjTRN_JOINT
             actuator.gainprm[0] = 0.0
-            actuator.ctrllimited, actuator.ctrlrange = _range(joint)
-
-    def _grow(self, first: Any, first_link: str) -> None:
-        ahead: list[tuple[Any, str, Joint | None]] = [(first, first_link, None)]
-        while ahead:
-            body, link, arrived_by = ahead.pop()
-            for joint in self._joints_at[link]:
-                if joint is arrived_by:
-                    continue
-                is_reversed = joint.child == link
-                other = joint.parent if is_reversed else joint.child
-                origin = joint.origin.inverse() if is_reversed else joint.origin
-                grown = body.add_body(name=body_of(other), **pose_arguments(origin))
-                self._fill(grown, self._robot.links[other])
-                if joint.type in _JOINT_TYPES:
-                    self._add_joint(grown, joint, is_reversed=is_reversed)
-                ahead.append((grown, other, joint))
-
-    def _add_joint(self, body: Any, joint: Joint, *, is_reversed: bool) -> None:
-        """Add a joint; seen from its child, its axis is reversed and passes through the child's frame."""
-        axis, at = joint.axis, (0.0, 0.0, 0.0)
-        if is_reversed:
-            x, y, z = joint.origin.rotate(axis)
-            axis, at = (-x, -y, -z), joint.origin.position
-        made = body.add_joint(name=joint.name, type=_JOINT_TYPES[joint.type], pos=at)
-        if joint.is_driven:
-            made.axis = axis
-            made.limited, made.range = _range(joint)
+            actuator.ctrllimited, actuator.ctrlrange = range_of(joint)
 
     def _fill(self, body: Any, link: Link) -> None:
         """Add mass and shapes of a link."""
-        body.explicitinertial = True
         inertial = link.inertial
         mass = DEFAULT_MASS if inertial is None else inertial.mass
-        inertia = self._inertia_of_shapes(link) if inertial is None else _in_link_frame(inertial)
+        inertia = self._inertia_of_shapes(link) if inertial is None else inertia_along_link(inertial)
         if link.name in self._fingers:
             factor = FINGER_MASS / mass if mass > 0 else 0.0
             mass, inertia = FINGER_MASS, tuple(factor * value for value in inertia)
-        body.mass = mass
-        body.fullinertia = inertia
-        body.ipos = (0.0, 0.0, 0.0) if inertial is None else inertial.pose.position
+        give_mass(body, mass, (0.0, 0.0, 0.0) if inertial is None else inertial.pose.position, inertia)
         for shape in link.shapes:
             if self._shapes.add(body, shape):
                 self.touched.add(link.name)
@@ -227,23 +182,3 @@ class _RobotBuilder:
         # A solid box has the inertia m / 12 (y^2 + z^2) about x, and so on; its products of inertia are 0.
         squares = (y * y + z * z, z * z + x * x, x * x + y * y)
         return (*(max(DEFAULT_MASS / 12 * square, _MIN_INERTIA) for square in squares), 0.0, 0.0, 0.0)
-
-
-def _range(joint: Joint) -> tuple[bool, tuple[float, float]]:
-    """Return whether a joint has limits on both sides, and these [rad; m]; the engine needs some range between them."""
-    lower, upper = joint.limits.lower, joint.limits.upper
-    if not (math.isfinite(lower) and math.isfinite(upper)):
-        return False, (0.0, 0.0)
-    room = max(0.0, _MIN_RANGE - (upper - lower)) / 2
-    return True, (lower - room, upper + room)
-
-
-def _in_link_frame(inertial: Inertial) -> tuple[float, ...]:
-    """Return the inertia about the centre of mass along the axes of the link, in the order of `Inertial`."""
-    xx, yy, zz, xy, xz, yz = inertial.inertia
-    if inertial.pose.quaternion == IDENTITY_QUATERNION:
-        return inertial.inertia
-    # An inertia tensor turns as R I R^T; the engine takes its six numbers along the link's axes.
-    rotation = np.array([inertial.pose.rotate(axis) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))]).T
-    turned = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
-    return tuple(turned[row, column] for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))

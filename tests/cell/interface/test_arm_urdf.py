@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cellwright.cell.interface import parameters as urdf
-from cellwright.cell.model.arm import Cylinder
+from cellwright.config.robot.model import Inertial
 from cellwright.engine.shapes import HERE, Shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose
 from tests.cell.interface.urdf_chain import origin_of
@@ -91,10 +91,10 @@ def test_visual_shape_has_no_collision_geometry() -> None:
     assert colour.attrib == {"rgba": "0.5 0.5 0.5 1.0"}
 
 
-def test_cylinder_link_has_its_inertia() -> None:
-    form = Cylinder(12.0, 0.5, 1.0, middle=0.25)
+def test_link_has_its_inertia() -> None:
+    form = Inertial(12.0, Pose((0.0, 0.0, 0.25)), (1.75, 1.75, 1.5, 0.0, 0.0, 0.0))
     robot = Element("robot")
-    urdf.add_link(robot, "link", form=form)
+    urdf.add_link(robot, "link", inertial=form)
     urdf.add_link(robot, "frame")
     (inertial,) = robot.iter("inertial")
     assert origin_of(inertial)[:3, 3].tolist() == [0.0, 0.0, 0.25]

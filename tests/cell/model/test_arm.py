@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, Trial
+from cellwright.config.ur10 import FIGURES, GRIPPER, INITIAL_POSITIONS, UR10
 from cellwright.util.errors import UnknownNameError
 from tests.cell.model.arm_poses import ON_BELT, PICK, PLACE, READY, ZERO
 from tests.cell.model.bench import Bench, cell
@@ -67,7 +67,7 @@ def test_tool_frames_are_fixed_to_last_wrist(original: Bench) -> None:
 
 def test_links_have_masses_and_inertia_of_original(original: Bench) -> None:
     masses = (4.0, 7.778, 12.93, 3.87, 1.96, 1.96, 0.202, 0.01)
-    links = (*(joint.link for joint in JOINTS), GRIPPER)
+    links = [joint.child for joint in UR10.joints]
     for link, mass in zip(links, masses, strict=True):
         assert original.model.body(link).mass[0] == mass
     assert original.model.body("upper_arm_link").ipos == pytest.approx((0, 0, 0.306))
@@ -88,14 +88,15 @@ def test_arm_joints_come_first_in_order_of_controller(original: Bench) -> None:
 
 def test_original_servo_has_original_parameters(original: Bench) -> None:
     model = original.model
-    for joint in JOINTS:
+    for joint in UR10.driven:
+        figures, limits = FIGURES[joint.name], joint.limits
         actuator, dof = model.actuator(joint.name), int(model.joint(joint.name).dofadr[0])
-        assert (-actuator.biasprm[1], -actuator.biasprm[2]) == (joint.gains.p, joint.gains.d)
-        assert list(actuator.forcerange) == [-joint.effort, joint.effort]
-        assert model.dof_damping[dof] == joint.damping
+        assert (-actuator.biasprm[1], -actuator.biasprm[2]) == (figures.gains.p, figures.gains.d)
+        assert list(actuator.forcerange) == [-limits.effort, limits.effort]
+        assert model.dof_damping[dof] == figures.damping
         assert model.dof_frictionloss[dof] == 0.0  # it never acted in the original
         assert model.dof_armature[dof] == 0.0
-        assert list(model.joint(joint.name).range) == [-joint.limit, joint.limit]
+        assert list(model.joint(joint.name).range) == [limits.lower, limits.upper]
     assert {model.body(body).name for body in np.flatnonzero(model.body_gravcomp)} == {BELT.body}
 
 
@@ -175,7 +176,7 @@ def test_rail_and_pan_joint_reach_setpoint(floating: Bench, joint: str, error: f
 @pytest.mark.parametrize(("joint", "error"), [("linear_arm_actuator_joint", 0.045), ("shoulder_pan_joint", 0.0018)])
 def test_configured_dry_friction_holds_without_creep(joint: str, error: float) -> None:
     """The servo pulls with nine tenths of the joint's dry friction for ten seconds."""
-    bench = Bench(arm(dry_friction={each.name: each.friction for each in JOINTS}))
+    bench = Bench(arm(dry_friction={name: each.friction for name, each in FIGURES.items()}))
     bench.run(1.0)
     start = joint_value(bench, joint)
     bench.command(joint, INITIAL_POSITIONS[joint] + error)

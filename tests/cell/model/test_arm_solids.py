@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.cell.model.arm_solids import FOOT, SOLID, Solid
 from cellwright.clients.agents.kitter.motion import near_posture, station_posture
 from cellwright.clients.agents.kitter.workplace import rail_beside
 from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.ur10 import INITIAL_POSITIONS
 from cellwright.engine.shapes import Circle, Shape, Touch, lofted
 from cellwright.motion import Joints, tool_down
 from tests.cell.model.bench import Bench, cell

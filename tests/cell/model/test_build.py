@@ -7,7 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import GRIPPER
 from cellwright.cell.model.build import World, build_world
 from cellwright.cell.model.shelf import SHELF_SURFACE
 from cellwright.config.trial.trial import (
@@ -22,6 +21,7 @@ from cellwright.config.trial.trial import (
     SensorConfig,
     Trial,
 )
+from cellwright.config.ur10 import GRIPPER
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 from tests.support.places import BIN_CENTRES, TRAY_IDS

@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import CUP_GEOM, GRIPPER
+from cellwright.cell.model.arm import CUP_GEOM
 from cellwright.config.trial.trial import Part
+from cellwright.config.ur10 import GRIPPER
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import BY_BELT, ON_BELT, PICK, READY
 from tests.cell.model.bench import Bench, cell, part_on

@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import GRIPPER
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.trial.trial import ArmSettings, CellSettings, Part, ServoProfile
+from cellwright.config.ur10 import GRIPPER
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN
 from tests.cell.model.bench import MM, Bench, cell, distance

@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import GRIPPER
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.trial.trial import BeltPart, Options, Part, Trial
+from cellwright.config.ur10 import GRIPPER
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import PICK, READY
 from tests.cell.model.bench import Bench, cell, part_on

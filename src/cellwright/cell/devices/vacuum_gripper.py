@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts, engage_weld
-from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
+from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.build import WorldPart
+from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS, NEVER
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.simulation import Simulation

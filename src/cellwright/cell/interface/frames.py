@@ -8,13 +8,13 @@ import numpy as np
 
 from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
-from cellwright.cell.model.arm import GRIPPER, JOINTS, WRIST_3_T_TOOL
 from cellwright.config.trial.trial import PictureCameraConfig, Trial
+from cellwright.config.ur10 import GRIPPER, UR10, WRIST_3_T_TOOL
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import OPTICAL
 from cellwright.util.pose import Pose
 
-ARM_CHAIN = ("linear_arm_actuator", *(joint.link for joint in JOINTS))
+ARM_CHAIN = (UR10.root, *(joint.child for joint in UR10.driven))
 """The rail and the links that the joints move, each in the frame of the previous one."""
 
 LINK_FRAMES = (

@@ -13,18 +13,19 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
-from cellwright.cell.interface.publications import GRIPPER_JOINT
 from cellwright.cell.interface.rows import rows
-from cellwright.cell.model.arm import BODIES, GRIPPER, JOINTS, WRIST_3_T_GRIPPER, Cylinder, gains_of
+from cellwright.cell.model.arm import gains_of
 from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
 from cellwright.cell.model.arm_solids import SOLID
 from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.robot.model import Inertial, Limits
 from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
+from cellwright.config.ur10 import FIGURES, GRIPPER, GRIPPER_JOINT, RAIL, UR10, WRIST_3_T_GRIPPER
 from cellwright.engine.shapes import Shape
 from cellwright.util.pose import Pose, Vector3
 
 _GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] counts as being at it
-_RAIL_LINK = "linear_arm_actuator"
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _TINY_LIMIT = 1e-6  # [rad]; URDF readers take equal limits for none, or refuse them
 Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str, Parameter]"]
 
@@ -44,24 +45,28 @@ def rpy_of(pose: Pose) -> Vector3:
 
 
 def add_link(
-    parent: Element, name: str, *, solid: Sequence[Shape] = (), seen: Sequence[Shape] = (), form: Cylinder | None = None
+    parent: Element,
+    name: str,
+    *,
+    solid: Sequence[Shape] = (),
+    seen: Sequence[Shape] = (),
+    inertial: Inertial | None = None,
 ) -> None:
-    """Add a link with collision and visual shapes, and with the mass and inertia of a cylinder.
+    """Add a link with collision and visual shapes, and with mass and inertia.
 
     Args:
         parent: element to add the link to.
         name: name of the link.
         solid: shapes for collision, which are drawn too.
         seen: shapes that are only drawn.
-        form: source of mass and inertia; None for a link without mass.
+        inertial: mass and inertia along the link's axes; None for a link without mass.
     """
     element = SubElement(parent, "link", name=name)
-    if form is not None:
-        inertial = SubElement(element, "inertial")
-        _add_origin(inertial, Pose((0.0, 0.0, form.middle)))
-        SubElement(inertial, "mass", value=repr(form.mass))
-        across, along = repr(form.across), repr(form.along)
-        SubElement(inertial, "inertia", ixx=across, iyy=across, izz=along, ixy="0.0", ixz="0.0", iyz="0.0")
+    if inertial is not None:
+        heavy = SubElement(element, "inertial")
+        _add_origin(heavy, inertial.pose)
+        SubElement(heavy, "mass", value=repr(inertial.mass))
+        SubElement(heavy, "inertia", dict(zip(_INERTIA, map(repr, inertial.inertia), strict=True)))
     for shape in (*solid, *seen):
         for kind, sizes, pose in _urdf_forms(shape):
             visual = SubElement(element, "visual")
@@ -94,19 +99,11 @@ def add_joint(parent: Element, kind: str, name: str, before: str, behind: str, p
     return joint
 
 
-def _add_axis(
-    joint: Element,
-    axis: Vector3,
-    limit: float,
-    effort: float = 0.0,
-    velocity: float = 0.0,
-    damping: float = 0.0,
-    friction: float = 0.0,
-) -> None:
-    """Add axis, limits and dynamics to a joint, with the figures of an `ArmJoint`."""
+def _add_axis(joint: Element, axis: Vector3, limits: Limits, damping: float = 0.0, friction: float = 0.0) -> None:
+    """Add axis, limits and dynamics to a joint."""
     SubElement(joint, "axis", xyz=_number_text(axis))
-    ends = {"lower": repr(-limit), "upper": repr(limit)}
-    SubElement(joint, "limit", ends, effort=repr(float(effort)), velocity=repr(float(velocity)))
+    names = ("lower", "upper", "effort", "velocity")
+    SubElement(joint, "limit", {name: repr(float(getattr(limits, name))) for name in names})
     SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
 
 
@@ -157,22 +154,19 @@ def _add_frame(robot: Element, frame: TfFrame) -> None:
 
 
 def _add_arm(robot: Element, rail: Pose) -> None:
-    add_link(robot, _RAIL_LINK, solid=[BEAM])
-    add_joint(robot, "fixed", f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, rail)
-    before = _RAIL_LINK
-    for joint in JOINTS:
-        name = joint.link
+    add_link(robot, RAIL, solid=[BEAM])
+    add_joint(robot, "fixed", f"{RAIL}_base_joint", "world", RAIL, rail)
+    for joint in UR10.driven:
+        name, figures = joint.child, FIGURES[joint.name]
         solid = [each if isinstance(each, Shape) else each.plain for each in SOLID[name]]
-        add_link(robot, name, solid=solid, seen=SEEN[name], form=BODIES[name])
-        kind = "prismatic" if before == _RAIL_LINK else "revolute"
-        element = add_joint(robot, kind, joint.name, before, name, joint.pose)
-        _add_axis(element, joint.axis, joint.limit, joint.effort, joint.velocity, joint.damping, joint.friction)
-        before = name
+        add_link(robot, name, solid=solid, seen=SEEN[name], inertial=UR10.links[name].inertial)
+        element = add_joint(robot, joint.type, joint.name, joint.parent, name, joint.origin)
+        _add_axis(element, joint.axis, joint.limits, figures.damping, figures.friction)
     # The cup is on a joint that does not turn: the joint states include it, and robot_state_publisher warns about names
     # of no joint or of a fixed one.
-    add_link(robot, GRIPPER, solid=[CUP], form=BODIES[GRIPPER])
-    element = add_joint(robot, "revolute", GRIPPER_JOINT, before, GRIPPER, WRIST_3_T_GRIPPER)
-    _add_axis(element, (0.0, 0.0, 1.0), _TINY_LIMIT)
+    add_link(robot, GRIPPER, solid=[CUP], inertial=UR10.links[GRIPPER].inertial)
+    element = add_joint(robot, "revolute", GRIPPER_JOINT, "wrist_3_link", GRIPPER, WRIST_3_T_GRIPPER)
+    _add_axis(element, (0.0, 0.0, 1.0), Limits(-_TINY_LIMIT, _TINY_LIMIT, 0.0, 0.0))
     for frame in LINK_FRAMES:
         _add_frame(robot, frame)
 

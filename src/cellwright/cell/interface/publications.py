@@ -26,6 +26,7 @@ from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Order
+from cellwright.config.ur10 import GRIPPER_JOINT
 from cellwright.engine.device import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message, osrf_gear
@@ -72,10 +73,8 @@ _FAN = (
     single(LaserProfiler.farthest),
 )
 _INTENSITIES = singles(np.zeros(FAN_RAY_COUNT))
-GRIPPER_JOINT = "vacuum_gripper_joint"
-"""A fixed joint; the original's controller publishes it as an extra joint, always at 0."""
 STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
-"""Names in the joint states, in their order."""
+"""Names in the joint states, in their order; the original's controller publishes the cup's as an extra joint at 0."""
 _PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 

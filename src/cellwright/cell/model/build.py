@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
-from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
+from cellwright.cell.model.arm import add_arm, check_joints
 from cellwright.cell.model.bins import add_bin
 from cellwright.cell.model.clones import clone_name, first_bodies
 from cellwright.cell.model.furniture import add_housing
@@ -21,6 +21,7 @@ from cellwright.cell.model.shelf import shelf_slot
 from cellwright.cell.model.tray import add_fixed_tray
 from cellwright.config.layout.layout import Carrier, Layout
 from cellwright.config.trial.trial import Part, Trial
+from cellwright.config.ur10 import GRIPPER, INITIAL_POSITIONS
 from cellwright.engine.shapes import Visuals
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.model.arm import GRIPPER, JOINTS
+from cellwright.config.ur10 import GRIPPER, UR10
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import EVENT
@@ -272,7 +272,7 @@ class Recording:
             RecordingError: the file is damaged.
         """
         spans = self.spans("gripper attached")
-        arm = {GRIPPER, *(joint.link for joint in JOINTS)}
+        arm = {joint.child for joint in UR10.joints}
         others = [name for name in self._distances.names if name not in arm and name in self.scene.bodies]
         found = []
         for span in spans:

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.ur10 import GRIPPER, UR10
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.viewer.services.names import MIN_DEVIATION
 
@@ -76,7 +76,7 @@ class CollisionWatch:
         self.collisions: list[Collision] = []
         """Collisions that are over, in the order of their ends."""
         model = cell.simulation.model
-        self._links = [int(model.body(joint.link).id) for joint in JOINTS]
+        self._links = [int(model.body(joint.child).id) for joint in UR10.driven]
         self._joints = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
         self._gripper = int(model.body(GRIPPER).id)
         self._setpoint: mujoco.MjData | None = None
