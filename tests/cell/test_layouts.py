@@ -232,6 +232,39 @@ def test_oblique_belt_has_no_passenger_beyond_its_end() -> None:
     assert cell.parts.pose(cell.parts.part(name)).position[2] < BELT_SURFACE - 0.1
 
 
+DROP = """
+cell:
+  belts: {belt: {from: [0, 1], to: [0, -1], width: 0.4, surface: 0.5, ends: drop}}
+  trays: {table: {at: [2, 0]}}
+parts: [{type: disk_part, on: belt, every: 2, count: 3}]
+orders: {order_0: {tray: table, parts: [{type: disk_part}]}}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("culled", ["true", "false"])
+def test_parts_drop_off_the_end_of_a_belt_and_are_said_to_lie_on_the_floor(culled: str) -> None:
+    cell = Cell(load_trial(text=f"{DROP}cellwright: {{collision_culling: {culled}}}"), competition=False)
+    cell.competition.start()
+    names = [f"populate_conveyor|disk_part_clone_{k}" for k in range(3)]
+    # the first part has its middle over the edge after 1.7 m at 0.2 m/s
+    cell.simulation.step_until(8_300_000_000)
+    assert cell.parts.pose(cell.parts.part(names[0])).position[2] == pytest.approx(0.5, abs=2e-3)
+    cell.simulation.step_until(20_000_000_000)
+    assert cell.parts.in_play == {*names}
+    for name in names:
+        x, y, z = cell.parts.pose(cell.parts.part(name)).position
+        assert math.hypot(x, y + 1.0) < 0.5
+        assert z < 0.1
+    if cell.culling is not None:
+        assert not cell.culling.passengers
+    assert cell.bus.call("/ariac/table", AGVControlRequest(kit_type="order_0_kit_0")).success
+    cell.simulation.step_until(21_000_000_000)
+    (fate,) = cell.competition.fates()["order_0_kit_0"]
+    assert fate is not None
+    assert fate.sentence() == "never gripped; 3 of its type fell off the belt"
+
+
 @pytest.mark.parametrize(("slower", "faster"), [("belt", "back"), ("back", "belt")])
 def test_each_of_several_belts_has_services_of_its_own(slower: str, faster: str) -> None:
     cell = Cell(with_belts(*OPPOSITE, base=replace(ALONE, sensors=())), competition=False)

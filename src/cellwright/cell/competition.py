@@ -19,6 +19,7 @@ from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, 
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
+from cellwright.cell.model.clones import clone_name
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.clock import NEVER
 from cellwright.engine.device import Device, State
@@ -60,6 +61,7 @@ class Competition(Device):
         self._senders = tuple(senders)
         self._trays = tuple(each.tray for each in self._senders)
         self._gripper = gripper
+        self._fallen_below = min((each.surface for each in trial.layout.belts), default=0.0) / 2
         parts.on_removed.append(lambda part, cause: self._handling.remove(part.name, cause))
         for tray in self._trays:
             tray.on_report.append(self._take_report)
@@ -227,7 +229,8 @@ class Competition(Device):
             if name in self._parts.in_play:
                 position = self._parts.pose(self._parts.part(name)).position
                 above = next((tray.link for tray in self._trays if tray.is_below(position)), "")
-            yield PartSnapshot(name, kind, position, trays.get(name, ""), above, self._is_faulty(name))
+            has_fallen = position is not None and name.startswith(clone_name("")) and position[2] < self._fallen_below
+            yield PartSnapshot(name, kind, position, trays.get(name, ""), above, self._is_faulty(name), has_fallen)
 
     def _is_faulty(self, model_name: str) -> bool:
         return trimmed_name(model_name) in self._faulty

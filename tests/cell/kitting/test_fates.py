@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import replace
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -60,6 +61,22 @@ def test_parts_removed_by_deletion_wall_are_counted() -> None:
     assert sentence_of(record, gear(), gear(name=SPARE)) == (
         "never gripped; the deletion wall of the belt removed 2 of its type"
     )
+
+
+def test_parts_that_fell_off_the_belt_are_counted() -> None:
+    record = HandlingRecord()
+    record.remove(GEAR, Removal.DELETION_WALL)
+    fallen = replace(gear(name=SPARE), has_fallen=True)
+    (fate,) = fates(record, gear(), fallen)
+    assert (fate.past, fate.fallen) == (1, 1)
+    assert fate.sentence().endswith("removed 1 of its type; 1 of its type fell off the belt")
+
+
+def test_part_that_fell_after_it_was_held_has_its_own_fate() -> None:
+    record = HandlingRecord()
+    carry(record)
+    (fate,) = fates(record, replace(gear(), has_fallen=True))
+    assert (fate.kind, fate.fallen) == (FateKind.DROPPED, 0)
 
 
 def test_part_released_above_rest_is_dropped_else_put_down() -> None:

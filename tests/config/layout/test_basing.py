@@ -52,6 +52,20 @@ def test_moved_belt_takes_along_what_belongs_to_it() -> None:
     assert belt.covers(*belt.wall.position[:2])
 
 
+def test_end_of_belt_replaces_that_of_the_base() -> None:
+    assert layout("belts: {belt: {ends: drop}}").belts[0].wall is None
+    assert layout("belts: {belt: {wall: {at: [1.2, -4, 1.4]}}}").belts[0].wall is not None
+
+
+def test_wall_replaces_the_drop_of_the_base(tmp_path: Path) -> None:
+    (tmp_path / "base.yaml").write_text("cell: {belts: {belt: {from: [0, 0], to: [0, 4], ends: drop}}}")
+    changed = tmp_path / "own.yaml"
+    changed.write_text("cell: {based_on: base.yaml, belts: {belt: {wall: {at: [0, 3.5, 1.4]}}}}")
+    wall = load_trial([changed]).trial.layout.belt("belt").wall
+    assert wall is not None
+    assert wall.position == (0.0, 3.5, 1.4)
+
+
 def test_moved_carrier_takes_along_tray_sensor_and_way() -> None:
     agv = layout("carriers: {agv2: {at: [2, -3.3]}}").carrier("agv2")
     assert agv.tray_frame.position == pytest.approx((2.0, -3.15, 0.75))

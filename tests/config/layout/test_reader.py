@@ -63,6 +63,14 @@ def test_belt_goes_from_start_to_end() -> None:
     assert belt.frame.position == pytest.approx((1.0, 0.0, 0.6))
 
 
+def test_belt_with_a_drop_has_no_wall() -> None:
+    (belt,) = layout("belts: {belt: {from: [1, 2], to: [1, -2], ends: drop}}").belts
+    assert belt.wall is None
+    assert belt.exit == belt.end == pytest.approx(2.0)
+    (walled,) = layout("belts: {belt: {from: [1, 2], to: [1, -2], ends: wall}}").belts
+    assert walled.exit == pytest.approx(1.8)
+
+
 def test_belt_of_another_name_has_a_body_of_its_own() -> None:
     (belt,) = layout("belts: {side: {at: [0, 0], length: 2}}").belts
     assert (belt.body, belt.direction, belt.size[0]) == ("conveyor_side", (1.0, 0.0, 0.0), 2.0)
@@ -181,6 +189,8 @@ REFUSALS = {
     "belts: {a: {at: [0, 0], length: 0}}": "1: belts.a.length: must be from 0.5 to 60 m (got 0)",
     "belts: {a: {at: [0, 0], length: 1, speed: 0}}": "1: belts.a.speed: must be from 0.01 to 2 m/s (got 0)",
     "belts: {a: {at: [0, 0], length: 1, wall: {}}}": "1: belts.a.wall: the required entry 'at' is missing",
+    "belts: {a: {at: [0, 0], length: 1, ends: floor}}": "1: belts.a.ends: unknown end of a belt 'floor' (known: wall",
+    "belts: {a: {at: [0, 0], length: 1, ends: drop, wall: {at: [0, 0, 1]}}}": "1: belts.a.wall: parts drop off this b",
     "carriers: {a: {at: [0, 0], colour: red}}": "1: carriers.a.colour: must be a colour in quotes such as '#e0762b'",
     "carriers: {a: {at: [0, 0], path: {out: [], back: []}}}": "1: carriers.a.path.out: must be a list of 2 to 100 ke",
     "carriers: {a: {at: [0, 0], path: {out: [[0, 0, 0], [0, 1, 1]], back: [[0, 1, 1], [5, 0, 0]]}}}": "1: "

@@ -374,5 +374,5 @@ def _fate_to_json(fate: Fate) -> dict[str, Any]:
         "held": seconds(fate.held),
         "lies": None if fate.lies is None else list(fate.lies),
         "tray": fate.tray or None,
-        "past": fate.past,
+        "past": fate.past + fate.fallen,
     }

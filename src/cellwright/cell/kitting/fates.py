@@ -77,6 +77,7 @@ class Fate:
         lies: position when the tray was judged, world frame [m]; None if the part had left the cell.
         is_faulty: True for a faulty part, which earns nothing.
         past: for `NEVER_HELD`, the number of parts of the type that the belt's deletion wall removed.
+        fallen: likewise, the number of those that fell off a belt to the floor.
     """
 
     kind: FateKind
@@ -88,6 +89,7 @@ class Fate:
     lies: Vector3 | None = None
     is_faulty: bool = False
     past: int = 0
+    fallen: int = 0
 
     def sentence(self) -> str:
         """The fate in words.
@@ -97,8 +99,9 @@ class Fate:
             'bin7|gear_part_1 was dropped at (0.31, 2.95) m after 3.1 s in the gripper'
         """
         if self.kind is FateKind.NEVER_HELD:
-            belt = f"; the deletion wall of the belt removed {self.past} of its type" if self.past else ""
-            return f"never gripped{belt}"
+            past = f"; the deletion wall of the belt removed {self.past} of its type" if self.past else ""
+            fallen = f"; {self.fallen} of its type fell off the belt" if self.fallen else ""
+            return f"never gripped{past}{fallen}"
         name = f"{self.part} (faulty)" if self.is_faulty else self.part
         words = _WORDS[self.kind].format(
             tray=self.tray,
@@ -125,6 +128,7 @@ class PartSnapshot:
         position: of its origin, world frame [m]; None if it is not in the cell.
         tray: id of the tray whose plate it touches; empty for none.
         above: id of the tray that it is above; empty for none.
+        has_fallen: True for a part of a belt that lies far below the belts.
     """
 
     name: str
@@ -133,6 +137,7 @@ class PartSnapshot:
     tray: str = ""
     above: str = ""
     is_faulty: bool = False
+    has_fallen: bool = False
 
 
 @dataclass(slots=True)
@@ -213,9 +218,13 @@ class HandlingRecord:
         named = {fate.part for fates in self._fates.values() for fate in fates if fate is not None} | set(reported)
         candidates: dict[str, list[tuple[tuple[bool, bool, int, str], Fate]]] = {}
         past: Counter[str] = Counter()
+        fallen: Counter[str] = Counter()
         for part in parts:
             history = self._parts.get(part.name)
-            if history is None or history.removed is Removal.DELIVERY:
+            if history is None:
+                fallen[part.type] += part.has_fallen
+                continue
+            if history.removed is Removal.DELIVERY:
                 continue
             if history.taken is None and history.let_go is None and not history.tray:
                 past[part.type] += history.removed is Removal.DELETION_WALL
@@ -233,7 +242,7 @@ class HandlingRecord:
             elif candidates.get(finding.type):
                 fates.append(candidates[finding.type].pop()[1])
             else:
-                fates.append(Fate(FateKind.NEVER_HELD, past=past[finding.type]))
+                fates.append(Fate(FateKind.NEVER_HELD, past=past[finding.type], fallen=fallen[finding.type]))
         self._fates[score.kit_type] = tuple(fates)
         return tuple(fates)
 

@@ -45,6 +45,5 @@ def _riding(trial: Trial, belt: Belt, kind: str) -> int:
     period = max(part.time for part in flow)
     times = [turn * period + part.time for turn in range(trial.options.belt_population_cycles) for part in parts]
     start = min(belt.along((belt.spawn @ part.pose).position) for part in parts)
-    end = belt.end if belt.wall is None else belt.along(belt.wall.position)
-    ride = (end - start) / belt.speed
+    ride = (belt.exit - start) / belt.speed
     return max(count - bisect_right(times, time - ride) for count, time in enumerate(times, 1))

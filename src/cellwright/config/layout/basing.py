@@ -33,10 +33,12 @@ _DEPENDENT: Mapping[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
         (frozenset({"from", "to"}), frozenset({"at", "turn", "length"})),
         (frozenset({"at", "length"}), frozenset({"from", "to"})),
         (frozenset({"from", "to", "at", "turn", "length"}), frozenset({"spawn", "frame", "wall"})),
+        (frozenset({"ends"}), frozenset({"wall"})),
+        (frozenset({"wall"}), frozenset({"ends"})),
     ),
     "carriers": ((frozenset({"at", "turn"}), frozenset({"path", "tray_frame", "quality_sensor"})),),
 }
-"""Keys whose change makes the base's values of others meaningless: places that go with what is moved."""
+"""Keys whose change makes the base's values of others meaningless: such as places that go with what is moved."""
 
 
 _VIEWS = "views"

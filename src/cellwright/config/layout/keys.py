@@ -29,6 +29,9 @@ MAX_BLOCKS = 100
 MIN_EDGE, MAX_EDGE = 0.05, 20.0
 """Bounds of the edges of bins, and of the width of a belt [m]."""
 
+DROP = "drop"
+"""End of a belt without a wall."""
+
 COORDINATE = quantity(-MAX_DISTANCE, MAX_DISTANCE, "m")
 ANGLE = quantity(-10.0, 10.0, "rad")
 PLACE = quantities((2,), COORDINATE, "[x, y]")
@@ -77,6 +80,7 @@ BELT = Keys(
         "speed": quantity(0.01, 2.0, "m/s"),
         "spawn": _POSE,
         "frame": _POSE,
+        "ends": one_of(("wall", DROP), "end of a belt"),
         "wall": section(WALL, dict),
     },
     strict="entry",

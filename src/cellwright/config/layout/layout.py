@@ -124,6 +124,11 @@ class Belt:
         """Coordinate of its end in the direction of travel [m]."""
         return self.along(self.centre.position) + self.size[0] / 2
 
+    @property
+    def exit(self) -> float:
+        """Coordinate in the direction of travel where parts leave it [m]: at its wall, or at its end."""
+        return self.end if self.wall is None else self.along(self.wall.position)
+
     def covers(self, x: float, y: float, margin: float = 0.0) -> bool:
         """Return whether a point of the world lies over the belt, or at most `margin` [m] beside it."""
         at = self.centre.inverse().transform((x, y, self.surface))

@@ -159,7 +159,9 @@ def _belt(each: Named, reader: Reader) -> Belt | None:
     values = each.values
     surface, thickness, width = (values.get(key, _BELT[key]) for key in ("surface", "thickness", "width"))
     centre = turned((x, y, round(surface - thickness / 2, _DIGITS)), turn)
-    wall = values.get("wall", {})
+    drops, wall = values.get("ends") == keys.DROP, values.get("wall", {})
+    if drops and "wall" in each.table:
+        reader.problems.error(each.table.entries["wall"], "parts drop off this belt's end; leave out ends or wall")
     end = centre.transform((length / 2 - _WALL_BEFORE, 0.0, 0.0))
     wall_at = wall.get("at", (end[0], end[1], surface + 0.5))
     return Belt(
@@ -171,7 +173,7 @@ def _belt(each: Named, reader: Reader) -> Belt | None:
         direction=(round(math.cos(turn), _DIGITS) + 0.0, round(math.sin(turn), _DIGITS) + 0.0, 0.0),
         spawn=values.get("spawn", centre @ Pose((_SPAWN_AFTER - length / 2, 0.0, 0.0))),
         frame=values.get("frame", turned((x, y, surface), turn)),
-        wall=turned(wall_at, wall.get("turn", turn + math.pi / 2)),
+        wall=None if drops else turned(wall_at, wall.get("turn", turn + math.pi / 2)),
         wall_size=wall.get("size", (width + 0.1, 0.1, 1.0)),
     )
 

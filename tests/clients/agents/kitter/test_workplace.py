@@ -71,6 +71,16 @@ def test_belt_past_the_end_of_the_rail_is_worked_where_the_arm_reaches() -> None
     assert belt.rail(0.3) == pytest.approx(rail_beside(0.3, -2.9))
 
 
+def test_parts_are_taken_before_the_belt_loses_them() -> None:
+    whole = replace(LAYOUT.belts[0], centre=Pose((1.21, 2.0, 0.8), LAYOUT.belts[0].centre.quaternion), wall=None)
+    short = replace(whole, size=(4.0, *whole.size[1:]))  # ends at y = 0
+    walled = replace(short, wall=Pose((1.21, 0.8, 1.4), whole.centre.quaternion))
+    (dropping,), (stopping,) = (Workplace(replace(LAYOUT, belts=(each,))).belts for each in (short, walled))
+    # along the travel, which is -y: 0.3 m for the arm to follow it, and a part's length
+    assert -0.51 < dropping.last < -0.39
+    assert dropping.last - stopping.last == pytest.approx(0.8, abs=0.11)  # places are 0.1 m apart
+
+
 def test_belt_out_of_reach_is_left_out_and_no_belt_is_none() -> None:
     belt = replace(LAYOUT.belts[0], centre=Pose((5.0, 0.0, 0.8)), size=(2.0, 0.5, 0.2))
     assert Workplace(replace(LAYOUT, belts=(belt,))).belts == ()
@@ -84,6 +94,7 @@ def test_belts_in_opposite_directions_have_windows_from_their_upstream_end() -> 
         name="back",
         direction=(0.0, 1.0, 0.0),
         centre=Pose((-0.6, 3.0, 0.8), (math.sqrt(0.5), 0, 0, math.sqrt(0.5))),
+        wall=None,
     )
     belts = Workplace(replace(LAYOUT, belts=(there, back))).belts
     assert [(each.first, each.last) for each in belts] == [(-1.7, 1.8)] * 2

@@ -25,6 +25,8 @@ FIRST_ALONG, LAST_ALONG = -1.7, 1.8
 FOLLOWED = 0.3
 """Length [m] of the way on which the arm follows a part on the belt."""
 
+_PART = 0.1
+"""Distance [m] from a part's origin to its foremost point that is kept from the end of a belt."""
 _STEP = 0.1
 _HOVER = 0.1
 """Height [m] of the gripper above the belt for which its reach is computed."""
@@ -126,8 +128,8 @@ class BeltPlace:
 
     @property
     def end(self) -> float:
-        """Place where it ends."""
-        return self.belt.along(self.belt.centre.position) + self.belt.size[0] / 2
+        """Place where parts leave it."""
+        return self.belt.exit
 
     @property
     def area(self) -> Area:
@@ -251,7 +253,7 @@ def _within_reach(belt: Belt) -> BeltPlace | None:
     best: list[float] = []
     stretch: list[float] = []
     for mark in marks:
-        stretch = [*stretch, mark] if mark + FOLLOWED <= place.end and _is_in_reach(place, mark) else []
+        stretch = [*stretch, mark] if mark + FOLLOWED <= place.end - _PART and _is_in_reach(place, mark) else []
         best = max(best, stretch, key=len)
     if not best:
         return None
