@@ -1,4 +1,4 @@
-"""Mesh files, STL and OBJ: triangles, or a refusal."""
+"""Mesh files, STL, OBJ and DAE: triangles, or a refusal."""
 
 from __future__ import annotations
 
@@ -29,6 +29,25 @@ WORDS = (
     "-1",
     "nan",
     "1e39",
+    '<node id="n">',
+    '<instance_node url="#n"/>',
+    '<instance_geometry url="#g"/>',
+    "<polylist>",
+    "<vcount>4</vcount>",
+    "<p>0 1 2 3</p>",
+    "<matrix>",
+    "<!DOCTYPE a>",
+)
+_DAE = (
+    '<COLLADA><library_effects><effect id="e"><diffuse><color>1 0 0 1</color></diffuse></effect></library_effects>'
+    '<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>'
+    '<library_geometries><geometry id="g"><mesh><source id="s"><float_array>0 0 0 1 0 0 0 1 0 0 0 1</float_array>'
+    '<technique_common><accessor stride="3"/></technique_common></source>'
+    '<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>'
+    '<polylist material="m"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4 3</vcount>'
+    "<p>0 1 2 3 1 3 2</p></polylist></mesh></geometry></library_geometries>"
+    '<library_visual_scenes><visual_scene id="w"><node><rotate>0 0 1 90</rotate><instance_geometry url="#g"/></node>'
+    "</visual_scene></library_visual_scenes></COLLADA>"
 )
 _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
 
@@ -38,12 +57,13 @@ def seeds() -> Iterator[bytes]:
     yield from bundled.files("docs/examples/**/*.stl")
     yield b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 2/2 -1/3\nf 1 2 3 4\n"
     yield b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet"
+    yield _DAE.encode()
     yield b"\0" * 80 + struct.pack("<I", 1) + struct.pack("<12fH", *range(12), 0)
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes in either format."""
-    for kind in ("stl", "obj"):
+    """Read the bytes in each format."""
+    for kind in ("stl", "obj", "dae"):
         path = _FOLDER / f"mesh.{kind}"
         path.write_bytes(data)
         try:

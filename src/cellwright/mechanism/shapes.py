@@ -8,8 +8,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.config.models.meshes import is_flat, read_mesh
-from cellwright.config.models.model import ModelShape
+from cellwright.config.models.meshes import is_flat, read_mesh, read_surfaces
+from cellwright.config.models.model import Colour, ModelShape
 from cellwright.config.robot.model import RobotModel
 from cellwright.engine import colours
 from cellwright.engine.shapes import GEOM_TYPES, Mesh, add_mesh
@@ -24,6 +24,7 @@ DEFAULT_COLOUR = (0.62, 0.64, 0.67, 1.0)
 MIN_HALF_LENGTH = 1e-4
 """Minimum half length of a shape [m]: the engine takes no thinner one."""
 _VISUAL_GROUP = 2  # group of visual geoms
+_WHOLE = -1  # in place of the number of a mesh's surface
 _BOX_CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
@@ -119,19 +120,23 @@ class ShapeBuilder:
     """Builder of the shapes of bodies; a mesh that many links use is loaded once.
 
     If links cannot touch each other (`is_touched` is false), shapes for contact alone are left out; if they are not
-    drawn (`is_seen` is false), shapes that are only seen.
+    drawn (`is_seen` is false), shapes that are only seen. The colours of a mesh file count before that of its shape, as
+    in RViz.
     """
 
     def __init__(self, spec: Any, *, is_touched: bool, is_seen: bool) -> None:
         self._spec = spec
         self._is_touched, self._is_seen = is_touched, is_seen
         self._files: dict[Path, Mesh] = {}
-        self._names: dict[tuple[Path, Vector3], str] = {}
+        self._names: dict[tuple[Path, Vector3, int], str] = {}
 
     def add(self, body: Any, shape: ModelShape) -> bool:
         """Add a shape without mass to a body; return True if it is one for contact."""
-        is_touched = shape.is_touched and self._is_touched
-        if not (is_touched or (shape.is_seen and self._is_seen)):
+        is_touched, is_seen = shape.is_touched and self._is_touched, shape.is_seen
+        if is_seen and self._is_seen and self._add_coloured(body, shape):
+            # what remains is the contact
+            is_seen = False
+        if not (is_touched or (is_seen and self._is_seen)):
             return False
         if shape.mesh is not None:
             geom = self._add_mesh(body, shape, shape.mesh, is_touched=is_touched)
@@ -140,11 +145,19 @@ class ShapeBuilder:
             halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, 0.0, 0.0)}.get(shape.kind, (x, y / 2, 0.0))
             size = tuple(max(half, MIN_HALF_LENGTH) for half in halves)
             geom = body.add_geom(type=GEOM_TYPES[shape.kind], size=size, **pose_arguments(shape.pose))
-        geom.rgba = shape.colour or DEFAULT_COLOUR
-        geom.contype = geom.conaffinity = int(is_touched)
-        geom.group = 2 if shape.is_seen else 3
-        geom.mass = 0.0
+        _finish(geom, shape.colour, is_touched=is_touched, is_seen=is_seen)
         return is_touched
+
+    def _add_coloured(self, body: Any, shape: ModelShape) -> bool:
+        """Add the surfaces of a mesh whose file gives colours; return False if it gives none."""
+        surfaces = read_surfaces(shape.mesh) if shape.mesh is not None else ()
+        if shape.mesh is None or all(surface.colour is None for surface in surfaces):
+            return False
+        for number, surface in enumerate(surfaces):
+            mesh = _scaled((surface.vertices, surface.triangles), shape.size)
+            geom = self._mesh_geom(body, shape, (shape.mesh, shape.size, number), mesh)
+            _finish(geom, surface.colour or shape.colour, is_touched=False, is_seen=True)
+        return True
 
     def extent(self, shapes: Iterable[ModelShape]) -> list[float]:
         """Return edge lengths (3) [m] of the box around the shapes for contact, along the link's axes, or 0."""
@@ -173,18 +186,32 @@ class ShapeBuilder:
             halves = np.maximum((upper - lower) / 2, MIN_HALF_LENGTH)
             at = shape.pose @ Pose((x, y, z))
             return body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=halves, **pose_arguments(at))
-        key = path, shape.size
+        return self._mesh_geom(body, shape, (path, shape.size, _WHOLE), (vertices, triangles))
+
+    def _mesh_geom(self, body: Any, shape: ModelShape, key: tuple[Path, Vector3, int], mesh: Mesh) -> Any:
         if key not in self._names:
-            self._names[key] = f"mesh {len(self._names)} {path.name}"
-            add_mesh(self._spec, self._names[key], (vertices, triangles))
+            self._names[key] = f"mesh {len(self._names)} {key[0].name}"
+            add_mesh(self._spec, self._names[key], mesh)
         return body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=self._names[key], **pose_arguments(shape.pose))
 
     def _read(self, path: Path, scale: Vector3) -> Mesh:
-        """Read a mesh [m], scaled to its shape; the outside of a mirrored one stays outside."""
+        """Read a mesh [m], scaled to its shape."""
         if path not in self._files:
             self._files[path] = read_mesh(path)
-        vertices, triangles = self._files[path]
-        return vertices * scale, triangles if np.prod(scale) > 0 else triangles[:, ::-1]
+        return _scaled(self._files[path], scale)
+
+
+def _scaled(mesh: Mesh, scale: Vector3) -> Mesh:
+    """Return a scaled mesh; the outside of a mirrored one stays outside."""
+    vertices, triangles = mesh
+    return vertices * scale, triangles if np.prod(scale) > 0 else triangles[:, ::-1]
+
+
+def _finish(geom: Any, colour: Colour | None, *, is_touched: bool, is_seen: bool) -> None:
+    geom.rgba = colour or DEFAULT_COLOUR
+    geom.contype = geom.conaffinity = int(is_touched)
+    geom.group = 2 if is_seen else 3
+    geom.mass = 0.0
 
 
 def pose_arguments(pose: Pose) -> dict[str, Any]:

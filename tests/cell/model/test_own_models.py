@@ -1,5 +1,6 @@
 """User-defined models in the engine."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.shapes import Role
 from cellwright.util.pose import Pose
+from tests.config.models.dae_files import RED, two_colours
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "own_models"
 
@@ -83,6 +85,19 @@ def test_mesh_goes_to_engine_or_visuals_by_its_use(use: str) -> None:
     assert (name in world.visuals.meshes) == (use != "touched")
     assert (name in [world.model.mesh(mesh).name for mesh in range(world.model.nmesh)]) == (use != "seen")
     assert [shape.mesh for body, shape in world.visuals.shapes if body == part.name] == [name] * (use != "touched")
+
+
+def test_mesh_is_drawn_in_the_colours_of_its_file_unless_the_part_gives_one(tmp_path: Path) -> None:
+    (tmp_path / "a.dae").write_text(two_colours())
+    mesh = ModelShape("mesh", (0.1, 0.1, 0.1), mesh=tmp_path / "a.dae")
+    form = form_of("w", UserModel((mesh,), 1.0))
+    assert [shape.half_extents for shape in form.touched] == [pytest.approx((0.05, 0.05, 0.05))]
+    assert [shape.colour for shape in form.seen] == [RED, (0.0, 0.0, 1.0, 1.0)]
+    assert [shape.pose.position[2] for shape in form.seen] == pytest.approx([0.0, 0.1])
+    grey = (0.5, 0.5, 0.5, 1.0)
+    form = form_of("w", UserModel((replace(mesh, colour=grey),), 1.0))
+    assert form.seen == form.touched
+    assert [shape.colour for shape in form.seen] == [grey]
 
 
 def test_visual_mesh_without_surface_is_refused(tmp_path: Path) -> None:

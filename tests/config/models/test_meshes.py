@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.files import ModelFileError
-from cellwright.config.models.meshes import read_mesh
+from cellwright.config.models.meshes import read_mesh, read_surfaces
+from tests.config.models.dae_files import RED, two_colours
 
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]
 LINES = "".join(f"   vertex {x:e} {y:e} {z:e}\n" for x, y, z in CORNERS)
 TEXT = f"solid part\n facet normal 0 0 1\n  outer loop\n{LINES}  endloop\n endfacet\nendsolid part\n"
 FACET = struct.pack("<12fH", 0, 0, 1, *(number for corner in CORNERS for number in corner), 0)
+DAE = two_colours()
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0.5\nf 1 2 3\n"
 
 
@@ -94,3 +96,33 @@ def test_obj_of_any_exporter_is_read(tmp_path: Path, content: bytes) -> None:
 def test_unusable_mesh_is_refused_with_reason(tmp_path: Path, name: str, content: bytes, message: str) -> None:
     with pytest.raises(ModelFileError, match=message):
         read(tmp_path, name, content)
+
+
+def test_dae_is_read_as_one_mesh_and_as_surfaces(tmp_path: Path) -> None:
+    (tmp_path / "a.DAE").write_text(DAE)
+    vertices, triangles = read_mesh(tmp_path / "a.DAE")
+    assert (vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist()) == ([0, 0, 0], [1, 1, 1])
+    surfaces = read_surfaces(tmp_path / "a.DAE")
+    assert [surface.colour for surface in surfaces] == [RED, (0.0, 0.0, 1.0, 1.0)]
+    assert [len(surface.triangles) for surface in surfaces] == [2, 2]
+    assert len(triangles) == 4
+
+
+def test_mesh_without_colours_is_one_surface(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(OBJ)
+    (surface,) = read_surfaces(tmp_path / "a.obj")
+    assert (surface.colour, len(surface.triangles)) == (None, 1)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (DAE.replace("1.0", "1.0.0"), r"a\.dae: invalid DAE file"),
+        (DAE.replace("<p>", "<p>99999999999999999999 "), r"a\.dae: invalid DAE file"),
+        (DAE.replace("1.0", "inf"), r"a\.dae: a coordinate is not a finite number"),
+        (DAE[:100], r"a\.dae: line 1: invalid XML \(.*\); export the mesh again, or convert it to STL"),
+    ],
+)
+def test_unusable_dae_is_refused_with_its_path(tmp_path: Path, content: str, message: str) -> None:
+    with pytest.raises(ModelFileError, match=message):
+        read(tmp_path, "a.dae", content.encode())

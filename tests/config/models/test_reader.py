@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.config.models import meshes
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import DescriptionError
@@ -88,7 +89,7 @@ BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
             "'sqr(2)' uses 'sqr', which is not in Python",
         ),
         ("{mass: 1, shapes: [{mesh: no.stl}]}", "no.stl: there is no such file"),
-        ("{mass: 1, shapes: [{mesh: a.dae}]}", "a.dae: must be an .stl or .obj file; convert the mesh"),
+        ("{mass: 1, shapes: [{mesh: a.ply}]}", "a.ply: must be an .stl, .obj or .dae file; convert the mesh"),
         ("{file: nowhere}", "nowhere: there is no such file"),
         ("{file: 3}", "must be the path of a file (got the number 3)"),
         ("{file: trial.yaml}", "trial.yaml:1: invalid XML (column 1)"),
@@ -256,11 +257,11 @@ def test_invalid_mesh_is_refused(name: str, content: str, message: str, tmp_path
     assert message in found
 
 
-def test_mesh_with_too_many_triangles_is_refused(tmp_path: Path) -> None:
-    count = 200_001
-    (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", count) + bytes(50 * count))
+def test_mesh_with_too_many_triangles_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meshes, "MAX_TRIANGLES", 200)
+    (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", 201) + bytes(50 * 201))
     (found,) = read_errors(tmp_path, parts("{mass: 1, shapes: [{mesh: a.stl}]}"))
-    assert "too many triangles (got 200001, at most 200000)" in found
+    assert "too many triangles (got 201, at most 200)" in found
 
 
 def test_mesh_in_millimetres_is_refused_as_too_large(tmp_path: Path) -> None:

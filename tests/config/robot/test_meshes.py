@@ -81,7 +81,8 @@ def test_package_folders_end_with_ros_environment_paths(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("a.dae", b"<COLLADA/>", "must be an .stl or .obj file; convert the mesh"),
+        ("a.ply", b"ply", "must be an .stl, .obj or .dae file; convert the mesh"),
+        ("a.dae", b"<COLLADA/>", "the mesh has no triangles"),
         ("a.stl", b"solid nothing", "the mesh has no triangles"),
         ("a.obj", b"v 1 2", "invalid OBJ file"),
         ("b.stl", b"", "not found"),

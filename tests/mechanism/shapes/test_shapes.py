@@ -13,6 +13,7 @@ from cellwright.robot.model import build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.model.robots import one_link
+from tests.config.models.dae_files import RED, two_colours
 
 CORNERS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 3.0)]
 OUTWARD = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
@@ -75,6 +76,19 @@ def test_stepping_model_lacks_what_is_only_seen(tmp_path: Path, *, self_collisio
     assert [stepping.body(body).name for body in range(stepping.nbody)] == [
         whole.body(body).name for body in range(whole.nbody)
     ]
+
+
+def test_mesh_is_drawn_in_the_colours_of_its_file_and_touched_as_a_whole(tmp_path: Path) -> None:
+    path = tmp_path / "a.dae"
+    path.write_text(two_colours())
+    grey = (0.5, 0.5, 0.5, 1.0)
+    model, geoms = built(ModelShape("mesh", (1.0, 1.0, 2.0), colour=grey, mesh=path), self_collision=True)
+    found = [(model.geom(geom).group[0], model.geom(geom).contype[0]) for geom in geoms]
+    assert found == [(2, 0), (2, 0), (3, 1)]
+    assert [tuple(model.geom(geom).rgba) for geom in geoms] == [RED, (0.0, 0.0, 1.0, 1.0), grey]
+    assert np.ptp(world_corners(model, geoms[2]), axis=0) == pytest.approx([1.0, 1.0, 2.0])
+    model, geoms = built(ModelShape("mesh", (1.0, 1.0, 2.0), colour=grey, mesh=path))
+    assert [tuple(model.geom(geom).rgba) for geom in geoms] == [RED, (0.0, 0.0, 1.0, 1.0)]
 
 
 def world_corners(model: mujoco.MjModel, geom: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

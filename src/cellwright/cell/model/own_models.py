@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model.parts import PartType
 from cellwright.config.models.files import ModelFileError
-from cellwright.config.models.meshes import read_mesh
-from cellwright.config.models.model import Furniture, ModelShape, ModelShapeKind, UserModel
+from cellwright.config.models.meshes import read_mesh, read_surfaces
+from cellwright.config.models.model import Furniture, ModelShape, ModelShapeKind, Surface, UserModel
 from cellwright.config.models.reader import MAX_PART_EXTENT
 from cellwright.config.trial.trial import Trial
 from cellwright.engine import colours
@@ -205,13 +205,19 @@ def form_of(name: str, model: UserModel) -> PartGeometry:
     touched, seen = [], []
     for number, ((described, mesh), volume) in enumerate(zip(read, volumes, strict=True)):
         shape = _shape(described, described.colour or model.colour or colours.STEEL)
-        if mesh is not None:
+        surfaces = _coloured_surfaces(described)
+        if mesh is not None and (described.is_touched or not surfaces):
             shape, meshes[f"{name}|mesh_{number}"] = _centred(shape, mesh, f"{name}|mesh_{number}")
         shape = replace(shape, share=volume / whole if whole else 0.0)
         if described.is_touched:
             touched.append(shape)
-        if described.is_seen:
+        if described.is_seen and not surfaces:
             seen.append(shape)
+        for part, surface in enumerate(surfaces):
+            key = f"{name}|mesh_{number}_{part}"
+            own = _shape(described, surface.colour or model.colour or colours.STEEL)
+            own, meshes[key] = _centred(own, (surface.vertices * described.size, surface.triangles), key)
+            seen.append(own)
     return PartGeometry(tuple(touched), tuple(seen), meshes, mass)
 
 
@@ -223,6 +229,14 @@ def _mesh_of(shape: ModelShape) -> Mesh | None:
     if len(vertices) < 4 or _area(vertices, triangles) < _MIN_AREA:
         raise ModelFileError(f"{shape.mesh}: a mesh needs at least 4 vertices, and triangles with an area")
     return vertices, triangles
+
+
+def _coloured_surfaces(shape: ModelShape) -> tuple[Surface, ...]:
+    """Return the surfaces of a mesh that is drawn in the colours of its file; none if it has other colours."""
+    if shape.mesh is None or not shape.is_seen or shape.colour is not None:
+        return ()
+    surfaces = read_surfaces(shape.mesh)
+    return surfaces if any(surface.colour is not None for surface in surfaces) else ()
 
 
 def _area(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:

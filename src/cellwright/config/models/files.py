@@ -17,7 +17,7 @@ from cellwright.util.files import LFS_POINTER, is_lfs_pointer, open_to_read
 
 MAX_MODEL_BYTES = 1 << 20
 """Maximum size of a model file [bytes]."""
-MAX_ASSET_BYTES = 20 << 20
+MAX_ASSET_BYTES = 32 << 20
 """Maximum size of a mesh or picture that a model refers to [bytes]."""
 
 MAX_ELEMENTS = 20_000

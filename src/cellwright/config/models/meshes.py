@@ -1,8 +1,7 @@
-"""Mesh reader: STL (binary or text) and the triangles of Wavefront OBJ."""
+"""Mesh reader: STL (binary or text), the triangles of Wavefront OBJ, and DAE (COLLADA) with its colours."""
 
 import re
 import stat
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias
@@ -10,35 +9,53 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.config.models.dae import joined, read_dae
 from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
+from cellwright.config.models.model import Surface
 from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.util.files import LFS_POINTER, is_lfs_pointer
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as vertex indices, shape (m, 3)."""
 
-MAX_TRIANGLES = 200_000
-"""Maximum number of triangles of a mesh, as in the engine."""
+MAX_TRIANGLES = 400_000
+"""Maximum number of triangles of a mesh."""
 MAX_SIZE = 20.0
 """Maximum length of a mesh [m]; of a longer one the unit is most likely the millimetre."""
 MAX_COORDINATE = 1e9
 """Maximum coordinate, in the file's units; a file with larger ones is broken."""
 
+_SUFFIXES = (".stl", ".obj", ".dae")
+_Mesh: TypeAlias = tuple[Triangles, tuple[Surface, ...]]
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84
 _CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
 
 
 def read_mesh(path: Path) -> Triangles:
-    """Return the mesh in a file.
+    """Return the mesh in a file; a DAE file's lengths are in metres.
 
     Raises:
         ModelFileError: the file has no usable mesh.
     """
-    readers = {".stl": _stl, ".obj": _obj}
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        raise ModelFileError(f"{path}: must be an .stl or .obj file; convert the mesh")
+    return _read(path)[0]
+
+
+def read_surfaces(path: Path) -> tuple[Surface, ...]:
+    """Return the surfaces of the mesh in a file, one for each colour that the file gives.
+
+    Only a DAE file gives any: the mesh of an STL or OBJ file is one surface without a colour.
+
+    Raises:
+        ModelFileError: the file has no usable mesh.
+    """
+    return _read(path)[1]
+
+
+def _read(path: Path) -> _Mesh:
+    suffix = path.suffix.lower()
+    if suffix not in _SUFFIXES:
+        raise ModelFileError(f"{path}: must be an .stl, .obj or .dae file; convert the mesh")
     try:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
@@ -49,12 +66,12 @@ def read_mesh(path: Path) -> Triangles:
         raise ModelFileError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
         raise ModelFileError(f"{path}: cannot be read: {reason(error)}") from None
-    return _read(path, about.st_mtime_ns, about.st_size, reader)
+    return _read_file(path, about.st_mtime_ns, about.st_size)
 
 
-@lru_cache(maxsize=8)
-def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Triangles]) -> Triangles:
-    """Implement `read_mesh`, cached: a file that a hundred shapes refer to is read once while it stays unchanged."""
+@lru_cache(maxsize=16)
+def _read_file(path: Path, _changed: int, _size: int) -> _Mesh:
+    """Implement `_read`, cached: a file that a hundred shapes refer to is read once while it stays unchanged."""
     try:
         content = read_at_most(path, MAX_ASSET_BYTES)
     except OSError as error:
@@ -63,18 +80,23 @@ def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Trian
         raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
     if is_lfs_pointer(content):
         raise ModelFileError(f"{path}: {LFS_POINTER}")
+    suffix = path.suffix.lower()
     try:
         # NaN and infinity are refused below, in one line
         with np.errstate(all="ignore"):
-            vertices, triangles = reader(content)
+            if suffix == ".dae":
+                surfaces = read_dae(content, MAX_TRIANGLES)
+            else:
+                surfaces = (Surface(*(_stl(content) if suffix == ".stl" else _obj(content))),)
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}") from None
     except (ValueError, IndexError, OverflowError):
         raise ModelFileError(f"{path}: invalid {path.suffix[1:].upper()} file") from None
+    vertices, triangles = joined(surfaces)
     _check(path, vertices, triangles)
-    for array in (vertices, triangles):
+    for array in (vertices, triangles, *(array for each in surfaces for array in (each.vertices, each.triangles))):
         array.flags.writeable = False  # the cache returns them again
-    return vertices, triangles
+    return (vertices, triangles), surfaces
 
 
 def is_flat(vertices: NDArray[np.float64]) -> bool:

@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cellwright.util.pose import Pose, Vector3
 
 ModelShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "sphere", "mesh"]
@@ -16,6 +19,18 @@ def clipped_colour(numbers: Sequence[float]) -> Colour:
     """Return four numbers as a colour, each clipped to 0..1."""
     red, green, blue, opacity = (min(max(number, 0.0), 1.0) for number in numbers)
     return (red, green, blue, opacity)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Triangles of one colour: vertices, shape (n, 3), and triangles as vertex indices, shape (m, 3).
+
+    `colour` is None if the file gives none.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    colour: Colour | None = None
 
 
 @dataclass(frozen=True, slots=True)
