@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cellwright.cell.devices.parts import engage_weld
+from cellwright.mechanism.welds import engage_weld
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, named, one_of_each
 

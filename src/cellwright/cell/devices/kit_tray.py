@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.devices.parts import Parts
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.tray import plate_name
@@ -15,6 +15,7 @@ from cellwright.config.trial.trial import KitObject
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.welds import engage_weld
 from cellwright.util.pose import Pose, Vector3
 
 REPORT_PERIOD = Fraction(1)

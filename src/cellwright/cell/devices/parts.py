@@ -38,23 +38,6 @@ _MAX_BODIES = 1 << 20  # base of the numbers of pairs
 _AWAKE = 1  # value of MjData.body_awake; 0 is asleep, -1 static
 
 
-def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose) -> None:
-    """Engage a weld: from the next step on it keeps the other of its two bodies at a pose in the frame of `body`.
-
-    The engine's `eq_data` holds the pose of the weld's second body in the frame of its first (3:6 and 6:10). At 0:3 it
-    holds the anchor point in the second body's frame.
-    """
-    model, data = simulation.model, simulation.data
-    is_first = int(model.eq_obj1id[weld]) == body
-    relative = body_T_other if is_first else body_T_other.inverse()
-    model.eq_data[weld, 0:3] = 0.0
-    model.eq_data[weld, 3:6] = relative.position
-    model.eq_data[weld, 6:10] = relative.quaternion
-    data.eq_active[weld] = 1
-    for each in (int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])):
-        simulation.wake(each)
-
-
 class Parts(Device):
     """All parts of the cell, including those that wait or have left.
 

@@ -16,13 +16,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts, engage_weld
+from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.build import WorldPart
 from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS, NEVER
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.welds import engage_weld
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 

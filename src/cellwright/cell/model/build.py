@@ -23,10 +23,10 @@ from cellwright.config.layout.layout import Carrier, Layout
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.config.ur10 import GRIPPER, INITIAL_POSITIONS
 from cellwright.engine.shapes import Visuals
+from cellwright.mechanism.welds import add_weld, find_weld, grip_name
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
 
-_HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
 MAX_SHAPES = 20_000
 """Maximum number of shapes of all parts of a cell together."""
 _MANY_PARTS = 400
@@ -286,17 +286,10 @@ def _kind(kinds: Mapping[str, PartType], name: str) -> PartType:
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[Carrier, ...], time: float) -> None:  # noqa: FBT001
     """Add the inactive welds that can hold a part: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
-    holders = [(f"grip|{part}", GRIPPER)] if has_arm else []
-    holders += [(f"lock{agv.number}|{part}", agv.tray_link) for agv in agvs]
-    for name, holder in holders:
-        weld = spec.add_equality(
-            name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=holder, name2=part
-        )
-        weld.active = False
-        weld.solref = (time, 1.0)
-        weld.solimp = _HOLD
-        # anchor, pose (written when the weld engages), torque scale
-        weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)
+    if has_arm:
+        add_weld(spec, grip_name(part), GRIPPER, part, time)
+    for agv in agvs:
+        add_weld(spec, f"lock{agv.number}|{part}", agv.tray_link, part, time)
 
 
 def _locate(model: Any, part: _Planned, slot: Pose, agvs: Sequence[int]) -> WorldPart:
@@ -306,11 +299,7 @@ def _locate(model: Any, part: _Planned, slot: Pose, agvs: Sequence[int]) -> Worl
     first = int(model.body_geomadr[body])
     geoms = range(first, first + int(model.body_geomnum[body]))
 
-    def weld(kind: str) -> int:
-        return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, f"{kind}|{part.name}"))
-
-    grip = weld("grip")
-    locks = {number: weld(f"lock{number}") for number in agvs}
+    locks = {number: int(model.equality(f"lock{number}|{part.name}").id) for number in agvs}
     return WorldPart(
         name=part.name,
         type=part.kind.name,
@@ -318,7 +307,7 @@ def _locate(model: Any, part: _Planned, slot: Pose, agvs: Sequence[int]) -> Worl
         qpos=int(joint.qposadr[0]),
         dof=int(joint.dofadr[0]),
         geoms=tuple(geom for geom in geoms if model.geom_contype[geom]),
-        grip=grip if grip >= 0 else None,
+        grip=find_weld(model, grip_name(part.name)),
         locks=locks,
         start=part.start or slot,
         pooled=part.start is None,
