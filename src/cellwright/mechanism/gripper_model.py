@@ -14,6 +14,7 @@ import mujoco
 from cellwright.config.gripper import ParallelGripperSettings
 from cellwright.engine import colours
 from cellwright.engine.shapes import Role, Shape, add_shape, at, box
+from cellwright.mechanism.drives import Drive, add_drive
 from cellwright.util.pose import Pose
 
 SIDES = ("left", "right")
@@ -172,10 +173,7 @@ def _add_finger(
     joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     # the engine's default lets the pads go past each other by millimetres
     joint.solref_limit = (_STIFF_TIME, 1.0)
-    servo = spec.add_actuator(name=names.joints[side], trntype=mujoco.mjtTrn.mjTRN_JOINT, target=names.joints[side])
-    servo.set_to_pid(kp=STIFFNESS, dampratio=1.0)
-    servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
-    servo.forcerange = (-settings.force / 2, settings.force / 2)
+    add_drive(spec, joint, Drive(p=STIFFNESS, effort=settings.force / 2))
 
 
 def _add(body: Any, shape: Shape, contacts: Contacts, mass: float) -> Any:
