@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
@@ -35,10 +36,12 @@ MAX_TOTAL_BYTES = 50 << 20
 """Maximum total size of the meshes and pictures of one file [bytes]."""
 MAX_NUMBER = 4096
 """Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
-_UNSUPPORTED = (
-    *("include", "model", "attach", "plugin", "extension"),
-    *("flexcomp", "composite", "flex", "skin", "hfield", "replicate", "keyframe"),
+UNBOUNDED = (
+    *("model", "attach", "plugin", "extension"),
+    *("flexcomp", "composite", "flex", "skin", "hfield", "replicate"),
 )
+"""Elements of MJCF that read other models or programs, or make any number of bodies."""
+_UNSUPPORTED = ("include", *UNBOUNDED, "keyframe")
 _SIZED_ELEMENTS = ("size", "texture")
 
 
@@ -188,10 +191,8 @@ def check_mjcf(file: ModelFile) -> None:
             raise ModelFileError(
                 f"{file.path}: <{element.tag}> is not supported; put the model into one file with its meshes"
             )
-        if element.tag == "mesh" and "builtin" in element.attrib:
-            raise ModelFileError(f"{file.path}: <mesh builtin> is not supported; use a shape, or a mesh in a file")
-        if element.tag in _SIZED_ELEMENTS:
-            _check_numbers(file.path, element)
+        if fault := mjcf_fault(element.tag, element.attrib):
+            raise ModelFileError(f"{file.path}: {fault}")
         for name, reference in element.items():
             if name.startswith("file"):
                 found = referenced_file(file.path, _in_asset_folder(file.root, element, reference), file.path.parent)
@@ -201,7 +202,7 @@ def check_mjcf(file: ModelFile) -> None:
                     raise ModelFileError(f"{found}: larger than {MAX_ASSET_BYTES >> 20} MiB")
                 if total > MAX_TOTAL_BYTES:
                     raise ModelFileError(f"{file.path}: refers to more than {MAX_TOTAL_BYTES >> 20} MiB of files")
-                _check_asset(found)
+                check_asset(found)
 
 
 def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
@@ -213,8 +214,12 @@ def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> s
     return reference
 
 
-def _check_asset(path: Path) -> None:
-    """Refuse a pointer in place of a file, and a PNG file that would unpack to an unbounded picture."""
+def check_asset(path: Path) -> None:
+    """Refuse a pointer in place of a file, and a PNG file that would unpack to an unbounded picture.
+
+    Raises:
+        ModelFileError: it is refused.
+    """
     with open_to_read(path) as stream:
         head = stream.read(100)
     if is_lfs_pointer(head):
@@ -227,18 +232,21 @@ def _check_asset(path: Path) -> None:
             )
 
 
-def _check_numbers(path: Path, element: ET.Element) -> None:
-    """Refuse allocations that no model needs."""
-    for name, text in element.items():
+def mjcf_fault(tag: str, attributes: Mapping[str, str]) -> str | None:
+    """Return what is wrong with an element of MJCF that makes the engine allocate what no model needs."""
+    if tag == "mesh" and "builtin" in attributes:
+        return "<mesh builtin> is not supported; use a shape, or a mesh in a file"
+    if tag not in _SIZED_ELEMENTS:
+        return None
+    for name, text in attributes.items():
         if name in ("name", "class"):
             continue
         if name == "memory":
-            raise ModelFileError(
-                f"{path}: <size memory> is not supported; remove it, the engine sizes its memory itself"
-            )
+            return "<size memory> is not supported; remove it, the engine sizes its memory itself"
         try:
             numbers = [float(word) for word in text.split()]
         except ValueError:
             continue  # a name
         if any(not abs(number) <= MAX_NUMBER for number in numbers):
-            raise ModelFileError(f"{path}: {name} of <{element.tag}> must be at most {MAX_NUMBER} (got {text!r:.40})")
+            return f"{name} of <{tag}> must be at most {MAX_NUMBER} (got {text!r:.40})"
+    return None

@@ -6,7 +6,7 @@ above it, and the root link has -1. (Measured: PyBullet counts so, and robot con
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -167,6 +167,21 @@ class RobotModel:
             found.append(joint)
             joint = self._above.get(joint.parent)
         return tuple(reversed(found))
+
+
+def in_index_order(root: str, joints: Iterable[Joint]) -> list[Joint]:
+    """Return the joints below a link in the order of their indices: parents first, children in the order given."""
+    below: dict[str, list[Joint]] = {}
+    for joint in joints:
+        below.setdefault(joint.parent, []).append(joint)
+    found: list[Joint] = []
+    # Depth first: a stack with the first child on top.
+    ahead = list(reversed(below.get(root, ())))
+    while ahead:
+        joint = ahead.pop()
+        found.append(joint)
+        ahead.extend(reversed(below.get(joint.child, ())))
+    return found
 
 
 def link_poses(robot: RobotModel, positions: Mapping[str, float], world_T_root: Pose | None = None) -> dict[str, Pose]:

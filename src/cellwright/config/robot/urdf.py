@@ -1,6 +1,6 @@
 """URDF reader: a robot as the tree of its joints, numbered as PyBullet numbers them."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from cellwright.config.models.meshes import MAX_SIZE
 from cellwright.config.models.xml import URDF_VERSIONS
 from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
-from cellwright.config.robot.model import Joint, Link, RobotModel
+from cellwright.config.robot.model import Joint, Link, RobotModel, in_index_order
 from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments, Element, read_elements
 from cellwright.config.robot.urdf_joints import JointReader
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
@@ -39,12 +39,17 @@ def read_urdf(path: Path, *, warn: Callable[[str], None], arguments: Arguments =
     robot = _UrdfReader(read_elements(path, problems, arguments), path, problems).read()
     if problems.errors or robot is None:
         raise DescriptionError(problems.errors, problems.warnings)
+    report_warnings(problems, path, warn)
+    return robot
+
+
+def report_warnings(problems: Problems, path: Path, warn: Callable[[str], None]) -> None:
+    """Pass the warnings about a robot file to `warn`, and count those beyond the first ones."""
     warnings = problems.warnings
     for warning in warnings[:MAX_WARNINGS]:
         warn(str(warning))
     if len(warnings) > MAX_WARNINGS:
         warn(f"{path}: {len(warnings) - MAX_WARNINGS} more warnings are not listed")
-    return robot
 
 
 class _UrdfReader:
@@ -72,12 +77,12 @@ class _UrdfReader:
         roots = [name for name in elements if name not in {joint.child for joint in joints}]
         if self._problems.errors or not self._has_one_root(elements, roots):
             return None
-        ordered = _in_index_order(roots[0], joints)
+        ordered = in_index_order(roots[0], joints)
         if len(ordered) < len(joints):
             reached = {joint.name for joint in ordered}
             ring = [joint.name for joint in joints if joint.name not in reached]
             element = self._joints.element_of(next(joint for joint in joints if joint.name == ring[0]))
-            self._problems.error(element, f"joints form a loop: {_abbreviated(ring)}")
+            self._problems.error(element, f"joints form a loop: {abbreviated(ring)}")
             return None
         self._links.read_materials(self._root)
         links = {name: self._links.read(element, name) for name, element in elements.items()}
@@ -163,7 +168,7 @@ class _UrdfReader:
             self._problems.error(self._root, "no root link: every link is the child of another, in a loop")
             return False
         message = (
-            f"a robot must have one root link (got {len(roots)}: {_abbreviated(roots)}); connect the others by joints"
+            f"a robot must have one root link (got {len(roots)}: {abbreviated(roots)}); connect the others by joints"
         )
         self._problems.error(links[roots[1]], message)
         return False
@@ -191,12 +196,12 @@ class _UrdfReader:
         for kind, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
             if names:
                 count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
-                message = f"{count} no {kind} limit, or 0 ({_abbreviated(names)}); treated as unlimited"
+                message = f"{count} no {kind} limit, or 0 ({abbreviated(names)}); treated as unlimited"
                 self._warn(message)
         if names := self._links.without_inertia:
             count = "a link has" if len(names) == 1 else f"{len(names)} links have"
             self._warn(
-                f"{count} no valid inertia ({_abbreviated(names)}); that of a water sphere of the same mass is used"
+                f"{count} no valid inertia ({abbreviated(names)}); that of a water sphere of the same mass is used"
             )
         if names := list(self._meshes.missing):
             count = "a mesh" if len(names) == 1 else f"{len(names)} meshes"
@@ -215,21 +220,7 @@ class _UrdfReader:
         self._problems.add(Problem(self._root.place, "", message, "warning"))
 
 
-def _in_index_order(root: str, joints: Iterable[Joint]) -> list[Joint]:
-    """Return the joints below a link in the order of their indices: parents first, children in the order given."""
-    below: dict[str, list[Joint]] = {}
-    for joint in joints:
-        below.setdefault(joint.parent, []).append(joint)
-    found: list[Joint] = []
-    # Depth first, as PyBullet numbers joints: a stack with the first child on top.
-    ahead = list(reversed(below.get(root, ())))
-    while ahead:
-        joint = ahead.pop()
-        found.append(joint)
-        ahead.extend(reversed(below.get(joint.child, ())))
-    return found
-
-
-def _abbreviated(names: list[str]) -> str:
+def abbreviated(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
     shown = ", ".join(shortened(name) for name in names[:_MAX_SHOWN])
     return f"{shown}, and {len(names) - _MAX_SHOWN} more" if len(names) > _MAX_SHOWN else shown

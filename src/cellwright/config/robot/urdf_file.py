@@ -147,7 +147,7 @@ def read_elements(path: Path, problems: Problems, arguments: Arguments = NO_ARGU
         DescriptionError: there is no such file, or it is no readable XML.
     """
     text, has_lines = _text(path, problems, arguments)
-    return _parsed(path, text, has_lines=has_lines)
+    return parsed_elements(path, text, has_lines=has_lines)
 
 
 def read_text(path: Path, arguments: Arguments = NO_ARGUMENTS) -> str:
@@ -251,7 +251,12 @@ def _without_invalid_comments(path: Path, text: str, problems: Problems) -> str:
     return "".join([*pieces, text[end:]])
 
 
-def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
+def parsed_elements(path: Path, text: str, *, has_lines: bool = True) -> Element:
+    """Return the root element of a text; without `has_lines` its lines are not those of the file.
+
+    Raises:
+        DescriptionError: it is no readable XML, or larger than any robot's.
+    """
     # without a document type there are no entities, so that nothing can expand or reach other files
     parser = expat.ParserCreate("utf-8")
     top: list[Element] = []
