@@ -25,6 +25,17 @@ def test_name_that_is_no_ros_name_is_refused(name: str) -> None:
     assert not admitted(name, "bins")
 
 
+def test_nothing_has_the_name_of_the_body_of_a_belt() -> None:
+    problems, place = Problems(), Place(0, "cell.yaml", 1)
+    check = NameCheck(Reader(problems), ())
+    for name, section in (("conveyor_back", "bins"), ("back", "belts"), ("population_back", "carriers")):
+        check.admit(Entry(name, Table(place, ""), place, f"cell.{section}.{name}"), name, section)
+    assert [str(each).partition(": ")[2] for each in problems.errors] == [
+        "cell.belts.back: cell.bins.conveyor_back has the name of its body or parts, 'conveyor_back'; choose another",
+        "cell.carriers.population_back: cell.belts.back has this name (cell.yaml:1); choose another",
+    ]
+
+
 def test_arm_may_be_called_arm() -> None:
     assert admitted("arm", "arms")
     assert admitted("bin1", "bins")

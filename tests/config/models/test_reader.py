@@ -107,6 +107,16 @@ def test_invalid_part_name_is_refused(name: str, tmp_path: Path) -> None:
     assert "a part type must be" in found or "is in use" in found
 
 
+def test_part_may_have_the_name_of_an_agv_that_the_cell_lacks(tmp_path: Path) -> None:
+    part = f"cellwright:\n  parts:\n    agv1: {BOX}\n"
+    (tmp_path / "trial.yaml").write_text(f"{part}cell: {{carriers: {{agv3: {{at: [0, 3]}}}}}}\n")
+    assert [*load_trial([tmp_path / "trial.yaml"]).trial.part_models] == ["agv1"]
+    (found,) = read_errors(tmp_path, f"{part}cell: {{based_on: gear2017}}\n")
+    assert found == "trial.yaml:3: cellwright.parts.agv1: the model name 'agv1' is in use; choose another"
+    (found,) = read_errors(tmp_path, f"{part}cell: {{carriers: {{agv1: {{at: [0, 3]}}}}}}\n")
+    assert found == "trial.yaml:4: cell.carriers.agv1: a part type has this name; choose another"
+
+
 def test_unknown_part_type_in_order_gives_suggestion(tmp_path: Path) -> None:
     path = tmp_path / "trial.yaml"
     path.write_text(

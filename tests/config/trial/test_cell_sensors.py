@@ -86,6 +86,8 @@ def test_sensors_move_with_the_cell(text: str) -> None:
         ("a: {type: break_beam, on: belt, hight: 1}", "a.hight: unknown entry; did you mean height"),
         ("bin1: {type: break_beam, on: belt}", "bin1: a bin, belt or tray has this name; choose another"),
         ("orders: {type: break_beam, on: belt}", "orders: the cell has a topic 'orders'; choose another name"),
+        ("population/state: {type: break_beam, on: belt}", "the cell has a topic 'population/state'; choose another"),
+        ("{a: {type: break_beam, on: belt}, a_change: {type: break_beam, on: belt}}", "the break beam 'a' has a topic"),
         ("a-b: {type: break_beam, on: belt}", "a-b: a sensor's name becomes a topic"),
     ],
 )

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.cell.interface.rows import rows
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.sensors import MAX_PICTURE_RATE, MAX_PICTURE_SIZE, MIN_PICTURE_RATE
-from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise, SensorConfig
+from cellwright.config.trial.sensors import MAX_PICTURE_RATE, MAX_PICTURE_SIZE, MIN_PICTURE_RATE, reserved_names
+from cellwright.config.trial.trial import BeltPart, PictureCameraConfig, PictureNoise, SensorConfig
+from cellwright.middleware.interface.table import EndpointKind
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
 
@@ -122,6 +125,37 @@ def test_invalid_camera_is_refused(entries: str, reason: str) -> None:
 def test_invalid_camera_name_is_refused(name: str, reason: str) -> None:
     sensors = f"sensors: {{beam: {{type: break_beam, {POSE}}}}}"
     assert reason in refusal(f"{{{name}: {{type: rgb_camera, {POSE}}}}}", sensors)
+
+
+OWN_CELLS = {
+    "2017": "",
+    "other AGVs": "cell: {carriers: {agv3: {at: [0, 3]}, cart: {at: [0, -3]}}, trays: {side: {at: [2, 0]}}}",
+    "a belt": "cell: {belts: {in: {from: [0, 0], to: [0, 2]}}}",
+    "two belts": "cell: {belts: {in: {from: [0, 0], to: [0, 2]}, out: {from: [2, 0], to: [2, 2]}}}",
+}
+
+
+@pytest.mark.parametrize("name", OWN_CELLS)
+def test_names_of_the_topics_of_a_cell_are_reserved_and_no_others(name: str) -> None:
+    trial = load_trial(text=OWN_CELLS[name] or "{}").trial
+    parts = tuple(BeltPart(1.0, "gear_part", Pose(), belt=each.name) for each in trial.layout.belts)
+    table = rows(replace(trial, has_arm=True, belt_parts=parts), competition=False)
+    topics = {each.name.removeprefix("/ariac/") for each in table if each.kind is EndpointKind.TOPIC}
+    own = {each for each in topics if not each.startswith("/") and not each.startswith("arm/follow_joint_trajectory")}
+    assert reserved_names(trial.layout) | {"trays"} == own | {"trays"}
+
+
+def test_sensor_is_not_named_after_a_topic_of_the_cell() -> None:
+    sensors = f"sensors: {{NAME: {{type: break_beam, {POSE}}}}}"
+    cell = f"{OWN_CELLS['other AGVs']}\n{sensors}"
+    with pytest.raises(DescriptionError, match="the cell has a topic 'agv3/state'"):
+        load_trial(text=cell.replace("NAME", "agv3/state"))
+    assert load_trial(text=cell.replace("NAME", "agv1/state")).trial.sensors
+    with pytest.raises(DescriptionError, match="the cell has a topic 'quality_control_sensor_3'"):
+        load_trial(
+            text=f"{OWN_CELLS['other AGVs']}\ncellwright: {{sensors: {{quality_control_sensor_3: "
+            f"{{type: rgb_camera, {POSE}}}}}}}"
+        )
 
 
 def test_camera_on_missing_arm_is_refused() -> None:

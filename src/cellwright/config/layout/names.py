@@ -5,6 +5,7 @@ from collections.abc import Collection
 from typing import Final
 
 from cellwright.config.arm import ARM_FRAMES
+from cellwright.config.layout.basing import PACKAGED
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Entry
 
@@ -19,12 +20,15 @@ RESERVED = frozenset(
         *("world", "floor", "map", "base", "tool0", "ee_link", "linear_arm", *ARM_FRAMES),
         *("gripper", "conveyor", "conveyor_belt", "population", "deletion_wall", "shelf", "tray", "kit_tray"),
         *("competition", "competition_state", "current_score", "joint_states", "orders", "trays", "layout"),
+        *("start_competition", "end_competition", "material_locations", "submit_tray", "controller_manager"),
     }
 )
-"""Names of bodies, frames, devices and topics that every cell has."""
+"""Names of bodies, frames, devices, topics and services that every cell has."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _TRAY = re.compile(r"(kit_tray|quality_control_sensor)_\d+")
+_OF_BELT = ("conveyor_{}", "population_{}")
+"""Names of the body and the devices of a belt, by its name."""
 _ARM = "arm"
 """Name of the arm's device, which an arm may have, and nothing else."""
 
@@ -44,13 +48,20 @@ class NameCheck:
 
     def admit(self, entry: Entry, name: str, section: str) -> None:
         """Note a name of a section, or report why it cannot be used."""
-        reason = self._reason(name, section)
+        reason = self._reason(entry, name, section)
         if reason:
             self._reader.problems.error(entry, reason)
-        else:
-            self._owners[name] = entry
+            return
+        self._owners[name] = entry
+        for made in (pattern.format(name) for pattern in _OF_BELT if section == "belts"):
+            if made in self._owners:
+                owner = self._owners[made]
+                self._reader.problems.error(
+                    entry, f"{owner.key} has the name of its body or parts, {made!r}; choose another"
+                )
+            self._owners.setdefault(made, entry)
 
-    def _reason(self, name: str, section: str) -> str:
+    def _reason(self, entry: Entry, name: str, section: str) -> str:
         if not _NAME.fullmatch(name) or len(name) > MAX_LENGTH:
             return (
                 f"a name becomes topics and frames; use at most {MAX_LENGTH} letters, digits and _, with a letter first"
@@ -58,7 +69,7 @@ class NameCheck:
         if name in self._owners:
             owner = self._owners[name]
             return f"{owner.key} has this name ({owner.place}); choose another"
-        if name in self._types:
+        if name in self._types and entry.place.path != PACKAGED:
             return "a part type has this name; choose another"
         if name in RESERVED or _TRAY.fullmatch(name) or (name == _ARM and section != "arms"):
             return f"the cell has something else called {name!r}; choose another name"

@@ -37,7 +37,8 @@ MAX_FURNITURE = 200
 MAX_TYPES = 200
 """Maximum number of user-defined part types."""
 _COORDINATES = coordinates(3)
-_RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
+_RESERVED = frozenset({"kit_tray", "tray"})
+"""Names of trays in what cameras report; those of AGVs are refused with the cell."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 

@@ -9,7 +9,7 @@ from cellwright.config.layout.surfaces import Surface, surfaces
 from cellwright.config.parsing.quantities import quantity
 from cellwright.config.parsing.reader import Keys, Reader
 from cellwright.config.parsing.tree import Entry, Table, YamlNode, shortened, with_on
-from cellwright.config.trial.sensors import MAX_SENSORS, check_sensor_name
+from cellwright.config.trial.sensors import MAX_SENSORS, check_change_topics, check_sensor_name, reserved_names
 from cellwright.config.trial.trial import SensorConfig
 from cellwright.config.trial.values import SENSOR_TYPES
 from cellwright.util import plugins as plugins
@@ -45,7 +45,7 @@ def read_cell_sensors(cell: Cell, others: tuple[SensorConfig, ...], reader: Read
     if len(cell.sensors.entries) + len(others) > MAX_SENSORS:
         reader.problems.error(cell.sensors, f"too many sensors (at most {MAX_SENSORS})")
         return ()
-    known, taken = surfaces(cell.layout), {each.name for each in others}
+    known, taken, reserved = surfaces(cell.layout), {each.name for each in others}, reserved_names(cell.layout)
     types = (*SENSOR_TYPES, *plugins.names("sensors"))
     found = []
     for entry in cell.sensors.entries.values():
@@ -64,8 +64,9 @@ def read_cell_sensors(cell: Cell, others: tuple[SensorConfig, ...], reader: Read
             continue
         pose = _pose(entry, table, values, cell, known, reader)
         if SENSOR.complete(values) and pose is not None:
-            check_sensor_name(entry, name, values["type"], reader)
             found.append(SensorConfig(name, values["type"], pose))
+            check_sensor_name(entry, found[-1], reserved, reader)
+    check_change_topics(cell.sensors, (*others, *found), reader)
     return tuple(found)
 
 

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 from cellwright.config.footprints import PART_TYPES
 from cellwright.config.layout.basing import CELL
 from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.layout.layout import Layout
 from cellwright.config.layout.reader import Cell, read_cell
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.overrides import Override, apply_overrides, refuse_without_effect
@@ -30,7 +31,7 @@ from cellwright.config.trial.cell_sensors import read_cell_sensors
 from cellwright.config.trial.moving import moved
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
-from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
+from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors, reserved_names
 from cellwright.config.trial.settings import read_settings
 from cellwright.config.trial.short_parts import ShortParts, read_parts
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Order, SensorConfig, Trial
@@ -163,6 +164,7 @@ def _read(
     types = PART_TYPES | own.get("part_models", {}).keys()
     cell = _cell(root, reader, types, overrides)
     layout = cell.layout
+    _check_part_types(root, layout, reader)
     registry = parts.PartRegistry(reader, options, aliases, types, layout)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
     # The original's parser walks sections in the order of Python 2's dictionaries, and numbers parts as it meets them.
@@ -184,9 +186,10 @@ def _read(
         message = "the cell has no place for an arm; write cell: arms: {arm: {mount: {kind: rail, at: [x, y]}}}"
         reader.problems.error(root.entries["arm"], message)
     has_arm = has_arm or cell.has_arm
-    sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reader) or ()
+    reserved = reserved_names(layout)
+    sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reserved, reader) or ()
     sensors += read_cell_sensors(cell, sensors, reader)
-    sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
+    sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reserved, reader) or ()
     _raise_errors(overrides, reader.problems)
 
     frames = Trial(name, options=options, layout=layout).reference_frames
@@ -234,6 +237,21 @@ def _cell(root: Table, reader: Reader, types: Collection[str], overrides: Sequen
         _raise_errors(overrides, reader.problems)
         raise AssertionError
     return cell
+
+
+def _check_part_types(root: Table, layout: Layout, reader: Reader) -> None:
+    """Refuse part types with the name of an AGV that the file does not describe: cameras report both by their names.
+
+    For names of the file's own section `cell` its reader has done so.
+    """
+    own, cell = root.get(OWN), root.get(CELL)
+    types = own.get(PARTS) if isinstance(own, Table) else None
+    described = cell.get("carriers") if isinstance(cell, Table) else None
+    written = described.entries if isinstance(described, Table) else {}
+    entries = types.entries if isinstance(types, Table) else {}
+    for name in (each.name for each in layout.carriers):
+        if name in entries and name not in written:
+            reader.problems.error(entries[name], f"the model name {name!r} is in use; choose another")
 
 
 def _places(root: Table) -> dict[str, Place]:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from typing import get_args
 
 from cellwright.config.arm import ARM_FRAMES
+from cellwright.config.layout.layout import Layout
 from cellwright.config.parsing.reader import Keys, Reader, any_name, number, one_of, section, whole
 from cellwright.config.parsing.schema import NAME, accepts, mapping
 from cellwright.config.parsing.tree import Entry, Table, YamlNode, plain, shortened
@@ -20,11 +21,13 @@ MAX_SENSORS = 500
 ARM_TYPES = ("ur10",)
 CAMERA_PREFIX = "logical_camera"
 
-RESERVED_NAMES = {
-    *("agv1/state", "agv2/state", "arm/command", "arm/state", "competition_state", "current_score", "gripper/state"),
-    *("joint_states", "orders", "population/state", "quality_control_sensor_1", "quality_control_sensor_2", "trays"),
-}
-"""Topics of the cell, which sensors must not be named after."""
+RESERVED_NAMES = frozenset(
+    {
+        *("arm/command", "arm/state", "competition_state", "current_score", "gripper/state"),
+        *("joint_states", "orders", "trays"),
+    }
+)
+"""Topics of every cell, which sensors must not be named after."""
 
 SENSOR = Keys({"type": any_name(SENSOR_TYPES), "pose": Reader.pose}, texts="sensors")
 
@@ -70,6 +73,23 @@ CAMERA = Keys(
 """Keys of a camera under `sensors` in the section `cellwright`."""
 
 
+def reserved_names(layout: Layout) -> frozenset[str]:
+    """Return the topics of a cell, without `/ariac/`, which sensors must not be named after.
+
+    Example:
+        >>> from cellwright.config.layout.gear2017 import gear2017
+        >>> sorted(reserved_names(gear2017()) - RESERVED_NAMES)[:3]
+        ['agv1/state', 'agv2/state', 'population/state']
+    """
+    belts = layout.belts
+    flows = (f"population_{each.name}" for each in belts) if len(belts) > 1 else ("population",) * len(belts)
+    return RESERVED_NAMES.union(
+        (f"{each.name}/state" for each in layout.stations),
+        (f"quality_control_sensor_{each.number}" for each in layout.carriers),
+        (f"{each}/state" for each in flows),
+    )
+
+
 def read_arm(node: YamlNode, reader: Reader) -> bool:
     """Return whether the section `arm` specifies an arm."""
     table = reader.table(node)
@@ -88,27 +108,32 @@ def read_arm(node: YamlNode, reader: Reader) -> bool:
     return True
 
 
-def read_sensors(node: YamlNode, reader: Reader) -> tuple[SensorConfig, ...]:
-    """Return the section `sensors` without sensors of unknown types."""
+def read_sensors(node: YamlNode, reserved: Collection[str], reader: Reader) -> tuple[SensorConfig, ...]:
+    """Return the section `sensors` without sensors of unknown types; `reserved` names are refused."""
     table = reader.table(node)
     if table and len(table.entries) > MAX_SENSORS:
         reader.problems.error(node, f"too many sensors (got {len(table.entries)}, at most {MAX_SENSORS})")
         return ()
     from_plugins = plugins.names("sensors") if table else []
-    sensors = [_sensor(entry, from_plugins, reader) for entry in table.entries.values()] if table else []
+    sensors = [_sensor(entry, from_plugins, reserved, reader) for entry in table.entries.values()] if table else []
     found = tuple(sensor for sensor in sensors if sensor is not None)
-    # A break beam publishes on a second topic, whose name no other sensor can have.
-    changes = {f"{sensor.name}_change": sensor.name for sensor in found if sensor.type == "break_beam"}
-    for sensor in found:
-        if table and sensor.name in changes:
-            beam = changes[sensor.name]
-            reader.problems.error(
-                table.entries[sensor.name], f"the break beam {beam!r} has a topic of this name; choose another"
-            )
+    if table:
+        check_change_topics(table, found, reader)
     return found
 
 
-def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> SensorConfig | None:
+def check_change_topics(table: Table, sensors: Sequence[SensorConfig], reader: Reader) -> None:
+    """Refuse sensors of a section that are named after the second topic of a break beam; `sensors` are all."""
+    changes = {f"{sensor.name}_change": sensor.name for sensor in sensors if sensor.type == "break_beam"}
+    for sensor in sensors:
+        if sensor.name in changes and sensor.name in table.entries:
+            message = f"the break beam {changes[sensor.name]!r} has a topic of this name; choose another"
+            reader.problems.error(table.entries[sensor.name], message)
+
+
+def _sensor(
+    entry: Entry, from_plugins: Sequence[str], reserved: Collection[str], reader: Reader
+) -> SensorConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -126,21 +151,22 @@ def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor
         message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
         reader.problems.warn(table.entries["type"].value, message, ignored=table)
         return None
-    check_sensor_name(entry, name, sensor.type, reader)
+    check_sensor_name(entry, sensor, reserved, reader)
     return sensor
 
 
-def check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
+def check_sensor_name(entry: Entry, sensor: SensorConfig, reserved: Collection[str], reader: Reader) -> None:
     """Check a name that becomes a topic and frames; its prefix named the publisher of the frame in the original."""
+    name = sensor.name
     if not _TOPIC.fullmatch(name):
         reader.problems.error(
             entry, "a sensor's name becomes a topic; use only letters, digits and _, and / between them"
         )
-    elif name in RESERVED_NAMES:
+    elif name in reserved:
         reader.problems.error(entry, f"the cell has a topic {name!r}; choose another name")
     elif name[0].isdigit():
         reader.problems.warn(entry, "begins with a digit, which ROS 2 does not allow in topics")
-    is_camera = sensor_type == "logical_camera"
+    is_camera = sensor.type == "logical_camera"
     if is_camera and not name.startswith(CAMERA_PREFIX):
         message = f"the name of a logical camera should begin with {CAMERA_PREFIX}; its frame is published twice"
         reader.problems.warn(entry, message)
@@ -152,9 +178,9 @@ def check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader)
 
 
 def read_cameras(
-    own: YamlNode, sensors: Sequence[SensorConfig], reader: Reader, *, has_arm: bool
+    own: YamlNode, sensors: Sequence[SensorConfig], reserved: Collection[str], reader: Reader, *, has_arm: bool
 ) -> tuple[PictureCameraConfig, ...]:
-    """Return the cameras under `sensors` in the section `cellwright`; names of other sensors are refused."""
+    """Return the cameras under `sensors` in the section `cellwright`; names of topics and other sensors are refused."""
     node = own.get("sensors") if isinstance(own, Table) else None
     table = reader.table(node) if node else None
     if table is None:
@@ -163,17 +189,21 @@ def read_cameras(
         reader.problems.error(table, f"too many cameras (got {len(table.entries)}, at most {MAX_CAMERAS})")
         return ()
     used_names = {sensor.name for sensor in sensors}
-    cameras = [_camera(entry, used_names, reader, has_arm=has_arm) for entry in table.entries.values()]
+    cameras = [_camera(entry, used_names, reserved, reader, has_arm=has_arm) for entry in table.entries.values()]
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def _camera(entry: Entry, used_names: Collection[str], reader: Reader, *, has_arm: bool) -> PictureCameraConfig | None:
+def _camera(
+    entry: Entry, used_names: Collection[str], reserved: Collection[str], reader: Reader, *, has_arm: bool
+) -> PictureCameraConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
         return None
     values = CAMERA.read(table, reader)
-    if name is None or not _check_camera_name(entry, name, used_names, reader) or not CAMERA.complete(values):
+    if name is None or not _check_camera_name(entry, name, used_names, reserved, reader):
+        return None
+    if not CAMERA.complete(values):
         return None
     camera = PictureCameraConfig(name, **values)
     if camera.frame != WORLD and not has_arm:
@@ -183,16 +213,16 @@ def _camera(entry: Entry, used_names: Collection[str], reader: Reader, *, has_ar
     return camera
 
 
-def _check_camera_name(entry: Entry, name: str, used_names: Collection[str], reader: Reader) -> bool:
+def _check_camera_name(
+    entry: Entry, name: str, used_names: Collection[str], reserved: Collection[str], reader: Reader
+) -> bool:
     """Check a name that becomes topics and frames, in ROS 1 and in ROS 2."""
     if not _CAMERA_NAME.fullmatch(name):
         reason = "a camera's name becomes a topic; use only letters, digits and _, with a letter first"
-    elif name in RESERVED_NAMES or name in used_names:
-        reason = (
-            "another sensor has this name; choose another"
-            if name in used_names
-            else f"the cell has a topic {name!r}; choose another name"
-        )
+    elif name in used_names:
+        reason = "another sensor has this name; choose another"
+    elif name in reserved:
+        reason = f"the cell has a topic {name!r}; choose another name"
     elif name.startswith(CAMERA_PREFIX):
         reason = f"names that begin with {CAMERA_PREFIX} are for logical cameras; choose another"
     else:
