@@ -12,7 +12,8 @@ from tests.motion.samples import ABOVE_BELT
 GEAR_T_GRIPPER = tool_down(0.0, 0.0, 0.012)
 """The cup on the top of a gear (height 11.9 mm)."""
 
-SEEN = MovingPart(Pose((1.21, 3.5, 0.907)), 10.0)
+VELOCITY = (0.0, -0.2, 0.0)
+SEEN = MovingPart(Pose((1.21, 3.5, 0.907)), 10.0, VELOCITY)
 WINDOW = (-1.0, 2.5)
 
 
@@ -88,7 +89,7 @@ def test_impossible_interception_is_refused_with_reason() -> None:
         {"part": MovingPart(Pose(), 0.0, (0.1, 0.0, 0.0))},
         {"now": math.nan},
         {"window": (0.0, math.inf)},
-        {"part": MovingPart(Pose((math.nan, 0.0, 0.0)), 0.0)},
+        {"part": MovingPart(Pose((math.nan, 0.0, 0.0)), 0.0, VELOCITY)},
     ],
 )
 def test_intercept_refuses_invalid_arguments(wrong: dict[str, object]) -> None:

@@ -88,7 +88,7 @@ def test_original_arm_sags_without_anticipation() -> None:
 
 
 def test_anticipated_interception_meets_part_within_millimetres() -> None:
-    part = MovingPart(Pose((1.21, 2.6, 1.0)), 0.0)  # higher than the belt, so that nothing is touched
+    part = MovingPart(Pose((1.21, 2.6, 1.0)), 0.0, (0.0, -0.2, 0.0))  # higher than the belt, so that nothing is touched
     plan = intercept(part, tool_down(0.0, 0.0, 0.0), ABOVE_BELT, 0.0, window=(0.0, 2.5))
     worst, remaining = tool_errors(plan.motion, anticipated(plan.motion))
     assert worst < 6.0

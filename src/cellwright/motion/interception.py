@@ -12,9 +12,6 @@ from cellwright.motion.trajectories import move, timed
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Vector3
 
-BELT_VELOCITY: Vector3 = (0.0, -0.2, 0.0)
-"""Velocity of a part on the belt at full power [m/s], in the world."""
-
 _SAMPLE = 0.04
 _OVERSHOOT = 1.1
 """Maximum factor by which cubics between samples exceed limits that the motion itself keeps."""
@@ -24,11 +21,16 @@ _APART = 0.1
 
 @dataclass(frozen=True, slots=True)
 class MovingPart:
-    """Part seen at a pose [m] and a time [s] that moves on evenly, with `velocity` [m/s] in the world."""
+    """Part seen at a pose [m] and a time [s] that moves on evenly, with `velocity` [m/s] in the world.
+
+    Example:
+        >>> MovingPart(Pose((1.21, 2.0, 0.907)), 10.0, velocity=(0.0, -0.2, 0.0)).at(15.0).position
+        (1.21, 1.0, 0.907)
+    """
 
     world_T_part: Pose
     time: float
-    velocity: Vector3 = BELT_VELOCITY
+    velocity: Vector3
 
     def at(self, time: float) -> Pose:
         """Return its pose at a time [s]."""

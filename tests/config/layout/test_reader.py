@@ -87,6 +87,22 @@ def test_carrier_has_tray_sensor_and_way_of_2017_from_its_station() -> None:
     assert agv.colour == (1.0, 0.0, 0.0, 1.0)
 
 
+def test_longer_tray_of_a_carrier_reaches_further_to_its_front() -> None:
+    (agv,) = layout("carriers: {cart: {at: [1, 0], turn: pi, tray: [0.4, 1.1]}}").carriers
+    (usual,) = layout("carriers: {cart: {at: [1, 0], turn: pi}}").carriers
+    assert agv.plate == (0.4, 1.1)
+    assert agv.tray_frame.position == pytest.approx((1.0, -0.35, 0.75))
+    assert agv.tray_surface.position == pytest.approx((1.0, -0.35, 0.755))
+    assert agv.covers(1.0, -0.89)
+    assert not usual.covers(1.0, -0.89)
+    # both begin at the mast, and in both the sensor over the tray sees all of it
+    for each in (agv, usual):
+        back, front = (each.tray_frame.transform((0.0, side * each.plate[1] / 2, 0.0))[1] for side in (-1, 1))
+        assert back == pytest.approx(0.2)
+        assert each.quality.position[1] - 0.78 < front
+        assert back < each.quality.position[1] + 0.78
+
+
 def test_agv_keeps_the_number_in_its_name() -> None:
     found = layout("carriers: {cart: {at: [0, 0]}, agv1: {at: [3, 0]}, other: {at: [6, 0]}, agv4: {at: [9, 0]}}")
     assert [(each.name, each.number) for each in found.carriers] == [
@@ -191,6 +207,8 @@ REFUSALS = {
     "belts: {a: {at: [0, 0], length: 1, wall: {}}}": "1: belts.a.wall: the required entry 'at' is missing",
     "belts: {a: {at: [0, 0], length: 1, ends: floor}}": "1: belts.a.ends: unknown end of a belt 'floor' (known: wall",
     "belts: {a: {at: [0, 0], length: 1, ends: drop, wall: {at: [0, 0, 1]}}}": "1: belts.a.wall: parts drop off this b",
+    "carriers: {a: {at: [0, 0], tray: [0.6, 0.7]}}": "1: carriers.a.tray: must be at most 0.54 x 1.4 m, which the qual",
+    "carriers: {a: {at: [0, 0], tray: 1}}": "1: carriers.a.tray: must be [x, y]",
     "carriers: {a: {at: [0, 0], colour: red}}": "1: carriers.a.colour: must be a colour in quotes such as '#e0762b'",
     "carriers: {a: {at: [0, 0], path: {out: [], back: []}}}": "1: carriers.a.path.out: must be a list of 2 to 100 ke",
     "carriers: {a: {at: [0, 0], path: {out: [[0, 0, 0], [0, 1, 1]], back: [[0, 1, 1], [5, 0, 0]]}}}": "1: "

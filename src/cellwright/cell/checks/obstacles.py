@@ -115,10 +115,11 @@ def blocked_paths(trial: Trial, found: Sequence[Obstacle]) -> Iterator[tuple[Car
     """
     for carrier in trial.carriers:
         agv = _agv(carrier)
+        home_T_agv = carrier.home.inverse() @ agv.middle
         others = [each for each in found if each.key != agv.key and agv.overlap(each) <= _TOUCHING]
         hit = set()
         for x, y in _places(carrier):
-            moved = replace(agv, middle=Pose((x, y, 0.0), carrier.home.quaternion))
+            moved = replace(agv, middle=Pose((x, y, 0.0), carrier.home.quaternion) @ home_T_agv)
             for other in others:
                 if other.key not in hit and moved.overlap(other) > _TOUCHING:
                     hit.add(other.key)
@@ -139,7 +140,12 @@ def world_path(carrier: Carrier) -> tuple[list[tuple[float, float]], list[tuple[
 
 
 def _agv(carrier: Carrier) -> Obstacle:
-    return Obstacle(f"cell.carriers.{carrier.name}", carrier.name, carrier.home, AGV_SIZE[:2], 0.1, AGV_SIZE[2])
+    """Return the box around an AGV and its tray."""
+    width, length, height = AGV_SIZE
+    front = max(length / 2, carrier.home_T_tray.position[1] + carrier.plate[1] / 2)
+    size = (max(width, carrier.plate[0]), length / 2 + front)
+    middle = carrier.home @ Pose((0.0, (front - length / 2) / 2, 0.0))
+    return Obstacle(f"cell.carriers.{carrier.name}", carrier.name, middle, size, 0.1, height)
 
 
 def _block(key: str, name: str, frame: Pose, block: Block) -> Obstacle:

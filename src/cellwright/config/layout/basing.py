@@ -36,7 +36,10 @@ _DEPENDENT: Mapping[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
         (frozenset({"ends"}), frozenset({"wall"})),
         (frozenset({"wall"}), frozenset({"ends"})),
     ),
-    "carriers": ((frozenset({"at", "turn"}), frozenset({"path", "tray_frame", "quality_sensor"})),),
+    "carriers": (
+        (frozenset({"at", "turn"}), frozenset({"path", "tray_frame", "quality_sensor"})),
+        (frozenset({"tray"}), frozenset({"tray_frame", "quality_sensor"})),
+    ),
 }
 """Keys whose change makes the base's values of others meaningless: such as places that go with what is moved."""
 

@@ -24,6 +24,8 @@ MAX_DISTANCE = 100.0
 """Maximum coordinate in a cell of one's own [m]."""
 MIN_BELT, MAX_BELT = 0.5, 60.0
 """Bounds of the length of a belt [m]."""
+MAX_TRAY = (0.54, 1.4)
+"""Maximum edges along x and y of the tray of a carrier [m]: what its quality control sensor sees."""
 MAX_BLOCKS = 100
 """Maximum number of boxes of a structure, and of lines on the floor."""
 MIN_EDGE, MAX_EDGE = 0.05, 20.0
@@ -96,6 +98,7 @@ CARRIER = Keys(
     {
         "turn": ANGLE,
         "path": section(PATH, dict),
+        "tray": quantities((2,), _EDGE, "[x, y]"),
         "tray_frame": _POSE,
         "quality_sensor": Reader.pose,
         "colour": read_colour,

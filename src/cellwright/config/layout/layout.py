@@ -150,7 +150,7 @@ class Carrier:
         back: key frames of the way back.
         axes: directions in the world of x and y of the key frames.
         colour: colour of its chassis.
-        home_T_tray: pose of the tray's link in its own frame.
+        home_T_tray: pose of the tray's link in its own frame, in front of its mast.
         plate: edge lengths of the tray's plate along x and y of the tray's link, whose origin is in its middle.
         surface: height of the surface that parts lie on.
     """

@@ -228,12 +228,26 @@ def _carrier(each: Named, number: int, reader: Reader) -> Carrier | None:
         home=home,
         tray_link=f"{each.name}::{tray}::{tray}::tray",
         tray_frame=home,
-        quality=values.get("quality_sensor", home @ _QUALITY),
+        quality=home @ _QUALITY,
         out=path["out"],
         back=path["back"],
     )
-    colour, frame = values.get("colour", carrier.colour), values.get("tray_frame", home @ carrier.home_T_tray)
-    return replace(carrier, colour=colour, tray_frame=frame)
+    plate = values.get("tray", carrier.plate)
+    if any(edge > most for edge, most in zip(plate, keys.MAX_TRAY, strict=True)):
+        most, got = (" x ".join(f"{edge:g}" for edge in edges) for edges in (keys.MAX_TRAY, plate))
+        message = f"must be at most {most} m, which the quality control sensor sees (got {got})"
+        reader.problems.error(each.table.entries["tray"].value, message)
+    # a longer tray reaches further to the front, since the mast is behind it; so its sensor is further in front, too
+    longer = max(0.0, plate[1] - carrier.plate[1])
+    home_T_tray = Pose((0.0, longer / 2, 0.0)) @ carrier.home_T_tray
+    return replace(
+        carrier,
+        colour=values.get("colour", carrier.colour),
+        plate=plate,
+        home_T_tray=home_T_tray,
+        tray_frame=values.get("tray_frame", home @ home_T_tray),
+        quality=values.get("quality_sensor", home @ Pose((0.0, longer, 0.0)) @ _QUALITY),
+    )
 
 
 def _straight_path(home: Pose) -> dict[str, KeyFrames]:
