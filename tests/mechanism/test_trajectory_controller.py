@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.trial.trial import ArmSettings
+from cellwright.config.arm import ArmSettings
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.mechanism.trajectory_controller import JointTrajectoryController
 from cellwright.util.errors import UsageError

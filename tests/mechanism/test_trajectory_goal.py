@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.trial.trial import ArmSettings, JointTolerance
+from cellwright.config.arm import ArmSettings, JointTolerance
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.mechanism.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
 from cellwright.mechanism.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal

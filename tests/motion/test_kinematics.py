@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cellwright.cell.model.arm import add_arm
-from cellwright.config.trial.trial import ArmSettings
+from cellwright.config.arm import ArmSettings
 from cellwright.config.ur10 import UR10
 from cellwright.engine.shapes import Visuals
 from cellwright.motion import Joints, arm_frame, face, forward, inverse, is_usual, link_poses, tool_down
@@ -40,7 +40,7 @@ def test_forward_kinematics_equal_published_ones(case: dict[str, Any]) -> None:
 
 def test_link_poses_equal_those_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.rail)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.arms[0].pose)
     model = spec.compile()
     data = mujoco.MjData(model)
     for joint, value in zip(UR10.driven, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):

@@ -10,7 +10,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.model.arm import add_arm
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from cellwright.config.trial.trial import ArmSettings, ServoProfile
+from cellwright.config.arm import ArmSettings, ServoProfile
 from cellwright.config.ur10 import UR10
 from cellwright.engine.shapes import Visuals
 from cellwright.motion import (
@@ -97,7 +97,7 @@ def test_anticipated_interception_meets_part_within_millimetres() -> None:
 
 def test_weight_equals_bias_forces_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.rail)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.arms[0].pose)
     model = spec.compile()
     data = mujoco.MjData(model)
     joints = Joints(0.7, -1.0, -0.6, 1.9, 0.4, 1.2, -3.0)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
+from cellwright.config.arm import ArmSettings, JointGains, JointTolerance
 from cellwright.config.layout import keys
 from cellwright.config.parsing import entries
 from cellwright.config.parsing.reader import Keys
@@ -25,17 +26,7 @@ from cellwright.config.trial import (
     values,
 )
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import (
-    ArmSettings,
-    CellSettings,
-    JointGains,
-    JointTolerance,
-    Options,
-    PictureCameraConfig,
-    PictureNoise,
-    SensorConfig,
-    Trial,
-)
+from cellwright.config.trial.trial import CellSettings, Options, PictureCameraConfig, PictureNoise, SensorConfig, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tests.config.trial.whole import WHOLE
 from tools.configuration_pages import filled, tables

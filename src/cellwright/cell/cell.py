@@ -32,7 +32,8 @@ from cellwright.cell.model.arm import CUP_GEOM
 from cellwright.cell.model.build import World, build_world, demo_origin
 from cellwright.cell.start import CellSnapshot, Start
 from cellwright.cell.variation import Bounds
-from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
+from cellwright.config.arm import ServoProfile
+from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device
 from cellwright.engine.sensor import Sensor

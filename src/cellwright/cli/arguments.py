@@ -19,7 +19,8 @@ from cellwright.cli import options
 from cellwright.cli.main import ros_arguments
 from cellwright.cli.options import in_range, one_of, refuse
 from cellwright.cli.parameters import argument, flag, option
-from cellwright.config.trial.trial import ServoProfile, Trial
+from cellwright.config.arm import ServoProfile
+from cellwright.config.trial.trial import Trial
 from cellwright.middleware.ros2.host.ros2 import NAMES, RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend

@@ -9,9 +9,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT, JointGains
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
-from cellwright.config.trial.trial import JointGains
 from cellwright.util.pose import Pose, Vector3
 
 RAIL = "linear_arm_actuator"

@@ -14,7 +14,7 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
-from cellwright.config.trial.trial import ArmSettings, JointTolerance
+from cellwright.config.arm import ArmSettings, JointTolerance
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.mechanism.joint_trajectory import (
     JointsState,

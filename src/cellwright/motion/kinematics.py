@@ -68,11 +68,11 @@ def arm_frame(rail: Pose) -> Pose:
     frame.
 
     Args:
-        rail: pose of the rail's frame in the world [m], as `Layout.rail` is.
+        rail: pose of the rail's frame in the world [m], as that of an arm of a `Layout`.
 
     Example:
         >>> from cellwright.config.layout.gear2017 import gear2017
-        >>> arm_frame(gear2017().rail) == Pose()
+        >>> arm_frame(gear2017().arms[0].pose) == Pose()
         True
     """
     return rail @ Pose((BASE_X, 0.0, RAIL_HEIGHT)).inverse()

@@ -196,7 +196,7 @@ def _described(
     overrides = more.pop("set", ())
     if more:
         raise TypeError(f"unexpected keyword argument {next(iter(more))!r}")
-    from cellwright.config.trial.trial import ServoProfile
+    from cellwright.config.arm import ServoProfile
 
     profiles = get_args(ServoProfile)
     if servo not in (None, *profiles):

@@ -90,7 +90,7 @@ class _Map:
         self._parts()
         self._furniture()
         self._carriers()
-        self._arm()
+        self._arms()
         self._sensors()
         self._names()
         return self._figure
@@ -103,8 +103,7 @@ class _Map:
         ]
         points += [each.pose.position[:2] for each in trial.sensors]
         points += [each.pose.position[:2] for each in trial.furniture]
-        if trial.has_arm:
-            points += [trial.layout.rail.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+        points += [arm.pose.transform((0.0, y, 0.0))[:2] for arm in trial.arms for y in (-RAIL_LIMIT, RAIL_LIMIT)]
         for belt in trial.layout.belts:
             points += [each.position[:2] for each in (belt.spawn, belt.wall) if each is not None]
         x, y = np.array(points or [(-1.0, -1.0), (1.0, 1.0)]).T
@@ -126,7 +125,7 @@ class _Map:
         start, height = left - 0.15, bottom + 0.12
         axes.plot((start, start - 1.0), (height, height), color=INK, lw=2.5, zorder=12, solid_capstyle="butt")
         self._text(height + 0.1, start - 0.5, "1 m")
-        if self._trial.has_arm and self._surfaces:
+        if self._trial.arms and self._surfaces:
             axes.plot([], [], "s", ms=7, color=OUT, alpha=0.35, label="out of reach, tool down")
         if any(each.type == TYPE for each in self._trial.sensors):
             axes.plot([], [], "s", ms=7, color=SIGHT, alpha=0.3, label="view of a logical camera")
@@ -185,7 +184,7 @@ class _Map:
         return max(seen or points, key=lambda point: min(math.dist(point, each) for each in taken))
 
     def _reach(self) -> None:
-        if not self._trial.has_arm:
+        if not self._trial.arms:
             return
         for surface in self._surfaces:
             reached = in_reach(surface, self._trial.layout)
@@ -261,15 +260,13 @@ class _Map:
         self._arrow(start, end, ARROW, 0.9)
         self._text(*label, name, 0.85, color=ARROW)
 
-    def _arm(self) -> None:
-        if not self._trial.has_arm:
-            return
-        rail = self._trial.layout.rail
-        low, middle, high = (rail.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, 0.0, RAIL_LIMIT))
-        self._line((low, high), RAIL, 5.0, alpha=0.5, zorder=7)
-        self._axes.add_patch(Circle(middle[::-1], 0.1, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
-        x, y, _ = rail.transform((0.0, RAIL_LIMIT / 2, 0.0))
-        self._text(x, y, "rail of the arm", color=RAIL, va="bottom", xytext=(0, 4))
+    def _arms(self) -> None:
+        for arm in self._trial.arms:
+            low, middle, high = (arm.pose.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, 0.0, RAIL_LIMIT))
+            self._line((low, high), RAIL, 5.0, alpha=0.5, zorder=7)
+            self._axes.add_patch(Circle(middle[::-1], 0.1, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
+            x, y, _ = arm.pose.transform((0.0, RAIL_LIMIT / 2, 0.0))
+            self._text(x, y, "rail of the arm", color=RAIL, va="bottom", xytext=(0, 4))
 
     def _sensors(self) -> None:
         for sensor in self._trial.sensors:

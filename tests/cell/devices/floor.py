@@ -14,8 +14,8 @@ from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.arm import ARM_JOINTS
-from cellwright.config.trial.trial import Part, ServoProfile, Trial
+from cellwright.config.arm import ARM_JOINTS, ServoProfile
+from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.util.pose import Pose

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cellwright.cell.model.parts import PART_TYPES
-from cellwright.config.arm import ARM_JOINTS
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
+from cellwright.config.arm import ARM_JOINTS, ArmSettings, JointGains, JointTolerance
+from cellwright.config.trial.trial import CellSettings
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint

@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.action import MAX_PUBLISHED, MAX_REMEMBERED
-from cellwright.config.trial.trial import ArmSettings
+from cellwright.config.arm import ArmSettings
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.middleware.messages.control_msgs import JointTolerance

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.interface.parameters import parameters, robot_description
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
+from cellwright.config.arm import ArmSettings, JointGains, JointTolerance
+from cellwright.config.trial.trial import CellSettings
 from tests.support.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 
 

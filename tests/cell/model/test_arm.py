@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.config.arm import ARM_JOINTS
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, Trial
+from cellwright.config.arm import ARM_JOINTS, ArmSettings, JointGains
+from cellwright.config.trial.trial import CellSettings, Trial
 from cellwright.config.ur10 import FIGURES, GRIPPER, INITIAL_POSITIONS, UR10
 from cellwright.util.errors import UnknownNameError
 from tests.cell.model.arm_poses import ON_BELT, PICK, PLACE, READY, ZERO

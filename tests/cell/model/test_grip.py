@@ -9,7 +9,8 @@ import pytest
 
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.trial.trial import ArmSettings, CellSettings, Part, ServoProfile
+from cellwright.config.arm import ArmSettings, ServoProfile
+from cellwright.config.trial.trial import CellSettings, Part
 from cellwright.config.ur10 import GRIPPER
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN

@@ -37,7 +37,7 @@ def test_2017_comes_back_with_the_same_text() -> None:
         (("bins", 2, "surface"), "high", "layout.bins[2].surface: must be a float (got 'high')"),
         (("bins", 2, "surface"), True, "layout.bins[2].surface: must be a float (got True)"),
         (("bins", 0, "size"), [1.0], "layout.bins[0].size: must have 2 entries (got [1.0])"),
-        (("rail",), {"position": [0, 0, 0]}, "layout.rail: lacks quaternion"),
+        (("shelf",), {"position": [0, 0, 0]}, "layout.shelf: lacks quaternion"),
         (("bins", 1, "lid"), 0.1, "layout.bins[1]: has an unknown entry lid"),
         (("carriers", 0, "out", 0, 0), 3.0, "layout.carriers[0].out[0][0]: must be a str (got 3.0)"),
     ],

@@ -36,7 +36,7 @@ def places(layout: Layout) -> dict[str, Pose]:
         **layout.reference_frames,
         **{each.name: each.corner for each in layout.bins},
         **{each.name: each.load_point for each in layout.carriers},
-        "rail": layout.rail,
+        **{each.name: each.pose for each in layout.arms},
         "shelf": layout.shelf,
     }
 

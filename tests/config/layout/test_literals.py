@@ -68,7 +68,7 @@ def is_telling(number: float) -> bool:
     return number > 0.1 and "e" not in text and (digits >= LONG or (digits == 2 and number > 1.0))
 
 
-PLACES = (LAYOUT.bins, LAYOUT.belts, LAYOUT.carriers, LAYOUT.rail)
+PLACES = (LAYOUT.bins, LAYOUT.belts, LAYOUT.carriers, LAYOUT.arms)
 NUMBERS = frozenset(filter(is_telling, numbers(PLACES))) | {LAYOUT.belts[0].surface}
 NAMES = frozenset(
     {

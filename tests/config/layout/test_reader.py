@@ -116,9 +116,9 @@ def test_agv_keeps_the_number_in_its_name() -> None:
 def test_arm_stands_on_its_rail() -> None:
     cell, _, _ = read("arms: {arm: {mount: {kind: rail, at: [1, 2], turn: pi/2}}}")
     assert cell is not None
-    assert (cell.has_arm, cell.has_rail) == (True, True)
-    assert cell.layout.rail.position == (1.0, 2.0, 0.9)
-    assert cell.layout.rail.yaw == pytest.approx(math.pi / 2)
+    assert cell.has_arm
+    assert cell.layout.arms[0].pose.position == (1.0, 2.0, 0.9)
+    assert cell.layout.arms[0].pose.yaw == pytest.approx(math.pi / 2)
 
 
 def test_tray_has_a_number_after_those_of_the_carriers() -> None:
@@ -165,7 +165,7 @@ def test_cell_of_2017_alone_is_equal_and_has_no_arm_of_its_own() -> None:
     cell, _, warnings = read("based_on: gear2017")
     assert cell is not None
     assert cell.layout == gear2017()
-    assert (cell.has_arm, cell.has_rail, warnings) == (False, True, [])
+    assert (cell.has_arm, warnings) == (False, [])
 
 
 def test_cell_without_anything_is_warned_of() -> None:

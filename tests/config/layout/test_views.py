@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.layout import Belt, Bin, Carrier, Layout, Tray
 from cellwright.config.layout.surroundings import Block, Structure, View
 from cellwright.config.layout.views import views
@@ -103,7 +104,9 @@ def test_there_is_a_view_of_each_belt_and_tray_and_no_other(layout: Layout) -> N
 
 @given(places, st.floats(0.5, 15.0))
 def test_belt_alone_is_in_its_picture_whole(place: tuple[float, float, float], length: float) -> None:
-    alone = replace(LAYOUT, bins=(), carriers=(), belts=(belt(place, length),), views=(), rail=Pose((60.0, 0.0, 0.0)))
+    alone = replace(
+        LAYOUT, bins=(), carriers=(), belts=(belt(place, length),), views=(), arms=(Arm("arm", Pose((60.0, 0.0, 0.0))),)
+    )
     (view,) = (view for view in views(alone) if view.name == "belt")
     for corner in corners(alone.belts[0].centre, (length, 0.6), alone.belts[0].surface):
         assert in_picture(view, corner)
@@ -130,6 +133,8 @@ def test_tray_is_looked_at_from_where_neither_the_arm_nor_a_post_hides_it() -> N
     assert view.position[0] > 0.9, "beyond the rail at x = 0.3"
     fence = Structure("fence", pose(1.4, 0.4, 0.0), (Block(Pose((0.0, 0.0, 1.5)), (0.05, 4.0, 3.0)),))
     (view,) = (
-        view for view in views(replace(own, structure=(fence,), rail=Pose((9.0, 0.0, 0.9)))) if view.name == "tray1"
+        view
+        for view in views(replace(own, structure=(fence,), arms=(Arm("arm", Pose((9.0, 0.0, 0.9))),)))
+        if view.name == "tray1"
     )
     assert view.position[0] < 0.9

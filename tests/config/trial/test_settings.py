@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.config.arm import ArmSettings, JointGains, JointTolerance
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
+from cellwright.config.trial.trial import CellSettings
 from cellwright.util.errors import DescriptionError
 
 

@@ -67,10 +67,10 @@ def _warning(finding: Finding, places: Mapping[str, Place]) -> Problem:
 
 def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
     layout = trial.layout
-    if not trial.has_arm:
+    if not trial.arms:
         return
     original = gear2017().moved(layout.frame)
-    accepted = surfaces(Trial("", layout=original)) if layout.rail == original.rail else ()
+    accepted = surfaces(Trial("", layout=original)) if layout.arms == original.arms else ()
     for surface in found:
         share = 0.0 if surface in accepted else share_out_of_reach(surface, layout)
         if share > _NOTEWORTHY:

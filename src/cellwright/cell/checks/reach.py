@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from cellwright.cell.checks.surfaces import Surface, world_points
 from cellwright.config.arm import RAIL_LIMIT
-from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Layout
-from cellwright.motion.kinematics import BASE_X, inverse, tool_down
+from cellwright.motion.kinematics import BASE_X, arm_frame, inverse, tool_down
 from cellwright.util.errors import UnreachableError
 
 CLEARANCE = 0.02
@@ -31,9 +30,15 @@ _DIGITS = 3
 
 
 def in_reach(surface: Surface, layout: Layout) -> NDArray[np.bool_]:
-    """Return the mask of a surface's points that the tool can reach, from some place of the rail."""
-    # the kinematics are those of 2017's rail, so the cell is seen from there
-    points = world_points(gear2017().rail @ layout.rail.inverse(), surface.points)
+    """Return the mask of a surface's points that the tool of some arm can reach, from some place of its rail."""
+    reached: NDArray[np.bool_] = np.zeros(surface.points.shape[:2], dtype=np.bool_)
+    for arm in layout.arms:
+        # the kinematics are those of 2017's rail, so the cell is seen from there
+        reached |= _reached(world_points(arm_frame(arm.pose).inverse(), surface.points))
+    return reached
+
+
+def _reached(points: NDArray[np.float64]) -> NDArray[np.bool_]:
     reached: NDArray[np.bool_] = np.zeros(points.shape[:2], dtype=np.bool_)
     aside = np.abs(points[..., 0] - BASE_X)
     # how far along the rail the pan axis can be from the point, at least and at most

@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from cellwright.config.arm import ARM_JOINTS
-from cellwright.config.trial.trial import ArmSettings
+from cellwright.config.arm import ARM_JOINTS, ArmSettings
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
 from cellwright.mechanism.joint_trajectory import JointTrajectory

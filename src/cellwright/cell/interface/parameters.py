@@ -17,9 +17,9 @@ from cellwright.cell.interface.rows import rows
 from cellwright.cell.model.arm import gains_of
 from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
 from cellwright.cell.model.arm_solids import SOLID
-from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS, ArmSettings, JointTolerance
 from cellwright.config.robot.model import Inertial, Limits
-from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
+from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import FIGURES, GRIPPER, GRIPPER_JOINT, RAIL, UR10, WRIST_3_T_GRIPPER
 from cellwright.engine.shapes import Shape
 from cellwright.util.pose import Pose, Vector3
@@ -142,8 +142,8 @@ def robot_description(trial: Trial) -> str:
     fixed = {frame.child: frame for frame in static_frames(trial)}
     for frame in fixed.values():
         _add_frame(robot, frame)
-    if trial.has_arm:
-        _add_arm(robot, trial.layout.rail)
+    for arm in trial.arms:
+        _add_arm(robot, arm.pose)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
 

@@ -4,9 +4,8 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.model import arm_looks
-from cellwright.config.arm import ARM_JOINTS
+from cellwright.config.arm import ARM_JOINTS, ArmSettings, JointGains
 from cellwright.config.robot.model import Link
-from cellwright.config.trial.trial import ArmSettings, JointGains
 from cellwright.config.ur10 import FIGURES, GRIPPER, UR10, WRIST_3_T_TOOL
 from cellwright.engine.shapes import Visuals
 from cellwright.mechanism.chain import add_chain, give_mass

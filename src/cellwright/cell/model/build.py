@@ -172,9 +172,10 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     spec.compiler.degree = False
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
-    if trial.has_arm:
+    if trial.arms:
         check_joints(*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
-        add_arm(spec, visuals, trial.settings.arm, contact_time(timestep), layout.rail)
+    for arm in trial.arms:
+        add_arm(spec, visuals, trial.settings.arm, contact_time(timestep), arm.pose)
     for agv in trial.carriers:
         add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}

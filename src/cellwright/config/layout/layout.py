@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias, TypeVar
 
+from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.surroundings import FloorLine, Place, Structure, View
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
@@ -265,7 +266,7 @@ class Layout:
         bins: the bins, in the order of their bodies.
         belts: the belts.
         carriers: the AGVs.
-        rail: frame of the arm's rail.
+        arms: places for arms; the trial decides whether they are there.
         shelf: middle of the shelf for parts that are not in play, at height 0.
         trays: the fixed trays.
         structure: posts, bars and tables, in the order of their bodies.
@@ -287,7 +288,7 @@ class Layout:
     bins: tuple[Bin, ...]
     belts: tuple[Belt, ...]
     carriers: tuple[Carrier, ...]
-    rail: Pose
+    arms: tuple[Arm, ...]
     shelf: Pose
     trays: tuple[Tray, ...] = ()
     structure: tuple[Structure, ...] = ()
@@ -363,7 +364,7 @@ class Layout:
                 )
                 for each in self.carriers
             ),
-            rail=by @ self.rail,
+            arms=tuple(replace(each, pose=by @ each.pose) for each in self.arms),
             shelf=by @ self.shelf,
             trays=tuple(replace(each, pose=by @ each.pose) for each in self.trays),
             structure=tuple(each.moved(by) for each in self.structure),

@@ -14,11 +14,12 @@ from itertools import count
 from typing import Any
 
 from cellwright.config.layout import keys
+from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.basing import BASED_ON, GEAR2017, PACKAGED, with_base
 from cellwright.config.layout.layout import Belt, Bin, Carrier, KeyFrames, Layout, Tray
 from cellwright.config.layout.names import NAMED_SECTIONS, PLACE_SECTIONS, NameCheck
 from cellwright.config.layout.surroundings import Place, Structure, View
-from cellwright.config.layout.values import RAIL_HEIGHT, Named, placed, turned
+from cellwright.config.layout.values import Named, placed, turned
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Table
 from cellwright.util.pose import Pose
@@ -54,7 +55,6 @@ class Cell:
         layout: the layout, in the frame of the cell.
         moved_by: pose of the cell's frame in the world, by which the reader of the whole trial moves it.
         has_arm: True if the file's own section places an arm, without which the trial decides.
-        has_rail: True if there is a place for an arm.
         sensors: the section `sensors` with what it is based on; None if there is none.
         refused: names of entries that were refused: what refers to them needs no report.
     """
@@ -62,7 +62,6 @@ class Cell:
     layout: Layout
     moved_by: Pose = field(default_factory=Pose)
     has_arm: bool = False
-    has_rail: bool = False
     sensors: Table | None = None
     refused: frozenset[str] = frozenset()
 
@@ -90,7 +89,6 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
         layout=layout,
         moved_by=values.get("frame", Pose()),
         has_arm=any(each.entry.place.path != PACKAGED for each in arms),
-        has_rail=bool(arms),
         sensors=sensors if isinstance(sensors, Table) else None,
         refused=_names(section) - read,
     )
@@ -106,7 +104,6 @@ def _layout(values: dict[str, Any], reader: Reader) -> Layout:
     arms: Sequence[Named] = values.get("arms", ())
     if len(arms) > 1:
         reader.problems.error(arms[1].entry, f"one arm is supported (the other is {arms[0].name}); leave one out")
-    mounts = [each.values["mount"] for each in arms]
     carriers = _carriers(values.get("carriers", ()), reader)
     first = max((each.number for each in carriers), default=0) + 1
     return Layout(
@@ -114,7 +111,7 @@ def _layout(values: dict[str, Any], reader: Reader) -> Layout:
         bins=tuple(_bin(each) for each in values.get("bins", ())),
         belts=tuple(belt for each in values.get("belts", ()) if (belt := _belt(each, reader))),
         carriers=carriers,
-        rail=mounts[0] if mounts else Pose((0.0, 0.0, RAIL_HEIGHT)),
+        arms=tuple(Arm(each.name, each.values["mount"]) for each in arms),
         shelf=values.get("shelf", SHELF),
         trays=tuple(_tray(number, each) for number, each in enumerate(values.get("trays", ()), first)),
         structure=tuple(_structure(each) for each in values.get("structure", ())),

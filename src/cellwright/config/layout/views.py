@@ -55,8 +55,8 @@ class _Computed:
         self._layout = layout
         self._bins = [point for each in layout.bins for point in _over(each.pose, each.size, each.surface)]
         self._trays = {each.name: [*_over(each.tray_surface, each.plate, each.surface)] for each in layout.stations}
-        rail = [layout.rail.transform((0.0, y, 0.0)) for y in (-RAIL_LIMIT, RAIL_LIMIT)]
-        self._around = [*self._bins, *(point for points in self._trays.values() for point in points), *rail]
+        rails = [arm.pose.transform((0.0, y, 0.0)) for arm in layout.arms for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+        self._around = [*self._bins, *(point for points in self._trays.values() for point in points), *rails]
 
     def view(self, name: str) -> View:
         """Return the view of all, of the bins, or of a tray or a belt."""
@@ -83,8 +83,8 @@ def _obstacles(layout: Layout) -> Iterator[tuple[Pose, Vector3]]:
     for each in layout.structure:
         for block in (*each.boxes, *each.drawn):
             yield each.pose @ block.middle, block.size
-    for middle, size in (_ARM, _RAIL):
-        yield layout.rail @ middle, size
+    for arm in layout.arms:
+        yield from ((arm.pose @ middle, size) for middle, size in (_ARM, _RAIL))
 
 
 def _is_hidden(point: Vector3, eye: Vector3, boxes: list[tuple[Pose, Vector3]]) -> bool:

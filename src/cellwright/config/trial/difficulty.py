@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.layout.layout import Layout, is_on_plate
 from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
-from cellwright.util.pose import Vector3
+from cellwright.util.pose import Pose, Vector3
 
 _SHOULDER_RISE = 1.1273 - 0.9
 """Height of the shoulder over the rail's frame [m]."""
@@ -42,16 +42,21 @@ def place_of(point: Vector3, layout: Layout) -> str:
 
 
 def is_within_reach(point: Vector3, layout: Layout) -> bool:
-    """Return whether the arm can lower its cup, pointing down, to an object that fell at this point of the world.
+    """Return whether an arm can lower its cup, pointing down, to an object that fell at this point of the world.
 
     The object comes to rest on the surface under the point. Upper arm and forearm, both stretched, must span the
     distance from the shoulder to the wrist. The hand keeps the wrist above the object, and bends once more towards it.
     Obstacles are ignored, so a point may be out of reach all the same.
     """
     _, top = _surface_under(point, layout)
-    x, y, _ = layout.rail.inverse().transform(point)
+    return any(_reaches(arm.pose, point, top) for arm in layout.arms)
+
+
+def _reaches(rail: Pose, point: Vector3, top: float) -> bool:
+    """Return whether an arm reaches an object at a height [m] under a point of the world."""
+    x, y, _ = rail.inverse().transform(point)
     beside = math.hypot(x, max(abs(y) - RAIL_LIMIT, 0.0))
-    below = layout.rail.position[2] + _SHOULDER_RISE - (top + _HAND_LENGTH)
+    below = rail.position[2] + _SHOULDER_RISE - (top + _HAND_LENGTH)
     return math.hypot(max(beside - _WRIST_LENGTH, 0.0), below) <= _ARM_LENGTH
 
 

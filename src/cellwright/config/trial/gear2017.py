@@ -182,7 +182,7 @@ def _read(
     orders = section("orders", read_orders, registry, other_year) or ()
     faulty = section("faulty_parts", parts.read_faulty, reader) or {}
     has_arm = section("arm", read_arm, reader) or False
-    if has_arm and not cell.has_rail:
+    if has_arm and not layout.arms:
         message = "the cell has no place for an arm; write cell: arms: {arm: {mount: {kind: rail, at: [x, y]}}}"
         reader.problems.error(root.entries["arm"], message)
     has_arm = has_arm or cell.has_arm
@@ -230,7 +230,7 @@ def _cell(root: Table, reader: Reader, types: Collection[str], overrides: Sequen
     """Return the cell: that of the section `cell`, or that of 2017."""
     entry = root.entries.get(CELL)
     if entry is None:
-        return Cell(gear2017(), has_rail=True)
+        return Cell(gear2017())
     table = reader.table(entry.value)
     cell = read_cell(table, reader, types) if table else None
     if cell is None:

@@ -2,12 +2,13 @@
 
 from typing import Any, get_args
 
+from cellwright.config.arm import ArmSettings, JointGains, ServoProfile
 from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing.reader import Keys, Reader, one_of, section, whole
 from cellwright.config.parsing.schema import Elsewhere, mapping
 from cellwright.config.parsing.tree import YamlNode
 from cellwright.config.trial.sensors import CAMERA, read_plugin_devices
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, ServoProfile
+from cellwright.config.trial.trial import CellSettings
 from cellwright.config.trial.values import by_joint, read_constraints, read_initial_joints, read_timestep
 
 MAX_SEED = 2**63 - 1

@@ -9,7 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
+from cellwright.config.arm import ArmSettings
 from cellwright.config.footprints import PART_TYPES
+from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Carrier, Layout, Station
 from cellwright.config.models.model import Furniture, UserModel
@@ -27,7 +29,6 @@ WhenLate: TypeAlias = Literal["wait", "drop", "auto"]
 `wait` stops simulation time for it. `drop` delivers it later, and drops others for it. `auto` waits, except where
 simulation time follows the wall clock.
 """
-ServoProfile: TypeAlias = Literal["original", "precise"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,42 +204,6 @@ class Options:
 
 
 @dataclass(frozen=True, slots=True)
-class JointGains:
-    """PID gains of one joint's servo: force = p (q* - q) + d (qd* - qd) + i integral, the integral clamped."""
-
-    p: float
-    d: float
-    i: float = 0.0
-    i_clamp: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class JointTolerance:
-    """Tolerances of one joint for trajectory goals, in rad or m; 0 means not checked."""
-
-    trajectory: float = 0.1
-    goal: float = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class ArmSettings:
-    """Control settings of the arm, in the form of the original's controller file.
-
-    Gains not named keep the profile's. `dry_friction` is in N for the rail and N m for the other joints; joints not
-    named have none.
-    """
-
-    servo: ServoProfile = "original"
-    gains: Mapping[str, JointGains] = field(default_factory=dict)
-    dry_friction: Mapping[str, float] = field(default_factory=dict)
-    tolerances: Mapping[str, JointTolerance] = field(default_factory=dict)
-    goal_time: float = 0.6
-    stopped_velocity_tolerance: float = 0.05
-    stop_trajectory_duration: float = 0.5
-    allow_partial_joints_goal: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class CellSettings:
     """Settings that Cellwright adds to a file, under its top-level key `cellwright`.
 
@@ -341,6 +306,11 @@ class Trial:
     def __post_init__(self) -> None:
         if self.time_limit is not None and self.time_limit < 0.0:
             raise UsageError(f"time_limit: must not be negative (got {self.time_limit:g}); use None for no limit")
+
+    @property
+    def arms(self) -> tuple[Arm, ...]:
+        """Arms that are in the cell."""
+        return self.layout.arms if self.has_arm else ()
 
     @property
     def carriers(self) -> tuple[Carrier, ...]:

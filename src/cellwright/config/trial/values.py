@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, get_args
 
-from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT, JointTolerance
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section, whole
 from cellwright.config.parsing.schema import EXPRESSION, NAME, Schema, accepts, bounded, mapping, schema_of, words
 from cellwright.config.parsing.tree import Items, Leaf, Table, YamlNode, children, describe, shortened
-from cellwright.config.trial.trial import CameraType, JointTolerance, SensorType
+from cellwright.config.trial.trial import CameraType, SensorType
 from cellwright.util.errors import ExpressionError
 
 MIN_TIMESTEP = Fraction(1, 100_000)

@@ -14,10 +14,10 @@ from typing import Any, TypeVar, cast, get_args
 from cellwright.cell.cell import Cell
 from cellwright.cell.start import Start
 from cellwright.cell.variation import Bounds
+from cellwright.config.arm import ServoProfile
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import ServoProfile
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.commands import Command, Extras
 from cellwright.recording.format.reader import RecordingFile

@@ -10,10 +10,11 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.checks.findings import cell_warnings
 from cellwright.cell.variation import vary
 from cellwright.clients.agents.agent import Agent
+from cellwright.config.arm import ServoProfile
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial import gear2017
 from cellwright.config.trial.joining import TrialName, find_files
-from cellwright.config.trial.trial import ServoProfile, Trial
+from cellwright.config.trial.trial import Trial
 from cellwright.running.run.cells import CellTarget
 from cellwright.running.run.loading import warn_of
 from cellwright.running.run.options import RecordOptions, RunOptions

@@ -14,6 +14,7 @@ from functools import cached_property
 from cellwright.clients.agents.kitter.motion import BASE_X, RAIL_END, SHOULDER_OFFSET, on_rail, station_posture
 from cellwright.config.layout.layout import Belt, Bin, Layout, Station
 from cellwright.motion import Joints, arm_frame
+from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
 SQUARE = 1e-4
@@ -177,10 +178,15 @@ class Workplace:
 
     Args:
         layout: the layout of the cell, in the world, as `Client.layout` returns it.
+
+    Raises:
+        UsageError: the cell has no place for an arm.
     """
 
     def __init__(self, layout: Layout) -> None:
-        self._world_T_arm = arm_frame(layout.rail)
+        if not layout.arms:
+            raise UsageError("the cell has no arm; give it one in its section cell: arms, or leave the agent out")
+        self._world_T_arm = arm_frame(layout.arms[0].pose)
         self.arm_T_world = self._world_T_arm.inverse()
         """Pose of the world in the arm's frame."""
         local = layout.moved(self.arm_T_world)
