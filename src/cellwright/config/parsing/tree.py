@@ -80,6 +80,14 @@ class Located(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """Place in a file where something is defined, and the dotted path to it."""
+
+    place: Place
+    key: str
+
+
 class Problems:
     """Collector of problems, so that one error lists all of a file."""
 

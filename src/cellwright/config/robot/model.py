@@ -12,6 +12,7 @@ from enum import StrEnum
 from functools import cached_property
 
 from cellwright.config.models.model import ModelShape
+from cellwright.config.parsing.tree import Definition
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
@@ -72,11 +73,15 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """Link: its name, its mass if the file gives one, and its shapes in its own frame."""
+    """Link: its name, its mass if the file gives one, and its shapes in its own frame.
+
+    Its `definition` is its place in a file; None for one that is built in code.
+    """
 
     name: str
     inertial: Inertial | None = None
     shapes: tuple[ModelShape, ...] = ()
+    definition: Definition | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +89,7 @@ class Joint:
     """Joint between two links; the frame of the child is the frame of the joint.
 
     `origin` is parent_T_child at position 0. `axis` is a unit vector in the frame of the child, or (0, 0, 0) for types
-    without an axis.
+    without an axis. Its `definition` is its place in a file; None for one that is built in code.
     """
 
     name: str
@@ -95,6 +100,7 @@ class Joint:
     axis: Vector3 = (1.0, 0.0, 0.0)
     limits: Limits = field(default_factory=Limits)
     mimic: Mimic | None = None
+    definition: Definition | None = field(default=None, compare=False, repr=False)
 
     @property
     def is_driven(self) -> bool:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from cellwright.config.parsing.tree import shortened
+from cellwright.config.parsing.tree import Definition, shortened
 from cellwright.config.robot.model import Joint, JointType, Limits, Mimic
 from cellwright.config.robot.urdf_file import Element
 from cellwright.config.robot.urdf_numbers import MAX_COORDINATE, Numbers
@@ -50,7 +50,8 @@ class JointReader:
             self._problems.warn(element, message)
             type_ = JointType.FIXED
         axis = self._axis(element, type_)
-        return Joint(name, type_, parent, child, origin, axis, self._limits(element, type_), self._mimic(element))
+        limits, mimic = self._limits(element, type_), self._mimic(element)
+        return Joint(name, type_, parent, child, origin, axis, limits, mimic, Definition(element.place, element.key))
 
     def element_of(self, joint: Joint) -> Element:
         """Return the element of a joint."""

@@ -9,7 +9,7 @@ from typing import cast, get_args
 import numpy as np
 
 from cellwright.config.models.model import Colour, ModelShape, ModelShapeKind, clipped_colour
-from cellwright.config.parsing.tree import shortened
+from cellwright.config.parsing.tree import Definition, shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import Inertial, Joint, Link
 from cellwright.config.robot.urdf_file import Element
@@ -125,7 +125,8 @@ class LinkReader:
     def read(self, element: Element, name: str) -> Link:
         """Return the link in an element, without shapes whose mesh is unusable; `missing_uses` records those."""
         shapes = [self._shape(each, name) for each in (*element.all("collision"), *element.all("visual"))]
-        return Link(name, self._inertial(element, name), tuple(shape for shape in shapes if shape is not None))
+        found = tuple(shape for shape in shapes if shape is not None)
+        return Link(name, self._inertial(element, name), found, Definition(element.place, element.key))
 
     def _inertial(self, link: Element, name: str) -> Inertial | None:
         """Return mass and inertia; that of a ball replaces an impossible inertia."""
