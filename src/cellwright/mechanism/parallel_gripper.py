@@ -82,7 +82,7 @@ class ParallelGripper(Device):
     """
 
     STATE: ClassVar = (
-        "goal", "max_force", "part", "lost_reason", "reached", "stalled",
+        "goal", "max_force", "speed", "part", "lost_reason", "reached", "stalled",
         "_body", "_pressed", "_press_count", "_still_count", "_fault_count",
         "_stalled_at", "_start", "_end", "_departure",
     )  # fmt: skip
@@ -109,6 +109,8 @@ class ParallelGripper(Device):
         """Distance between the pads to move to [m]."""
         self.max_force = self.settings.force
         """Gripping force that is not exceeded [N]."""
+        self.speed = self.settings.speed
+        """Speed at which the distance between the pads changes [m/s]."""
         self.part: str | None = None
         """Name of the held part."""
         self.lost_reason = ""
@@ -175,18 +177,20 @@ class ParallelGripper(Device):
         """Close until the pads meet, or press on a part. See `move` for the force."""
         self.move(0.0, max_force)
 
-    def move(self, width: float, max_force: float | None = None) -> None:
+    def move(self, width: float, max_force: float | None = None, speed: float | None = None) -> None:
         """Move to a distance between the pads. Opening releases the part.
 
         Args:
             width: distance between the pads [m], from 0 to the opening.
             max_force: gripping force that is not exceeded [N]; None: that of the settings, its largest value.
+            speed: speed at which that distance changes [m/s]; None: that of the settings, its largest value.
 
         Raises:
-            UsageError: width or force are out of range; nothing has changed.
+            UsageError: an argument is out of range; nothing has changed.
         """
         settings = self.settings
         force = settings.force if max_force is None else max_force
+        speed = settings.speed if speed is None else speed
         if not 0.0 <= width <= settings.opening:
             raise UsageError(
                 f"gripper {self.name!r}: the width must be from 0 to {settings.opening:g} m (got {width:g})"
@@ -195,10 +199,14 @@ class ParallelGripper(Device):
             raise UsageError(
                 f"gripper {self.name!r}: the force must be above 0, at most {settings.force:g} N (got {force:g})"
             )
+        if not 0.0 < speed <= settings.speed:
+            raise UsageError(
+                f"gripper {self.name!r}: the speed must be above 0, at most {settings.speed:g} m/s (got {speed:g})"
+            )
         present = self.read().width
         if self.is_holding and width > present + GOAL_TOLERANCE:
             self._lose("released")
-        self.goal, self.max_force = float(width), float(force)
+        self.goal, self.max_force, self.speed = float(width), float(force), float(speed)
         self.reached = self.stalled = False
         self._still_count = self._press_count = 0
         self._limit_force()
@@ -206,6 +214,13 @@ class ParallelGripper(Device):
             self._drive(present, self.goal)
         self._plan()
         self._notify()
+
+    def stop(self) -> None:
+        """Stop the fingers where they are. They go on holding or pressing on what keeps them from their goal."""
+        if not (self.reached or self.stalled or self.is_holding):
+            self.goal = min(max(self.read().width, 0.0), self.settings.opening)
+            self._drive(self.goal, self.goal)
+            self._notify()
 
     def take_away(self, body: int) -> None:
         """Release a part that something else takes, if it is held: it is placed elsewhere, or locked."""
@@ -218,8 +233,8 @@ class ParallelGripper(Device):
         """Write the setpoints; stop stepping at the end of their way."""
         way, elapsed = self._end - self._start, (self.simulation.now - self._departure) / NANOSECONDS
         position, speed = self._end, 0.0
-        if self.settings.speed * elapsed < abs(way):
-            speed = math.copysign(self.settings.speed, way)
+        if self.speed * elapsed < abs(way):
+            speed = math.copysign(self.speed, way)
             position = self._start + speed * elapsed
         else:
             self.set_stepping(False)
