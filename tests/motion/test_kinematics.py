@@ -12,7 +12,7 @@ from cellwright.config.arm import ArmSettings
 from cellwright.config.ur10 import UR10
 from cellwright.engine.shapes import Visuals
 from cellwright.motion import Joints, arm_frame, face, forward, inverse, is_usual, link_poses, tool_down
-from cellwright.motion.kinematics import A2, A3, D5
+from cellwright.motion.kinematics import LENGTHS
 from cellwright.motion.paths import angle_between
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose
@@ -103,7 +103,7 @@ def test_wrist_3_changes_where_only_that_reaches_with_wrists_in_line() -> None:
 
 
 def test_inverse_refuses_far_pose_with_distance() -> None:
-    radius = A2 + A3 + D5
+    radius = LENGTHS.max_reach + LENGTHS.d5
     assert inverse(tool_down(0.3 + math.hypot(radius - 1e-6, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
     with pytest.raises(UnreachableError, match=r"10\.\d mm out of reach"):
         inverse(tool_down(0.3 + math.hypot(radius + 0.01, 0.163941), 0.0, 1.0273 - 0.005), 0.0)

@@ -9,14 +9,12 @@ from itertools import product
 from typing import NamedTuple, TypeAlias, Union
 
 from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.motion.turns import ROUNDING, turn_range, turned, turns_to
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
 """Range of each joint to either side [m for the rail; rad], in the order of the fields of `Joints`."""
 
-_ROUNDING = 1e-9
-_TURN = 2.0 * math.pi
-_FURTHEST = TURN_LIMIT + _ROUNDING
 JointsLike: TypeAlias = Union["Joints", Mapping[str, float]]
 """Joint positions [m for the rail; rad], as `Joints` or by joint name."""
 
@@ -79,7 +77,7 @@ class Joints(NamedTuple):
 
     def within_limits(self) -> bool:
         """Return whether all joints are within their limits."""
-        return all(abs(value) <= limit + _ROUNDING for value, limit in zip(self, LIMITS, strict=True))
+        return all(abs(value) <= limit + ROUNDING for value, limit in zip(self, LIMITS, strict=True))
 
     def nearest(self, near: Joints) -> Joints:
         """Return the same posture, with whole turns added to each angle, within limits, to be nearest to `near`."""
@@ -97,8 +95,8 @@ STILL = Joints(*(0.0,) * 7)
 
 def _turns(angle: float) -> list[float]:
     """Return the angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
-    low, high = _turn_range(angle)
-    return [_turned(angle, turns) for turns in range(low, high + 1)]
+    low, high = turn_range(angle, -TURN_LIMIT, TURN_LIMIT)
+    return [turned(angle, turns, -TURN_LIMIT, TURN_LIMIT) for turns in range(low, high + 1)]
 
 
 def _nearest_turn(angle: float, near: float) -> float:
@@ -106,17 +104,8 @@ def _nearest_turn(angle: float, near: float) -> float:
     if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
         # fast path for nearly all calls
         return angle
-    low, high = _turn_range(angle)
-    return _turned(angle, max(low, min(high, math.ceil((near - angle) / _TURN - 0.5))))
-
-
-def _turn_range(angle: float) -> tuple[int, int]:
-    """Return the minimum and maximum number of whole turns that can be added."""
-    return math.ceil((-_FURTHEST - angle) / _TURN), math.floor((_FURTHEST - angle) / _TURN)
-
-
-def _turned(angle: float, turns: int) -> float:
-    return max(-TURN_LIMIT, min(TURN_LIMIT, angle + turns * _TURN))
+    low, high = turn_range(angle, -TURN_LIMIT, TURN_LIMIT)
+    return turned(angle, max(low, min(high, turns_to(angle, near))), -TURN_LIMIT, TURN_LIMIT)
 
 
 @dataclass(frozen=True, slots=True)

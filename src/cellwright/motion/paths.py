@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.motion.kinematics import forward, inverse
+from cellwright.motion.solver import MAX_STEP, largest_step
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Quaternion, normalized
 
@@ -13,9 +14,6 @@ SPACING = 0.01
 
 TURN_SPACING = 0.05
 """Angle between neighbouring poses of a straight path [rad]."""
-
-MAX_STEP = 0.2
-"""Maximum motion of a joint between neighbouring poses [rad; m]; more is a jump to another posture."""
 
 
 def straight(
@@ -86,8 +84,8 @@ def follow(
             postures = inverse(world_T_gripper, rail, near=last)
         except UnreachableError as error:
             raise UnreachableError(f"the path leaves the arm's reach at {_place(world_T_gripper)}: {error}") from error
-        best = min(postures, key=lambda joints: _largest_turn(joints, last))
-        if (turn := _largest_turn(best, last)) > max_step:
+        best = min(postures, key=lambda joints: largest_step(joints, last))
+        if (turn := largest_step(best, last)) > max_step:
             raise UnreachableError(
                 f"a joint would jump by {turn:.2f} at {_place(world_T_gripper)}: "
                 "the path passes a singularity or a joint limit"
@@ -120,10 +118,6 @@ def _slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
         second = sign * math.sin(share * angle) / math.sin(angle)
     w, x, y, z = (first * p + second * q for p, q in zip(a, b, strict=True))
     return normalized((w, x, y, z))
-
-
-def _largest_turn(a: Joints, b: Joints) -> float:
-    return max(abs(p - q) for p, q in zip(a, b, strict=True))
 
 
 def _place(world_T_gripper: Pose) -> str:

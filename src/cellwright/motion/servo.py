@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from cellwright.motion.joint_motion import JointMotion, knot_velocities
 from cellwright.motion.joints import STILL, Joints, JointsLike
-from cellwright.motion.kinematics import A2, A3, link_poses
+from cellwright.motion.kinematics import LENGTHS, link_poses
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
@@ -19,8 +19,8 @@ GRAVITY = 9.81
 """Gravitational acceleration of the cell [m/s^2]."""
 
 _MASSES: Mapping[str, tuple[float, float]] = {
-    "upper_arm_link": (12.93, A2 / 2),
-    "forearm_link": (3.87, A3 / 2),
+    "upper_arm_link": (12.93, LENGTHS.a2 / 2),
+    "forearm_link": (3.87, LENGTHS.a3 / 2),
     "wrist_1_link": (1.96, 0.0),
     "wrist_2_link": (1.96, 0.0),
     "wrist_3_link": (0.202, 0.0),
