@@ -10,6 +10,7 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.inverse_kinematics import ArmLimits, ArmSolver
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import header, nanoseconds, pose_message
@@ -17,8 +18,8 @@ from cellwright.middleware.messages.standard import Pose as PoseMessage
 from cellwright.middleware.messages.standard import PoseArray
 from cellwright.robot.commander import Commander
 from cellwright.robot.interface import TARGET_EE_POSES
-from cellwright.robot.inverse_kinematics import ArmLimits, ArmSolver
 from cellwright.robot.limiter import Numbers
+from cellwright.robot.model import body_of
 from cellwright.robot.servos import Array, fastest
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
@@ -87,7 +88,8 @@ class EePoses(Device):
                 caps=self._caps,
             )
             home = np.array(arm.home)
-            solver = ArmSolver(model, joints=arm.joints, tip=tip, reference=reference, home=home, limits=limits)
+            bodies = {"tip": body_of(tip), "reference": body_of(reference)}
+            solver = ArmSolver(model, joints=arm.joints, **bodies, home=home, limits=limits)
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=np.intp)
             self._arms.append(_ArmTarget(numbers, solver, tip, reference, home))
 
@@ -126,7 +128,8 @@ class EePoses(Device):
         """Return reference_T_tip of each arm, or reference_T_link of any link, from the newest readings."""
         self._data.qpos[self._qpos] = self._commander.measured()
         mujoco.mj_kinematics(self._model, self._data)
-        return [arm.solver.pose(self._data, link) for arm in self._arms]
+        body = None if link is None else body_of(link)
+        return [arm.solver.pose(self._data, body) for arm in self._arms]
 
     def before_step(self) -> None:
         """Move the joints of each arm with a target one step further."""

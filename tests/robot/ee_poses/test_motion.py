@@ -7,8 +7,8 @@ import pytest
 
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.motion.solver import TURN_WEIGHT
 from cellwright.robot.ee_poses import VELOCITY_SHARE
-from cellwright.robot.inverse_kinematics import TURN_WEIGHT
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import DEFAULT_TURN_SPEED

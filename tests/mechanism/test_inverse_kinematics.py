@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cellwright.config.robot.model import Joint, JointType, Limits
-from cellwright.robot.inverse_kinematics import GAIN, ArmLimits, ArmSolver
-from cellwright.robot.model import build_robot
+from cellwright.mechanism.inverse_kinematics import GAIN, ArmLimits, ArmSolver
+from cellwright.robot.model import body_of, build_robot
 from cellwright.robot.safety import TIP_SPEED, TIP_TURNING
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
@@ -181,7 +181,7 @@ def test_solver_accepts_links_with_reserved_names() -> None:
         model,
         joints=joints,
         tip="hand",
-        reference="world",
+        reference=body_of("world"),
         home=np.zeros(2),
         limits=ArmLimits(-bounds, bounds, bounds, USUAL),
     )

@@ -17,13 +17,11 @@ from dataclasses import dataclass
 import daqp
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from cellwright.robot.model import body_of
-from cellwright.robot.servos import Array
+from cellwright.motion.solver import TURN_WEIGHT
 from cellwright.util.pose import Pose
 
-TURN_WEIGHT = 0.2
-"""Weight of an error of 1 rad against one of 1 m [m]: as in the original's controller; the size of a hand."""
 GAIN = 60.0
 """Gain of the error [1/s] within the limits; commands at 100 Hz merge into one motion."""
 POSTURE_GAIN, POSTURE_SPEED = 2.0, 0.5
@@ -37,6 +35,8 @@ _DAMPING = 0.2  # for a step of 1 m [m]; measured: with 0.05 an arm of 0.7 m tre
 _ROW_DAMPING = 1e-5  # limit of a singular direction for N
 _OPTIMAL = 1
 _UNBOUNDED = 1e30  # infinity of the solver
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,14 @@ class ArmLimits:
 
 
 class ArmSolver:
-    """Solver of joint steps for one arm, each joint with one degree of freedom, that bring the link `tip` to a pose.
+    """Solver of joint steps for one arm, each joint with one degree of freedom, that bring the body `tip` to a pose.
 
     Args:
         model: the engine's model.
         joints: names of the arm's joints.
-        tip: link that is brought to a pose.
-        reference: link in whose frame poses are given.
-        home: posture that the arm prefers among all that meet the pose [rad; m].
+        tip: body that is brought to a pose.
+        reference: body in whose frame poses are given.
+        home: posture that the arm prefers among all that meet the pose [rad; m]; with None it prefers to stay.
         limits: limits of its motion.
     """
 
@@ -74,7 +74,7 @@ class ArmSolver:
         joints: tuple[str, ...],
         tip: str,
         reference: str,
-        home: Array,
+        home: Array | None,
         limits: ArmLimits,
     ) -> None:
         self.limits = limits
@@ -82,7 +82,7 @@ class ArmSolver:
         ids = [model.joint(name).id for name in joints]
         self.qpos = model.jnt_qposadr[ids].copy()
         self._dofs = model.jnt_dofadr[ids].copy()
-        self._tip, self._reference = model.body(body_of(tip)).id, model.body(body_of(reference)).id
+        self._tip, self._reference = model.body(tip).id, model.body(reference).id
         self._moves_reference = bool(_is_above(model, ids, self._reference))
         self._jacobian = np.zeros((6, model.nv))
         self._reference_jacobian = np.zeros((6, model.nv))
@@ -93,10 +93,10 @@ class ArmSolver:
         self._kinds = np.zeros(len(joints), dtype=np.intc)
         self._turned, self._turn = np.zeros(4), np.zeros(3)
 
-    def pose(self, data: mujoco.MjData, link: str | None = None) -> Pose:
-        """Return reference_T_tip, or reference_T_link; positions of bodies in `data` are up to date."""
-        body = self._tip if link is None else self._model.body(body_of(link)).id
-        return _body_pose(data, self._reference).inverse() @ _body_pose(data, body)
+    def pose(self, data: mujoco.MjData, body: str | None = None) -> Pose:
+        """Return reference_T_tip, or reference_T_body; positions of bodies in `data` are up to date."""
+        number = self._tip if body is None else self._model.body(body).id
+        return _body_pose(data, self._reference).inverse() @ _body_pose(data, number)
 
     def error(self, data: mujoco.MjData, target: Pose) -> Array:
         """Return translation and rotation from tip to `target`, reference_T_tip, along the world's axes [m, rad]."""
@@ -120,12 +120,14 @@ class ArmSolver:
         damping = _MIN_DAMPING + _DAMPING * math.sqrt(step @ step)
 
         position = data.qpos[self.qpos]
-        posture = self._posture(position, jacobian, time)
+        pulled = -(jacobian.T @ step)
+        if self._home is not None:
+            pulled = pulled - damping * self._posture(self._home - position, jacobian, time)
         bound = np.minimum(self.limits.velocity * time, _UNBOUNDED)
         # Half the gradient of the program above at dq is (J^T J + damping) dq - J^T step - damping posture.
         found, _, flag, _ = daqp.solve(
             jacobian.T @ jacobian + damping * self._identity,
-            -(jacobian.T @ step) - damping * posture,
+            pulled,
             self._no_rows,
             np.minimum(self.limits.upper - position, bound),
             np.maximum(self.limits.lower - position, -bound),
@@ -134,11 +136,11 @@ class ArmSolver:
         moved: Array = np.asarray(found)
         return moved if flag == _OPTIMAL else np.zeros_like(position)  # no step was found: do not move
 
-    def _posture(self, position: Array, jacobian: Array, time: float) -> Array:
+    def _posture(self, to_home: Array, jacobian: Array, time: float) -> Array:
         """Return the motion towards home that leaves the tip in place [rad; m]: N posture."""
         limit = POSTURE_SPEED * time
         # N = 1 - J^T (J J^T)^-1 J: J^T times the solution is the part of the posture that would move the tip.
-        posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * (self._home - position), limit), -limit)
+        posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * to_home, limit), -limit)
         gram = jacobian @ jacobian.T + self._row_damping
         mujoco.mju_cholFactor(gram, 0.0)
         mujoco.mju_cholSolve(self._forces, gram, jacobian @ posture)
