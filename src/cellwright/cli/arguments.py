@@ -48,8 +48,8 @@ AGENT_HELP = "Agent: `kitter`, `lesson`, or your own as `path.py:Class` or `modu
 LOCKSTEP_HELP = "Advance simulation time only on a client's request"
 VIEW_HELP = "Show it on a page in a browser; the page's address is printed."
 ROBOT_HELP = (
-    "A bundled robot such as `qinglong`, a robot configuration (`vr_configs.yml`) or its folder, or a URDF or xacro "
-    "file."
+    "A bundled robot such as `qinglong`, a robot configuration (`vr_configs.yml`) or its folder, or a URDF, xacro or "
+    "MJCF file."
 )
 SPEED_HELP = "Simulated seconds per second: `1` is real time, `max` is as fast as possible."
 """Help of options that several commands have, with notes of their own; the first two lack the full stop."""

@@ -8,6 +8,7 @@ from cellwright.config.check import check
 from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, is_urdf, load_robot
 from cellwright.running.run.robots import urdf_text
 from cellwright.util.errors import CellwrightError, DescriptionError, UnknownNameError
+from tests.config.robot import mjcf_robots
 from tests.config.robot.small_robot import urdf, write
 
 
@@ -124,3 +125,30 @@ def test_configuration_without_indentation_is_one_error(tmp_path: Path) -> None:
         "base_pose: the section is empty, and 'position' below it is no section; indent the entries of each section"
     )
     assert str(raised.value) == f"{path}:2: {message}"
+
+
+LIFTED = (
+    '<worldbody><body name="base" pos="0 0 0.4"><body name="arm"><joint name="turn" pos="1 0 0"/><geom size="0.1"/>'
+    '<site name="tip"/></body></body></worldbody>'
+)
+
+
+def test_plain_mjcf_stands_where_its_file_puts_it(tmp_path: Path) -> None:
+    path = mjcf_robots.write(tmp_path, LIFTED)
+    path.write_text(f"<!-- an arm -->\n{path.read_text()}")
+    config = load_robot(path, ignore_warning)
+    assert is_robot_file(path)
+    assert (config.name, config.urdf_path, config.base_pose.position) == ("arm", path, (0.0, 0.0, 0.4))
+    assert list(config.robot.links) == ["base", "arm", "tip"]
+    assert '<joint name="turn" type="continuous">' in urdf_text(config)
+    with pytest.raises(DescriptionError, match="an MJCF file takes no arguments"):
+        load_robot(path, ignore_warning, {"tool": "cup"})
+
+
+def test_configuration_may_name_an_mjcf_file(tmp_path: Path) -> None:
+    mjcf_robots.write(tmp_path, LIFTED)
+    path = tmp_path / "vr_configs.yml"
+    path.write_text("urdf_path: arm.xml\narms: [{joint_index: [turn], ee_index: tip, rest_j_pos: [0.5]}]\n")
+    config = load_robot(tmp_path, ignore_warning)
+    assert (config.arms[0].tip, config.home) == ("tip", {"turn": 0.5})
+    assert config.base_pose.position == (0.0, 0.0, 0.0)

@@ -56,7 +56,7 @@ def test_missing_urdf_is_refused_with_suggestion(folder: Path) -> None:
 def test_invalid_urdf_path_is_refused(written: str, folder: Path) -> None:
     found, (line,) = find(folder, f"urdf_path: {written}")
     assert found is None
-    assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file (got ")
+    assert line.startswith(":1: urdf_path: must be the path of a URDF, xacro or MJCF file (got ")
 
 
 def test_folder_or_overlong_name_as_urdf_path_is_refused(folder: Path) -> None:

@@ -19,12 +19,15 @@ from cellwright.config.robot.meshes import MAX_TOTAL_BYTES
 from cellwright.config.robot.urdf import MAX_LINKS, MAX_SHAPES
 from cellwright.config.robot.urdf_file import MAX_DEPTH, MAX_ELEMENTS, Element, cleaned_text, parsed_elements
 from cellwright.util.errors import DescriptionError
+from cellwright.util.files import open_to_read
 
 MAX_FILES = 50
 """Maximum number of files that one MJCF file includes."""
 _OTHERS = {"robot": "a URDF file", "sdf": "an SDF file"}
 _LINE = re.compile(r"[,\s]*Element (?:name '(?P<name>[^']*)'|'(?P<tag>\w+)')[^\n]*?line (?P<line>\d+)")
 _PREFIX = re.compile(r"^(?:XML )?(?:Error: )+")
+_BEFORE = re.compile(rb"^(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)
+_MAX_START = 10_000  # before the first element there are comments at most [bytes]
 _MESHES = (".stl", ".obj")
 _OWN = ("joint", "geom", "site")
 _LISTED = ("equality", "tendon", "actuator")
@@ -64,6 +67,16 @@ class CompiledMjcf:
         import mujoco
 
         return str(getattr(mujoco, enumeration)(int(number)).name).rpartition("_")[2].lower()
+
+
+def is_mjcf(path: Path) -> bool:
+    """Return whether a file is MJCF, by its first element."""
+    try:
+        with open_to_read(path) as stream:
+            start = _BEFORE.sub(b"", stream.read(_MAX_START))
+    except OSError:
+        return False
+    return start.startswith(b"<mujoco")
 
 
 def compile_mjcf(path: Path) -> CompiledMjcf:

@@ -1,4 +1,4 @@
-"""Robots by name or path: bundled robots, configuration files in all revisions, and plain URDF files.
+"""Robots by name or path: bundled robots, configuration files in all revisions, and plain URDF and MJCF files.
 
 The reader reads the entries that the file's own node read. It keeps known entries of the headset's side without using
 them, and warns of unknown ones. It refuses a file that has no meaning or names the wrong joint, and lists all errors at
@@ -20,6 +20,8 @@ from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RobotConfig
 from cellwright.config.robot.group_reader import GroupReader, numbered
 from cellwright.config.robot.groups import check_arms, check_shared, check_sides
+from cellwright.config.robot.mjcf import read_mjcf
+from cellwright.config.robot.mjcf_file import is_mjcf
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.config.robot.urdf_file import NO_ARGUMENTS, Arguments
@@ -64,7 +66,7 @@ Warn = Callable[[str], None]
 def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
     """Return the URDF; its path is relative to the configuration's folder or, in old revisions, to the one above."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
-        reader.problems.error(node, f"must be the path of a URDF or xacro file (got {describe(node)})")
+        reader.problems.error(node, f"must be the path of a URDF, xacro or MJCF file (got {describe(node)})")
         return None
     folder = Path(node.place.path).parent
     for found in (folder / node.value, folder.parent / node.value):
@@ -142,7 +144,7 @@ def read_robot_config(path: Path, warn: Warn, arguments: Arguments = NO_ARGUMENT
     if urdf is not None:
         try:
             arguments = {**read_arguments(root.get("xacro_arguments"), reader), **arguments}
-            robot = read_urdf(urdf, warn=warn, arguments=arguments)
+            robot, _ = _read_model(urdf, warn, arguments)
         except DescriptionError as error:
             raise DescriptionError((*problems.errors, *error.problems), (*problems.warnings, *error.warnings)) from None
     config = _FileEntries(root, reader, path, values).config(robot, urdf) if robot and urdf else None
@@ -296,8 +298,8 @@ def load_robot(name_or_path: str | Path, warn: Warn, arguments: Arguments = NO_A
     """Return the robot in a file, or the bundled one of that name.
 
     Args:
-        name_or_path: a bundled robot, a configuration file, a folder with one, or a URDF (xacro) file. With a plain
-            URDF the robot has no groups: its joints can be moved, and its home is 0.
+        name_or_path: a bundled robot, a configuration file, a folder with one, or a URDF, xacro or MJCF file. With
+            such a file alone the robot has no groups: its joints can be moved, and its home is 0.
         warn: callback for a warning to the file's author.
         arguments: arguments of the xacro file, by name; they replace those of a configuration.
 
@@ -312,14 +314,26 @@ def load_robot(name_or_path: str | Path, warn: Warn, arguments: Arguments = NO_A
     """
     path = find_robot(name_or_path)
     if is_urdf(path):
-        robot = read_urdf(path, warn=warn, arguments=arguments)
+        robot, placed = _read_model(path, warn, arguments)
         given = dict(arguments)
-        return RobotConfig(robot=robot, name=robot.name, path=path, urdf_path=path, xacro_arguments=given)
+        return RobotConfig(
+            robot=robot, name=robot.name, path=path, urdf_path=path, base_pose=placed, xacro_arguments=given
+        )
     return read_robot_config(path, warn, arguments)
 
 
+def _read_model(path: Path, warn: Warn, arguments: Arguments) -> tuple[RobotModel, Pose]:
+    """Return the robot in a URDF or MJCF file, and where the file puts its root in the world [m]."""
+    if not is_mjcf(path):
+        return read_urdf(path, warn=warn, arguments=arguments), Pose()
+    if arguments:
+        raise refusal(path, 0, "an MJCF file takes no arguments; only files whose name ends in .xacro do")
+    found = read_mjcf(path, warn=warn)
+    return found.model, found.world_T_root
+
+
 def is_urdf(path: Path) -> bool:
-    """Return whether a file is a URDF rather than a configuration, by its suffix or its first bytes."""
+    """Return whether a file is a URDF or MJCF rather than a configuration, by its suffix or its first bytes."""
     if path.suffix.lower() in (*_YAML, *_URDF):
         return path.suffix.lower() in _URDF
     try:

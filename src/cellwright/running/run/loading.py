@@ -80,7 +80,7 @@ def load_robot(name_or_path: str | Path, *, xacro_arguments: Mapping[str, str] |
         'tandem'
 
     Args:
-        name_or_path: a bundled robot (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
+        name_or_path: a bundled robot (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF, xacro or MJCF.
         xacro_arguments: arguments of the xacro file, by name; they replace those of a configuration.
 
     Raises:

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 from cellwright.config.parsing.sources import Sources
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.description import description
+from cellwright.config.robot.mjcf_file import is_mjcf
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf_file import read_text
+from cellwright.config.robot.urdf_writer import write_urdf
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.rendering.views import VIEWS, camera_of
@@ -192,7 +194,9 @@ class RobotTarget(Target):
 
 def urdf_text(config: RobotConfig) -> str:
     """Return the text of a robot's URDF, for programs elsewhere; empty if there is no file."""
+    path = config.urdf_path
     try:
-        return description(read_text(config.urdf_path, config.xacro_arguments), config.robot, config.urdf_path)
+        text = write_urdf(config.robot) if is_mjcf(path) else read_text(path, config.xacro_arguments)
+        return description(text, config.robot, path)
     except DescriptionError:  # a robot that was made in memory has none
         return ""
