@@ -145,13 +145,14 @@ class ParallelGripper(Device):
         self._velocities = [int(joint.dofadr[0]) for joint in joints]
         self._servos = [int(model.actuator(name).id) for name in names.joints]
         self._inputs = [int(model.actuator_ctrladr[servo]) for servo in self._servos]
+        self._welds: dict[int, int] = {}
         self._limit_force()
 
     def reset(self) -> None:
         """Hold the fingers where the run begins."""
         self._clear()
         self._limit_force()
-        self.goal = self.read().width
+        self.goal = self._motion()[0]
         self._drive(self.goal, self.goal)
         self.before_step()
 
@@ -162,12 +163,10 @@ class ParallelGripper(Device):
 
     def read(self) -> GripperReadings:
         """Return the present readings. By a weld the fingers hold a part as tightly as they pressed on it."""
-        data = self.simulation.data
-        width, speed = (float(values.sum()) for values in (data.qpos[self._positions], data.qvel[self._velocities]))
+        width, speed = self._motion()
         is_welded = self.is_holding and self.settings.holds == "weld"
-        return GripperReadings(
-            width, speed, self.max_force if is_welded else -float(data.actuator_force[self._servos].sum())
-        )
+        force = self.max_force if is_welded else -float(self.simulation.data.actuator_force[self._servos].sum())
+        return GripperReadings(width, speed, force)
 
     def open(self) -> None:
         """Open as far as possible, and release the part."""
@@ -203,7 +202,7 @@ class ParallelGripper(Device):
             raise UsageError(
                 f"gripper {self.name!r}: the speed must be above 0, at most {settings.speed:g} m/s (got {speed:g})"
             )
-        present = self.read().width
+        present = self._motion()[0]
         if self.is_holding and width > present + GOAL_TOLERANCE:
             self._lose("released")
         self.goal, self.max_force, self.speed = float(width), float(force), float(speed)
@@ -218,7 +217,7 @@ class ParallelGripper(Device):
     def stop(self) -> None:
         """Stop the fingers where they are. They go on holding or pressing on what keeps them from their goal."""
         if not (self.reached or self.stalled or self.is_holding):
-            self.goal = min(max(self.read().width, 0.0), self.settings.opening)
+            self.goal = min(max(self._motion()[0], 0.0), self.settings.opening)
             self._drive(self.goal, self.goal)
             self._notify()
 
@@ -280,7 +279,7 @@ class ParallelGripper(Device):
             self._hold(pressed)
 
     def _check_motion(self) -> None:
-        width, speed, _ = self.read()
+        width, speed = self._motion()
         self._still_count = self._still_count + 1 if abs(speed) < STILL else 0
         is_there = abs(width - self.goal) <= GOAL_TOLERANCE
         is_welded = self.is_holding and self.settings.holds == "weld"
@@ -298,24 +297,30 @@ class ParallelGripper(Device):
                 self._drive(pressing, pressing)
         self.reached = is_there and not self.stepping and not self.stalled
 
+    def _motion(self) -> tuple[float, float]:
+        """Return the distance between the pads [m], and its speed [m/s]."""
+        qpos, qvel = self.simulation.data.qpos, self.simulation.data.qvel
+        (left, right), (dof, other_dof) = self._positions, self._velocities
+        return float(qpos[left] + qpos[right]), float(qvel[dof] + qvel[other_dof])
+
     def _find_pressed(self) -> int:
         """Return the part that both pads press on without slipping, as a body's id."""
         # so the result does not depend on whether a client has asked for positions in this tick
         self.simulation.refresh()
-        data = self.simulation.data
-        pairs = data.contact.geom
+        model, data = self.simulation.model, self.simulation.data
+        contact = data.contact
+        pairs = contact.geom
+        rows = np.flatnonzero(((pairs == self._pads[0]) | (pairs == self._pads[1])).any(axis=1))
+        if len(rows) < 2:
+            return _NOTHING
         axis = data.xmat[self._palm].reshape(3, 3)[:, 1]
-        pressed = []
-        for pad in self._pads:
-            rows = np.flatnonzero((pairs == pad).any(axis=1)).tolist()
-            bodies = set()
-            for row in rows:
-                address = int(data.contact.efc_address[row])
-                is_pressing = address >= 0 and data.efc_force[address] > 0.0
-                if is_pressing and abs(float(data.contact.frame[row][:3] @ axis)) > _FACING:
-                    first, second = pairs[row].tolist()
-                    bodies.add(int(self.simulation.model.geom_bodyid[first if second == pad else second]))
-            pressed.append(bodies)
+        facing = (contact.frame[rows, :3] @ axis).tolist()
+        addresses = contact.efc_address[rows].tolist()
+        pressed: tuple[set[int], set[int]] = (set(), set())
+        for (first, second), address, cosine in zip(pairs[rows].tolist(), addresses, facing, strict=True):
+            if address >= 0 and abs(cosine) > _FACING and data.efc_force[address] > 0.0:
+                pad, other = (first, second) if first in self._pads else (second, first)
+                pressed[self._pads.index(pad)].add(int(model.geom_bodyid[other]))
         both = sorted(body for body in pressed[0] & pressed[1] if self._part_of(body) is not None)
         return next((body for body in both if self._slip(body) < _SLIP), _NOTHING)
 
@@ -326,8 +331,10 @@ class ParallelGripper(Device):
         palm, part = np.zeros(6), np.zeros(6)
         mujoco.mj_objectVelocity(model, data, kind, self._palm, palm, 0)
         mujoco.mj_objectVelocity(model, data, kind, body, part, 0)
-        lever = data.xpos[body] - data.xpos[self._palm]
-        return float(np.linalg.norm(part[3:] - palm[3:] - np.cross(palm[:3], lever)))
+        wx, wy, wz, vx, vy, vz = palm.tolist()
+        x, y, z = (data.xpos[body] - data.xpos[self._palm]).tolist()
+        px, py, pz = part[3:].tolist()
+        return math.hypot(px - vx - wy * z + wz * y, py - vy - wz * x + wx * z, pz - vz - wx * y + wy * x)
 
     def _hold(self, body: int) -> None:
         self.part, self._body, self._fault_count = self._part_of(body), body, 0
@@ -338,7 +345,7 @@ class ParallelGripper(Device):
         palm_T_part = self._pose(self._palm).inverse() @ self._pose(body)
         engage_weld(simulation, self._weld(body), self._palm, palm_T_part)
         # fingers that press on would cost contacts in each step
-        width = self.read().width + 2 * _CLEARANCE
+        width = self._motion()[0] + 2 * _CLEARANCE
         self._drive(width, width)
 
     def _lose(self, reason: str) -> None:
@@ -352,15 +359,16 @@ class ParallelGripper(Device):
     def _go_on(self) -> None:
         """Move on to the goal, after what was between the pads is gone."""
         self.stalled, self._still_count = False, 0
-        self._drive(self.read().width, self.goal)
+        self._drive(self._motion()[0], self.goal)
 
     def _weld(self, body: int) -> int:
-        model = self.simulation.model
-        name = grip_name(model.body(body).name, self._gripper)
-        weld = find_weld(model, name)
-        if weld is None:
-            raise UsageError(f"gripper {self.name!r}: the model has no weld {name!r}; add one for each part")
-        return weld
+        if body not in self._welds:
+            name = grip_name(self.simulation.model.body(body).name, self._gripper)
+            weld = find_weld(self.simulation.model, name)
+            if weld is None:
+                raise UsageError(f"gripper {self.name!r}: the model has no weld {name!r}; add one for each part")
+            self._welds[body] = weld
+        return self._welds[body]
 
     def _pose(self, body: int) -> Pose:
         data: Any = self.simulation.data

@@ -4,7 +4,6 @@ from math import hypot
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose
@@ -71,7 +70,9 @@ def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose
 
 def weld_force(data: mujoco.MjData, weld: int) -> float:
     """Return the force [N] that a weld transmitted in the last step, without its torque; 0 if it was not engaged."""
-    equalities = slice(0, data.ne)
-    is_row = (data.efc_id[equalities] == weld) & (data.efc_type[equalities] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-    # the first three of its six rows are along the axes of the world
-    return hypot(*data.efc_force[np.flatnonzero(is_row)[:3]].tolist())
+    # equality constraints come first; the first three of a weld's six rows are along the axes of the world
+    ids = data.efc_id[: data.ne].tolist()
+    if weld not in ids:
+        return 0.0
+    row = ids.index(weld)
+    return hypot(*data.efc_force[row : row + 3].tolist())
