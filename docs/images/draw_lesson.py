@@ -9,7 +9,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import CastRenderer, PictureRequest, save_png
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.running.run import RunOptions, run_cell
 
 CONFIG = Path("examples/lesson/industrial_control/config")
@@ -35,6 +35,6 @@ def draw(name: str, config: str, camera: Camera, agent: LessonAgent | None, unti
     save_png(f"docs/images/lesson-{name}.png", picture)
 
 
-draw("first", "first_config", VIEWS["overview"], None, 2.0)
-draw("bins", "my_config", VIEWS["bins"], None, 8.0)
+draw("first", "first_config", gear2017_views()["overview"], None, 2.0)
+draw("bins", "my_config", gear2017_views()["bins"], None, 8.0)
 draw("tray", "my_config", TRAY, LessonAgent(), None)

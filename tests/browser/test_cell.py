@@ -18,7 +18,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.viewer.web.start import WebPage, page_source
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, Pixels, distance, middle, share
@@ -75,7 +75,7 @@ def cast() -> Pixels:
     cell.simulation.refresh()
     capture = SceneCapture.of(cell)
     frame = capture.frame(cell.simulation.data, 0)
-    request = PictureRequest(VIEWS["overview"], round(WIDTH * COARSE), round(HEIGHT * COARSE))
+    request = PictureRequest(gear2017_views()["overview"], round(WIDTH * COARSE), round(HEIGHT * COARSE))
     return CastRenderer(capture.scene).colour(frame, request)
 
 

@@ -50,7 +50,7 @@ def test_invalid_port_is_refused(port: int) -> None:
 )
 def test_invalid_video_is_refused(video: VideoArguments, message: str) -> None:
     with pytest.raises(UsageError, match=message):
-        video.options()
+        video.options(None)
 
 
 def test_node_in_ros2_is_on_request_only() -> None:

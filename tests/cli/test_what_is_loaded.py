@@ -19,6 +19,13 @@ from tests.support.ports import free_port
 from tests.support.waiting import TIMEOUT
 
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
+READERS = (
+    "yaml",
+    "cellwright.config.layout.basing",
+    "cellwright.config.layout.reader",
+    "cellwright.config.parsing.yaml_source",
+)
+"""Readers of a cell's files, which the class of cells needs once it reads one."""
 EXTRAS = ("mlflow", "pyarrow", "ray", "wandb")
 """Packages of extras, for evaluations that request them."""
 
@@ -59,6 +66,14 @@ def test_evaluation_on_ray_leaves_ray_to_another_process(tmp_path: Path) -> None
 
 def test_command_loads_no_modules_of_other_commands(tmp_path: Path) -> None:
     assert _ended(json.dumps(["mujoco", "numpy"]), ["--version"], tmp_path) == [0, []]
+
+
+def test_class_of_cells_loads_no_reader_of_files() -> None:
+    program = (
+        f"import json, sys; from cellwright import Cell; print(json.dumps(sorted({{*sys.modules}} & {set(READERS)})))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=TIMEOUT)
+    assert json.loads(done.stdout) == []
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import pixel_points
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.scene.engine import EngineScene, SceneCapture
-from cellwright.rendering.views import VIEWS, camera_of, viewpoint
+from cellwright.rendering.views import camera_of, gear2017_views, viewpoint
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.rendering.scenes import project
 
@@ -51,17 +51,17 @@ def casters() -> Casters:
     return world, RayCaster(world.model, data), capture, shown, RayCaster(shown.model, shown.data)
 
 
-@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("name", gear2017_views())
 def test_view_has_its_subject_in_picture(name: str) -> None:
-    column, row, depth = project(VIEWS[name], np.array(WORTH_SEEING[name]), 1280, 720).T
+    column, row, depth = project(gear2017_views()[name], np.array(WORTH_SEEING[name]), 1280, 720).T
     assert (depth > 0).all()
     assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
 
 
-@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("name", gear2017_views())
 def test_view_of_subject_is_unobstructed(name: str, casters: Casters) -> None:
     world, of_model, capture, shown, of_scene = casters
-    camera = VIEWS[name]
+    camera = gear2017_views()[name]
     directions = camera.directions(pixel_points(np.arange(WIDTH * HEIGHT), WIDTH, samples=1), WIDTH, HEIGHT)
     static, hits = (caster.cast(np.array(camera.eye), directions) for caster in (of_model, of_scene))
     unobstructed = static.geom[np.isclose(static.distance, hits.distance, atol=1e-3)]
@@ -73,15 +73,15 @@ def test_view_of_subject_is_unobstructed(name: str, casters: Casters) -> None:
 
 def test_unknown_view_is_refused_with_suggestion() -> None:
     with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
-        camera_of("overveiw", VIEWS)
+        camera_of("overveiw", gear2017_views())
 
 
 def camera(text: str) -> Camera:
-    return camera_of(viewpoint(text), VIEWS)
+    return camera_of(viewpoint(text), gear2017_views())
 
 
 def test_viewpoint_is_a_name_or_numbers() -> None:
-    assert camera("bins") is VIEWS["bins"]
+    assert camera("bins") is gear2017_views()["bins"]
     assert camera("-4,-3,3.5:0,0,0.6") == Camera((-4, -3, 3.5), (0, 0, 0.6), fov=math.radians(45))
     assert camera("1,2,3:0,0,0:60").fov == pytest.approx(math.radians(60))
     with pytest.raises(UnknownNameError, match="did you mean bins"):

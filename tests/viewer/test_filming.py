@@ -11,7 +11,7 @@ from cellwright.clients.agents.agent import find_agent
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.video_options import VideoOptions
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
 from cellwright.viewer.filming import VideoRecorder
@@ -40,7 +40,7 @@ class Filmed:
             self.film = VideoRecorder(
                 self.cell,
                 options,
-                camera=VIEWS["overview"],
+                camera=gear2017_views()["overview"],
                 caption=self._caption,
                 waits=True,
                 warn=self.warnings.append,

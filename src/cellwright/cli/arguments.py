@@ -25,7 +25,7 @@ from cellwright.middleware.ros2.host.ros2 import NAMES, RANGES, Ros2Options
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
-from cellwright.rendering.views import VIEWS, Viewpoint, camera_of, viewpoint
+from cellwright.rendering.views import Viewpoint, camera_of, viewpoint
 from cellwright.running.run import CellTarget, PageOptions, RecordOptions, ServerOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
@@ -296,7 +296,7 @@ class VideoArguments:
         with options.errors_of("--video-camera"):
             return {"--video-camera": None if self.video_camera is None else viewpoint(self.video_camera)}
 
-    def options(self, views: Mapping[str, Camera] | None = VIEWS) -> VideoOptions | None:
+    def options(self, views: Mapping[str, Camera] | None) -> VideoOptions | None:
         """Return the options of the video; None for no video.
 
         Args:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -18,10 +19,11 @@ Viewpoint: TypeAlias = Camera | str
 _DEFAULT_ANGLE, _MAX_ANGLE = 45.0, 180.0  # [degrees]
 _MAX_COORDINATE = 1e6  # [m]
 
-VIEWS: Mapping[str, Camera] = MappingProxyType(
-    {view.name: Camera.upright(view.position, view.target, view.angle) for view in views(gear2017())}
-)
-"""Views of the cell of 2017, and of recordings that name none."""
+
+@cache
+def gear2017_views() -> Mapping[str, Camera]:
+    """Return the views of the cell of 2017, and of recordings that name none."""
+    return MappingProxyType(cameras(gear2017()))
 
 
 def cameras(layout: Layout) -> Mapping[str, Camera]:

@@ -35,7 +35,7 @@ from cellwright.rendering.scene.scene import decode_scene
 from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import VideoOptions, period_of
 from cellwright.rendering.video_pace import VideoPace
-from cellwright.rendering.views import OVERVIEW, VIEWS, camera_of
+from cellwright.rendering.views import OVERVIEW, camera_of, gear2017_views
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions, Session, versions
 from cellwright.running.run.playback import PlaybackTarget
@@ -314,7 +314,7 @@ def _camera(recording: RecordingFile, scene: Scene, frame: SceneFrame, options: 
     """Return the requested camera, else the overview of a cell, or for a robot one that shows the whole robot."""
     if options.camera is not None or recording.header.kind == "cell":
         with errors_of("--video-camera"):
-            return camera_of(options.camera or OVERVIEW, scene.views or VIEWS)
+            return camera_of(options.camera or OVERVIEW, scene.views or gear2017_views())
     shown = EngineScene(scene)
     shown.show(frame)
     return camera_on(shown.model, shown.data, TURN, TILT, options.width, options.height)

@@ -17,6 +17,7 @@ from cellwright.cli.teleop.checks import run_driver_check, run_motion_check
 from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.ros1.identity import node_name
+from cellwright.rendering.views import gear2017_views
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.ros2_control import ros2_control_xacro
@@ -75,7 +76,7 @@ def teleop(given: TeleopArguments) -> None:
         "until": options.until(given.until),
         "serve": given.network.options(lockstep=given.lockstep),
         "view": given.page.options() or False,
-        "record": record_options(given.record, given.video.options()),
+        "record": record_options(given.record, given.video.options(gear2017_views())),
     }
     if given.check:
         raise typer.Exit(run_motion_check(RobotNode(load(output.warn), settings), console, as_json=given.as_json))

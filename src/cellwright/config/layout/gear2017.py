@@ -2,11 +2,7 @@
 
 from functools import cache
 
-from cellwright.config.layout.basing import gear2017_section
 from cellwright.config.layout.layout import Layout
-from cellwright.config.layout.reader import read_cell
-from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Problems
 
 
 @cache
@@ -17,6 +13,12 @@ def gear2017() -> Layout:
         >>> [each.name for each in gear2017().bins][:2]
         ['bin1', 'bin2']
     """
+    # slow to load, and every program with a cell loads this module
+    from cellwright.config.layout.basing import gear2017_section
+    from cellwright.config.layout.reader import read_cell
+    from cellwright.config.parsing.reader import Reader
+    from cellwright.config.parsing.tree import Problems
+
     cell = read_cell(gear2017_section(), Reader(Problems()))
     assert cell is not None
     return cell.layout

@@ -6,8 +6,6 @@ from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
 
-import yaml
-
 REQUIRED = "required"
 """Default of an entry that a file must have."""
 
@@ -49,6 +47,8 @@ def texts(table: str) -> Mapping[str, EntryText]:
 
 @cache
 def _read() -> dict[str, dict[str, EntryText]]:
+    import yaml  # slow to load, and only tables and schemas need these texts
+
     source = (files("cellwright.config.parsing") / "entries.yaml").read_text(encoding="utf-8")
     return {
         table: {name: EntryText(*text) for name, text in rows.items()} for table, rows in yaml.safe_load(source).items()

@@ -17,7 +17,7 @@ from cellwright.engine.shapes import Visuals
 from cellwright.middleware.bus import Node
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.scene.scene import SEEN, Mesh, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.util.pose import Pose
 
 _TYPES = {
@@ -95,7 +95,7 @@ class SceneCapture:
             shapes=(*(shape for shape in shapes if shape.body < len(self._own)), *parts_shapes),
             meshes=_meshes(model, visuals or Visuals()),
             # readers know those of 2017, whose recordings name none
-            views={} if views == VIEWS else dict(views),
+            views={} if not views or views == gear2017_views() else dict(views),
         )
 
     @classmethod

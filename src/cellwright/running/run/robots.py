@@ -17,7 +17,7 @@ from cellwright.config.robot.urdf_file import read_text
 from cellwright.config.robot.urdf_writer import write_urdf
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.rendering.views import VIEWS, camera_of
+from cellwright.rendering.views import camera_of, gear2017_views
 from cellwright.robot.commander import CLEAR_STOP
 from cellwright.robot.interface import CONTROLLER_NAMES, NODE, robot_identity, ros_parameters
 from cellwright.robot.node import RobotNode, RobotSettings
@@ -168,7 +168,7 @@ class RobotTarget(Target):
         camera = (
             camera_on(model, data, heading, TILT, options.width, options.height)
             if options.camera is None
-            else camera_of(options.camera, VIEWS)
+            else camera_of(options.camera, gear2017_views())
         )
         return VideoRecorder(
             node,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.scene import SEEN, Scene, SceneFrame, ShapeType
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.meshes import surface
 from cellwright.viewer.web.page import Feature, TimelineFrame
@@ -67,7 +67,7 @@ def views_of(scene: Scene, frame: SceneFrame, about: Mapping[str, Any]) -> Mappi
     """Cameras by name for a frame; the first is the initial one. `about` has its `kind` and `tools`."""
     # a recording says nothing about itself, and one of 2017's cell names no views
     if scene.views or about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies):
-        return scene.views or VIEWS
+        return scene.views or gear2017_views()
     points = _corners(scene, frame)
     heading = frame.pose(1).yaw if len(frame.poses) > 1 else 0.0  # of the first body that may move, from x
     sides = {name: (math.radians(turn), math.radians(tilt)) for name, (turn, tilt) in _SIDES.items()}
@@ -108,7 +108,7 @@ def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
     try:
         return Camera((x, y, z), (a, b, c), fov=_FOV)
     except UsageError:  # recorded positions may be anywhere
-        return VIEWS["overview"]
+        return gear2017_views()["overview"]
 
 
 def tool_point(frame: SceneFrame, tool: Any) -> NDArray[np.float64]:

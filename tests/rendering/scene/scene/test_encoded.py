@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.util.errors import MessageError
 from tests.rendering.scene.scenes import small
 
@@ -26,12 +26,15 @@ def test_scene_survives_encoding() -> None:
 
 
 def test_views_survive_encoding_and_those_of_2017_need_no_bytes() -> None:
-    views = {"overview": VIEWS["belt"], "door": Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.2)}
+    views = {
+        "overview": gear2017_views()["belt"],
+        "door": Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.2),
+    }
     scene = replace(small()[2].scene, views=views)
     assert decode_scene(encode_scene(scene)).views == views
     model, _, capture = small()
     assert "views" not in json.loads(zlib.decompress(encode_scene(capture.scene)))
-    assert SceneCapture(model, views=VIEWS).scene.views == {}
+    assert SceneCapture(model, views=gear2017_views()).scene.views == {}
     assert SceneCapture(model, views=views).scene.views == views
 
 

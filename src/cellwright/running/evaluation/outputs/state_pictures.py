@@ -5,7 +5,7 @@ from pathlib import Path
 
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.picture import PictureRequest, encode_png
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.views import gear2017_views
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.state import State, StateError, loses_points, read_state, state_file
 from cellwright.running.evaluation.results.summary import worst_first
@@ -50,7 +50,7 @@ def draw_worst(folder: Path, results: Sequence[Result], on_miss: Callable[[str],
                         states = dict(list(states.items())[:MAX_BY_RAYS])
             drawn = {}
             for key, each in states.items():
-                request = PictureRequest((each.scene.views or VIEWS)["overview"], _WIDTH, _HEIGHT)
+                request = PictureRequest((each.scene.views or gear2017_views())["overview"], _WIDTH, _HEIGHT)
                 drawn[key] = worker.colour(each.frame, request, numbers[each.scene_file])
             return {key: encode_png(picture.result()) for key, picture in drawn.items()}
     except (RenderingError, UsageError, OSError) as error:
