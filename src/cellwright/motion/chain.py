@@ -99,16 +99,18 @@ class Chain:
         The first three rows are in m/rad (m/m of a prismatic joint), the others in rad/rad.
         """
         motions = self._motions(q)
-        tool = np.array((motions[-1] @ self.base_T_tool).position)
-        result = np.zeros((6, len(self.joints)))
-        for number, (joint, motion) in enumerate(zip(self.joints, motions, strict=False)):
-            axis = motion.rotate(joint.axis)
+        tx, ty, tz = (motions[-1] @ self.base_T_tool).position
+        columns: list[tuple[float, ...]] = []
+        for joint, motion in zip(self.joints, motions, strict=False):
+            x, y, z = motion.rotate(joint.axis)
             if joint.is_prismatic:
-                result[:3, number] = axis
+                columns.append((x, y, z, 0.0, 0.0, 0.0))
             else:
-                result[:3, number] = np.cross(axis, tool - motion.transform(joint.point))
-                result[3:, number] = axis
-        return result
+                # the velocity of the tool is the product of axis and lever; numpy's takes five times as long
+                px, py, pz = motion.transform(joint.point)
+                lx, ly, lz = tx - px, ty - py, tz - pz
+                columns.append((y * lz - z * ly, z * lx - x * lz, x * ly - y * lx, x, y, z))
+        return np.array(columns).T
 
     def margin(self, q: Sequence[float]) -> Margins:
         """Return the distances of a posture from singularities and limits."""
