@@ -24,8 +24,8 @@ from cellwright.util.errors import UsageError
 from cellwright.util.files import user_folder, write_atomic
 from cellwright.util.pose import Vector3
 
-MAX_TIME = 300.0
-"""Maximum time for the pieces of one mesh [s]; those of a link of a UR10 take 2 to 7 s of processor time."""
+MAX_TIME = 900.0
+"""Maximum time for the pieces of one mesh [s]; those of a link of a UR10 take up to 22 s of processor time."""
 MAX_PIECES = 64
 """Maximum number of pieces of one mesh."""
 
@@ -39,7 +39,9 @@ threshold, max_pieces = float(sys.argv[2]), int(sys.argv[3])
 with np.load(sys.argv[1] + "/mesh.npz") as mesh:
     whole = coacd.Mesh(mesh["vertices"], mesh["triangles"])
 coacd.set_log_level("off")
-found = coacd.run_coacd(whole, threshold=threshold, max_convex_hull=max_pieces, seed=0)
+# a third of the usual effort: links with holes take a minute and a half with all of it
+effort = {"mcts_iterations": 50, "preprocess_resolution": 30}
+found = coacd.run_coacd(whole, threshold=threshold, max_convex_hull=max_pieces, seed=0, **effort)
 arrays = {f"{name}{number}": array for number, piece in enumerate(found) for name, array in zip("vt", piece)}
 np.savez(sys.argv[1] + "/pieces.npz", **arrays)
 """
@@ -84,7 +86,7 @@ def convex_pieces(
 
 
 def _key(mesh: Triangles, threshold: float, maker: str) -> str:
-    digest = hashlib.sha256(f"{_FORM} {maker} {threshold!r} {MAX_PIECES}\0".encode())
+    digest = hashlib.sha256(f"{_FORM} {maker} {threshold!r} {MAX_PIECES} {_PROGRAM}\0".encode())
     vertices, triangles = mesh
     digest.update(f"{len(vertices)}\0".encode() + vertices.astype("<f8").tobytes() + triangles.astype("<i8").tobytes())
     return digest.hexdigest()[:32]
