@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.layout.layout import Layout
-from cellwright.config.trial.catalogue import bundled
+from cellwright.config.trial.catalogue import bundled, find_trial
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
 from tests.state_hashes import kept, measured, motion, verdict
 from tests.support.cells import WHOLE, run
@@ -36,6 +38,18 @@ def test_each_bundled_trial_has_hash_and_digest_of_motion() -> None:
 @pytest.mark.slow
 def test_lesson_has_kept_hash_and_motion() -> None:
     assert measured("lesson") == kept()["lesson"]
+
+
+def test_cell_that_is_based_on_that_of_2017_alone_is_that_cell_to_the_bit(tmp_path: Path) -> None:
+    own = tmp_path / "cell.yaml"
+    own.write_text("cell: {based_on: gear2017}\n")
+    lesson = find_trial("lesson")
+    cells = [Cell(load_trial(files).trial, competition=False) for files in ([lesson], [lesson, own])]
+    assert cells[0].trial == cells[1].trial
+    for cell in cells:
+        cell.competition.start()
+        run(cell, 2.0)
+    assert cells[0].state_hash() == cells[1].state_hash()
 
 
 def test_order_of_bins_and_agvs_moves_hash_but_no_part() -> None:

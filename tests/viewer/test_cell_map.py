@@ -4,10 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.colors import to_hex
 
 import cellwright
+from cellwright.config.trial.catalogue import find_trial
 from cellwright.util.errors import UsageError
-from cellwright.viewer.cell_map import draw_map
+from cellwright.viewer.cell_map import PART, _Map, draw_map
 from tests.cell.checks.odd import SMALL, camera_over, trial_with
 from tests.support.places import LAYOUT
 
@@ -35,6 +37,21 @@ def test_map_of_an_own_cell_has_its_trays_and_views(tmp_path: Path) -> None:
     drawn = texts(file)
     assert all(name in drawn for name in ("left", "right", "table", "camera_left", "view of a logical camera"))
     assert "path of an AGV" not in drawn
+
+
+@pytest.mark.slow
+def test_names_of_bins_and_cameras_cover_no_parts(tmp_path: Path) -> None:
+    trial = cellwright.load_trial(find_trial("final01"), find_trial("kitter_sensors"))
+    figure = _Map(trial).draw()
+    figure.savefig(tmp_path / "cell.png", dpi=100)
+    (axes,) = figure.axes
+    parts = [each.get_window_extent() for each in axes.patches if to_hex(each.get_facecolor()) == PART]
+    names = [each for each in axes.texts if each.get_text().startswith(("bin", "camera_"))]
+    assert len(parts) > 20
+    assert len(names) > 12
+    for name in names:
+        box = name.get_window_extent()
+        assert not [part for part in parts if box.overlaps(part)], name
 
 
 @pytest.mark.slow

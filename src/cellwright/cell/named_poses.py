@@ -9,6 +9,8 @@ from cellwright.util.pose import Pose, Vector3
 
 CLEARANCE = 0.3
 """Height [m] of the space over a named pose."""
+PLACE_SIZE = 0.3
+"""Edges [m] of the space over a place of the layout's own."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class NamedPose:
 
 
 def named_poses(trial: Trial) -> tuple[NamedPose, ...]:
-    """Return the places where parts are put: bins, begins of belts, load points, and trays."""
+    """Return the places where parts are put: bins, begins of belts, load points, trays, and the layout's own places."""
     found = []
     for each in trial.layout.bins:
         pose = Pose((*each.centre, each.surface), each.link.quaternion)
@@ -46,6 +48,9 @@ def named_poses(trial: Trial) -> tuple[NamedPose, ...]:
         found.append(_named(agv.tray_name, tray, "surface of the tray at its station", "tray", agv.plate))
     trays = trial.layout.trays
     found += [_named(each.name, each.tray_surface, "surface of the fixed tray", "tray", each.plate) for each in trays]
+    found += [
+        _named(each.name, each.pose, "place of the layout", "place", (PLACE_SIZE,) * 2) for each in trial.layout.places
+    ]
     return tuple(found)
 
 

@@ -29,6 +29,7 @@ from cellwright.config.models.reader import extent
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
+from cellwright.viewer.map_places import Point, Span, corners_of, edges, shared_area, span
 
 SUFFIXES = (".png", ".svg")
 """Kinds of files that a map can be."""
@@ -36,6 +37,8 @@ SUFFIXES = (".png", ".svg")
 INK, MUTED, EDGE = "#22313d", "#5c6b77", "#53626d"
 BIN, BELT, TRAY, STRUCTURE, PART = "#bcd3e2", "#4b5a55", "#f4f1ea", "#8d979e", "#e9b95a"
 RAIL, ARROW, OUT, SIGHT = "#1f5f8b", "#a03020", "#c0392b", "#7a4fa0"
+ON_BELT = "#e3d3f5"
+"""Colour of names on a belt, which is dark."""
 _OVERHEAD = 1.44
 """Height [m] from which a structure is over everything, and only outlined."""
 _MARGIN = 0.55
@@ -43,7 +46,10 @@ _MARGIN = 0.55
 _LARGEST, _SCALE = 15.0, 1.35
 """Longest side of a map [inches], and inches to a metre where that is not exceeded."""
 
-Point = tuple[float, float]
+_LETTER, _LINE = 0.62, 1.25
+"""Width of a letter and height of a line, as shares of the size of a text."""
+_BESIDE = 0.03
+"""Distance of a name from what it names [m]."""
 
 
 def draw_map(trial: Trial, path: Path) -> None:
@@ -73,6 +79,10 @@ class _Map:
         self._surfaces = surfaces(trial)
         (left, right), (bottom, top) = self._bounds()
         scale = min(_SCALE, _LARGEST / max(left - right, top - bottom))
+        self._metre = 72.0 * scale
+        """Length of a metre on the map [points]."""
+        self._taken: list[Span] = []
+        """What names should not cover: parts, belts and other names."""
         self._size = 8.0 * max(0.7, min(1.0, scale / 1.1))
         self._figure = Figure(figsize=((left - right) * scale + 0.6, (top - bottom) * scale + 0.9))
         width, height = self._figure.get_size_inches()
@@ -91,8 +101,9 @@ class _Map:
         self._furniture()
         self._carriers()
         self._arms()
-        self._sensors()
         self._names()
+        self._sensors()
+        self._structure_names()
         return self._figure
 
     def _bounds(self) -> tuple[Point, Point]:
@@ -131,9 +142,11 @@ class _Map:
             axes.plot([], [], "s", ms=7, color=SIGHT, alpha=0.3, label="view of a logical camera")
         if self._trial.carriers:
             axes.plot([], [], "--", color=ARROW, lw=1.2, label="path of an AGV")
+        if any(each.wall for each in self._trial.layout.belts):
+            axes.plot([], [], color=ARROW, lw=3, label="parts leave here")
         if axes.get_legend_handles_labels()[1]:
             axes.legend(
-                loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7.5, frameon=False, borderaxespad=0.2
+                loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize=7.5, frameon=False, borderaxespad=0.2
             )
 
     def _floor(self) -> None:
@@ -161,6 +174,7 @@ class _Map:
     def _belts(self) -> None:
         for belt in self._trial.layout.belts:
             self._rectangle(belt.centre, belt.size[:2], BELT, 3.0)
+            self._taken.append(span(corners_of(belt.centre, belt.size)))
             x, y, _ = belt.spawn.position
             self._axes.plot(y, x, "o", ms=5, color="white", zorder=8)
             self._text(x, y, "parts appear", 0.85, color="white", va="bottom", xytext=(0, 5))
@@ -170,6 +184,7 @@ class _Map:
                 self._line(ends, ARROW, 3.0)
             dx, dy, _ = belt.direction
             x, y = self._free_place(belt)
+            self._taken.append(((x - 0.2, y - 0.2), (x + 0.2, y + 0.2)))
             self._arrow((x + 0.05 * dx, y + 0.05 * dy), (x + 0.7 * dx, y + 0.7 * dy), "white")
             self._text(x - 0.4 * dx, y - 0.4 * dy, f"{belt.name}\n{belt.speed:g} m/s", color="white")
 
@@ -211,6 +226,8 @@ class _Map:
 
     def _rounded(self, points: Sequence[Point], radius: float) -> None:
         """Draw all within a distance of the hull of up to four points: a disc, or a rectangle."""
+        (low, left), (high, right) = span(points)
+        self._taken.append(((low - radius, left - radius), (high + radius, right + radius)))
         if len(points) > 2:
             x, y = np.mean(points, axis=0)
             ordered = sorted(points, key=lambda point: math.atan2(point[1] - y, point[0] - x))
@@ -281,30 +298,50 @@ class _Map:
                 end = sensor.pose.transform((0.3, 0.0, 0.0))
                 self._line(((x, y), end[:2]), SIGHT, 1.2, zorder=7)
             self._axes.plot(y, x, "v", ms=4.5, color=SIGHT, zorder=9)
-            is_on_belt = any(belt.covers(x, y) for belt in self._trial.layout.belts)
-            colour = "#e3d3f5" if is_on_belt else SIGHT
-            look_x, _, _ = sensor.pose.rotate((1.0, 0.0, 0.0))
-            # behind a sensor that looks across, else below it
-            place = {"va": "bottom", "xytext": (0, 4)} if look_x < -0.5 else {"va": "top", "xytext": (0, -4)}
-            self._text(x, y, sensor.name.removeprefix("logical_"), 0.8, color=colour, **place)
+            places = edges(view, upper_first=False) if sensor.type == TYPE else [((x, y), (1, 0)), ((x, y), (-1, 0))]
+            if sensor.type != TYPE and sensor.pose.rotate((1.0, 0.0, 0.0))[0] > 0.5:
+                places.reverse()  # behind a sensor that looks up the map
+            self._label(sensor.name.removeprefix("logical_"), 0.8, places, color=SIGHT)
 
     def _names(self) -> None:
         layout = self._trial.layout
         for bin_ in layout.bins:
-            # inside its upper edge, so that parts in its middle stay visible
-            a, b = bin_.size[0] / 2 - 0.07, bin_.size[1] / 2 - 0.07
-            edges = [bin_.pose.transform(each)[:2] for each in ((a, 0, 0), (-a, 0, 0), (0, b, 0), (0, -b, 0))]
-            self._text(*max(edges), bin_.name, 1.15, weight="bold")
+            self._label(bin_.name, 1.15, edges(corners_of(bin_.pose, bin_.size)), weight="bold")
         for carrier in self._trial.carriers:
             self._text(*carrier.home.transform((0.0, -0.42, 0.0))[:2], carrier.name, 1.1, weight="bold")
         for tray in layout.trays:
             self._text(*tray.pose.transform((0.0, -0.3 * tray.size[1], 0.0))[:2], tray.name, 1.1, weight="bold")
+
+    def _structure_names(self) -> None:
+        """Write the name of each structure beside or above one of its ends."""
         seen = set()
         for each in self._obstacles:
             if each.key.startswith("cell.structure") and each.name not in seen:
                 seen.add(each.name)
-                y, x = max((y, x) for x, y in each.corners)
-                self._text(x, y, each.name, 0.85, color=MUTED, va="bottom", ha="left", xytext=(0, 3))
+                ends = (max((y, x) for x, y in each.corners), min((y, x) for x, y in each.corners))
+                places = [((x, y), (0, side)) for (y, x), side in zip(ends, (1, -1), strict=True)]
+                self._label(
+                    each.name, 0.85, [*places, *(((x, y), (1, -side)) for (x, y), (_, side) in places)], color=MUTED
+                )
+
+    def _label(self, words: str, size: float, places: Iterable[tuple[Point, Point]], **more: Any) -> None:
+        """Write words where they cover least, the first of several places.
+
+        A place is a point and the direction in which the words are from it: x up, and y to the left.
+        """
+        height, width = self._size * size * _LINE / self._metre, self._size * size * _LETTER * len(words) / self._metre
+        spans = []
+        for (x, y), (up, side) in places:
+            middle = (x + up * (height / 2 + _BESIDE), y + side * width / 2)
+            spans.append(
+                ((middle[0] - height / 2, middle[1] - width / 2), (middle[0] + height / 2, middle[1] + width / 2))
+            )
+        low, high = best = min(spans, key=lambda covered: sum(shared_area(covered, each) for each in self._taken))
+        self._taken.append(best)
+        x, y = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
+        if any(belt.covers(x, y) for belt in self._trial.layout.belts):
+            more["color"] = ON_BELT
+        self._text(x, y, words, size, **more)
 
     def _text(self, x: float, y: float, words: str, size: float = 1.0, **more: Any) -> None:
         """Write words around a point of the cell [m], `size` times as large as usual, `xytext` points away from it."""
@@ -324,9 +361,7 @@ class _Map:
         self._axes.plot(y, x, color=colour, lw=width, **{"zorder": 8, "solid_capstyle": "round", **more})
 
     def _rectangle(self, middle: Pose, size: Sequence[float], face: Any, order: float, **more: Any) -> None:
-        a, b = size[0] / 2, size[1] / 2
-        seen = (middle.transform((x, y, 0.0)) for x, y in ((a, b), (-a, b), (-a, -b), (a, -b)))
-        self._polygon([(x, y) for x, y, _ in seen], face, order, **more)
+        self._polygon(corners_of(middle, size), face, order, **more)
 
     def _polygon(self, points: Iterable[Point], face: Any, order: float, **more: Any) -> None:
         style = {"facecolor": face, "edgecolor": EDGE, "lw": 0.4, "zorder": order, **more}
