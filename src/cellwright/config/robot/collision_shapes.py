@@ -24,8 +24,8 @@ class CollisionShapes:
     """Shapes that the links of an arm touch with.
 
     Attributes:
-        kind: `hull`: a mesh touches as its convex hull, which stands off it by up to 6 cm at arms of the field;
-            `pieces`: as convex pieces that follow it.
+        kind: `hull`: a mesh touches as its convex hull, which stands off it by up to 55 mm at a UR10;
+            `pieces`: as convex pieces, which stay within 21 mm at its three largest links.
         threshold: concavity up to which a piece is not divided further, relative to the size of its mesh.
         primitives: boxes, cylinders, capsules and spheres by link, in its frame, in place of all shapes that the link
             touches with; a link with none touches nothing.
@@ -48,7 +48,7 @@ class CollisionShapes:
         if not lower <= self.threshold <= upper:
             raise UsageError(
                 f"collision: threshold must be from {lower:g} to {upper:g} (got {self.threshold:g}); "
-                f"{DEFAULT_THRESHOLD:g} follows an arm's links within a centimetre"
+                f"{DEFAULT_THRESHOLD:g} follows the largest links of a UR10 within 21 mm"
             )
         for link, shapes in self.primitives.items():
             for shape in shapes:
