@@ -52,9 +52,10 @@ def layouts(draw: st.DrawFn) -> Layout:
         Tray(len(carriers) + n, f"tray{n}", pose(*place), size, height)
         for n, (place, size, height) in enumerate(draw(st.lists(st.tuples(places, sizes, heights), max_size=3)), 1)
     ]
+    arms = [Arm(f"arm{n}", pose(*place)) for n, place in enumerate(draw(st.lists(places, max_size=2)))]
     named = (replace(each, name=f"belt{n}") for n, each in enumerate(belts))
     own = replace(LAYOUT, bins=tuple(bins), belts=tuple(named), carriers=tuple(carriers), trays=tuple(trays), views=())
-    return own.moved(pose(*draw(places)))
+    return replace(own, arms=tuple(arms)).moved(pose(*draw(places)))
 
 
 def in_picture(view: View, point: Vector3) -> bool:
@@ -102,11 +103,14 @@ def test_there_is_a_view_of_each_belt_and_tray_and_no_other(layout: Layout) -> N
     assert all(view.position[2] > 0.3 and 0 < view.angle < math.pi for view in views(layout))
 
 
+def test_cell_of_nothing_has_a_view_of_its_middle() -> None:
+    (view,) = views(replace(LAYOUT, bins=(), carriers=(), belts=(), views=(), arms=()))
+    assert in_picture(view, (0.0, 0.0, 0.0))
+
+
 @given(places, st.floats(0.5, 15.0))
 def test_belt_alone_is_in_its_picture_whole(place: tuple[float, float, float], length: float) -> None:
-    alone = replace(
-        LAYOUT, bins=(), carriers=(), belts=(belt(place, length),), views=(), arms=(Arm("arm", Pose((60.0, 0.0, 0.0))),)
-    )
+    alone = replace(LAYOUT, bins=(), carriers=(), belts=(belt(place, length),), views=(), arms=())
     (view,) = (view for view in views(alone) if view.name == "belt")
     for corner in corners(alone.belts[0].centre, (length, 0.6), alone.belts[0].surface):
         assert in_picture(view, corner)

@@ -23,6 +23,8 @@ _BESIDE = 1.5
 _ARM = Pose((0.0, 0.0, 0.55)), (0.9, 1.4, 1.1)
 _RAIL = Pose((0.0, 0.0, -0.1)), (0.4, 2 * RAIL_LIMIT + 0.4, 0.3)
 """Boxes around the arm at its start, and around its rail, in the frame of the rail: middle, and edge lengths [m]."""
+_FLOOR = ((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0))
+"""Opposite corners of the space that is looked at where a cell has nothing [m]."""
 _PIECES = 40
 """Number of pieces that a belt is cut into, to find those near the other things."""
 
@@ -62,7 +64,7 @@ class _Computed:
         """Return the view of all, of the bins, or of a tray or a belt."""
         if name == OVERVIEW:
             belts = (point for belt in self._layout.belts for point in _near(belt, self._around))
-            return _look(name, [*self._around, *belts], -148, 25, 46)
+            return _look(name, [*self._around, *belts] or list(_FLOOR), -148, 25, 46)
         if name == BINS:
             return self._clearest(name, self._bins, (180, 0, 90, -90), 45, 50)
         if name in self._trays:
@@ -121,6 +123,8 @@ def _near(belt: Belt, around: Sequence[Vector3]) -> list[Vector3]:
         [belt.centre.transform((length * (k / _PIECES - 0.5), y, belt.size[2] / 2)) for y in (-width / 2, width / 2)]
         for k in range(_PIECES + 1)
     ]
+    if not around:
+        return [point for row in rows for point in row]
     low, high = ([choose(point[k] for point in around) for k in range(2)] for choose in (min, max))
 
     def is_near(point: Vector3) -> bool:
