@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cellwright.cell.checks.obstacles import AGV_SIZE, Obstacle, obstacles, world_path
 from cellwright.cell.checks.reach import in_reach
 from cellwright.cell.checks.sight import TYPE, corners, looked_at
-from cellwright.cell.checks.surfaces import surfaces
+from cellwright.cell.checks.surfaces import points_on, surfaces_in
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.footprints import PART_TYPES, footprint
 from cellwright.config.layout.layout import Belt
@@ -76,7 +76,7 @@ class _Map:
     def __init__(self, trial: Trial) -> None:
         self._trial = trial
         self._obstacles = obstacles(trial)
-        self._surfaces = surfaces(trial)
+        self._surfaces = surfaces_in(trial)
         (left, right), (bottom, top) = self._bounds()
         scale = min(_SCALE, _LARGEST / max(left - right, top - bottom))
         self._metre = 72.0 * scale
@@ -208,7 +208,7 @@ class _Map:
             # strips along y, so that the picture has few shapes
             for row in range(rows):
                 for begin, end in _runs(~reached[row]):
-                    x, y, _ = (surface.points[row, begin] + surface.points[row, end - 1]) / 2
+                    x, y, _ = (points_on(surface)[row, begin] + points_on(surface)[row, end - 1]) / 2
                     middle = Pose((float(x), float(y), 0.0), surface.middle.quaternion)
                     self._rectangle(middle, (size[0], size[1] * (end - begin)), OUT, 6.0, lw=0.0, alpha=0.3)
 

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from cellwright.cell.checks.reach import CLEARANCE, in_reach, share_out_of_reach
-from cellwright.cell.checks.surfaces import Surface, surfaces
+from cellwright.cell.checks.surfaces import points_on, surfaces_in
 from cellwright.config.arm import RAIL_LIMIT
+from cellwright.config.layout.surfaces import Surface
 from cellwright.config.trial.trial import Trial
 from cellwright.motion.kinematics import inverse, tool_down
 from cellwright.util.errors import UnreachableError
@@ -19,7 +20,7 @@ from cellwright.util.pose import Pose
 from tests.cell.checks.odd import SMALL, bin_at, trial_with
 from tests.support.places import LAYOUT
 
-FOUND = surfaces(Trial("", layout=LAYOUT))
+FOUND = surfaces_in(Trial("", layout=LAYOUT))
 
 
 def is_reached(point: NDArray[np.float64], yaw: float) -> bool:
@@ -39,12 +40,12 @@ def is_reached(point: NDArray[np.float64], yaw: float) -> bool:
 def test_reach_is_that_of_the_kinematics(surface: Surface, where: tuple[float, float], yaw: float) -> None:
     mask = in_reach(surface, LAYOUT)
     row, column = (int(share * count) for share, count in zip(where, mask.shape, strict=True))
-    assert bool(mask[row, column]) == is_reached(surface.points[row, column], yaw)
+    assert bool(mask[row, column]) == is_reached(points_on(surface)[row, column], yaw)
 
 
 def test_reach_moves_with_the_cell() -> None:
     moved = LAYOUT.moved(Pose.from_rpy((2.0, 1.0, 0.0), (0.0, 0.0, pi / 2)))
-    for one, other in zip(FOUND, surfaces(Trial("", layout=moved)), strict=True):
+    for one, other in zip(FOUND, surfaces_in(Trial("", layout=moved)), strict=True):
         assert share_out_of_reach(one, LAYOUT) == pytest.approx(share_out_of_reach(other, moved), abs=0.02)
 
 
@@ -56,4 +57,4 @@ def test_share_of_a_belt_is_of_its_width() -> None:
 
 def test_far_bin_is_out_of_reach() -> None:
     layout = replace(SMALL, bins=(bin_at("far", -3.0, 0.0),))
-    assert share_out_of_reach(surfaces(trial_with(layout))[0], layout) == 1.0
+    assert share_out_of_reach(surfaces_in(trial_with(layout))[0], layout) == 1.0

@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.cell.checks.sight import blind_cameras, corners, looked_at
-from cellwright.cell.checks.surfaces import surfaces
+from cellwright.cell.checks.surfaces import surfaces_in
 from cellwright.config.trial.trial import SensorConfig
 from tests.cell.checks.odd import SMALL, camera_over, trial_with
 
@@ -18,7 +18,7 @@ from tests.cell.checks.odd import SMALL, camera_over, trial_with
 )
 def test_camera_without_a_surface_in_view_is_reported_with_the_reason(camera: SensorConfig, reason: str) -> None:
     trial = trial_with(SMALL, camera)
-    ((found, message),) = blind_cameras(trial, surfaces(trial))
+    ((found, message),) = blind_cameras(trial, surfaces_in(trial))
     assert found is camera
     assert reason in message
     assert "from 0.2 to 0.75 m" in message
@@ -26,12 +26,12 @@ def test_camera_without_a_surface_in_view_is_reported_with_the_reason(camera: Se
 
 def test_camera_that_sees_a_bin_is_not_reported() -> None:
     trial = trial_with(SMALL, camera_over("good", -0.4, 0.5, 1.3))
-    assert blind_cameras(trial, surfaces(trial)) == []
+    assert blind_cameras(trial, surfaces_in(trial)) == []
 
 
 def test_view_is_as_wide_as_at_the_surface_that_is_seen() -> None:
     camera = camera_over("good", -0.4, 0.5, 1.325).pose
-    depth = looked_at(camera, surfaces(trial_with(SMALL)))
+    depth = looked_at(camera, surfaces_in(trial_with(SMALL)))
     assert depth == pytest.approx(0.6, abs=1e-6)
     assert looked_at(camera, ()) == 0.75
     # 1.1 rad wide, and 1.5 times as wide as high

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from cellwright.cell.checks.obstacles import blocked_paths, obstacles, overlaps
 from cellwright.cell.checks.reach import share_out_of_reach
 from cellwright.cell.checks.sight import blind_cameras
-from cellwright.cell.checks.surfaces import Surface, surfaces
+from cellwright.cell.checks.surfaces import surfaces_in
 from cellwright.config.layout.basing import CELL
 from cellwright.config.layout.gear2017 import gear2017
+from cellwright.config.layout.surfaces import Surface
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.trial.trial import Trial
 
@@ -41,7 +42,7 @@ def findings(trial: Trial) -> tuple[Finding, ...]:
         >>> findings(cellwright.load_trial("lesson"))
         ()
     """
-    found = surfaces(trial)
+    found = surfaces_in(trial)
     return (*_reach(trial, found), *_ways(trial), *_cameras(trial, found))
 
 
@@ -70,7 +71,7 @@ def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
     if not trial.arms:
         return
     original = gear2017().moved(layout.frame)
-    accepted = surfaces(Trial("", layout=original)) if layout.arms == original.arms else ()
+    accepted = surfaces_in(Trial("", layout=original)) if layout.arms == original.arms else ()
     for surface in found:
         share = 0.0 if surface in accepted else share_out_of_reach(surface, layout)
         if share > _NOTEWORTHY:

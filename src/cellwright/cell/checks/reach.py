@@ -12,9 +12,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.checks.surfaces import Surface, world_points
+from cellwright.cell.checks.surfaces import points_on, world_points
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.layout.layout import Layout
+from cellwright.config.layout.surfaces import Surface
 from cellwright.motion.kinematics import BASE_X, arm_frame, inverse, tool_down
 from cellwright.util.errors import UnreachableError
 
@@ -31,10 +32,10 @@ _DIGITS = 3
 
 def in_reach(surface: Surface, layout: Layout) -> NDArray[np.bool_]:
     """Return the mask of a surface's points that the tool of some arm can reach, from some place of its rail."""
-    reached: NDArray[np.bool_] = np.zeros(surface.points.shape[:2], dtype=np.bool_)
+    reached: NDArray[np.bool_] = np.zeros(points_on(surface).shape[:2], dtype=np.bool_)
     for arm in layout.arms:
         # the kinematics are those of 2017's rail, so the cell is seen from there
-        reached |= _reached(world_points(arm_frame(arm.pose).inverse(), surface.points))
+        reached |= _reached(world_points(arm_frame(arm.pose).inverse(), points_on(surface)))
     return reached
 
 

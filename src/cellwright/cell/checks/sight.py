@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.checks.surfaces import Surface
+from cellwright.cell.checks.surfaces import points_on
 from cellwright.cell.devices.logical_camera import LogicalCamera
+from cellwright.config.layout.surfaces import Surface
 from cellwright.config.trial.trial import SensorConfig, Trial
 from cellwright.util.pose import Pose
 
@@ -20,7 +21,7 @@ _PART_HEIGHT = 0.05
 
 def blind_cameras(trial: Trial, seen: Sequence[Surface]) -> list[tuple[SensorConfig, str]]:
     """Return the logical cameras in whose view no surface is, each with the reason."""
-    points = [np.concatenate([each.points.reshape(-1, 3), _raised(each)]) for each in seen]
+    points = [np.concatenate([points_on(each).reshape(-1, 3), _raised(each)]) for each in seen]
     cameras = [each for each in trial.sensors if each.type == TYPE]
     blind = [each for each in cameras if not any(_in_view(each.pose, these).any() for these in points)]
     return [(each, _reason(each.pose, seen, points)) for each in blind]
@@ -38,7 +39,7 @@ def looked_at(camera: Pose, seen: Sequence[Surface]) -> float:
     depths = [
         float(local[inside, 0].min())
         for each in seen
-        for local in [_local(camera, each.points.reshape(-1, 3))]
+        for local in [_local(camera, points_on(each).reshape(-1, 3))]
         for inside in [_in_cone(local) & (local[:, 0] >= LogicalCamera.near) & (local[:, 0] <= LogicalCamera.far)]
         if inside.any()
     ]
@@ -51,7 +52,7 @@ def _slopes() -> tuple[float, float]:
 
 
 def _raised(surface: Surface) -> NDArray[np.float64]:
-    return np.asarray(surface.points.reshape(-1, 3) + np.array([0.0, 0.0, _PART_HEIGHT]))
+    return np.asarray(points_on(surface).reshape(-1, 3) + np.array([0.0, 0.0, _PART_HEIGHT]))
 
 
 def _local(camera: Pose, points: NDArray[np.float64]) -> NDArray[np.float64]:

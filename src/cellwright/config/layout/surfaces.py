@@ -1,9 +1,9 @@
-"""Surfaces of a layout that parts lie on, by the names of what has them."""
+"""Surfaces of a layout that parts lie or ride on."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
-from cellwright.config.layout.layout import Belt, Layout
+from cellwright.config.layout.layout import Layout
 from cellwright.util.pose import Pose
 
 
@@ -12,31 +12,42 @@ class Surface:
     """Rectangle that parts lie on.
 
     Attributes:
-        pose: its middle in the world; on a belt x points in the direction of travel.
-        size: edge lengths along x and y [m].
-        is_belt: True for a belt.
+        section: section of the cell that describes it.
+        name: its name there.
+        middle: its middle in the world; x and y are along its edges. On a belt x points in the direction of travel.
+        size: lengths of these edges [m].
     """
 
-    pose: Pose
+    section: Literal["bins", "belts", "carriers", "trays"]
+    name: str
+    middle: Pose
     size: tuple[float, float]
-    is_belt: bool = False
+
+    @property
+    def key(self) -> str:
+        """Dotted path to its description in a file."""
+        return f"cell.{self.section}.{self.name}"
+
+    @property
+    def is_belt(self) -> bool:
+        """True for a belt, whose parts ride along x."""
+        return self.section == "belts"
 
 
-def surfaces(layout: Layout) -> Mapping[str, Surface]:
-    """Return the surface of each bin, belt, AGV at its station and fixed tray, by its name.
+def surfaces(layout: Layout) -> tuple[Surface, ...]:
+    """Return the surfaces of all bins, belts, AGVs at their stations and fixed trays.
 
     Example:
         >>> from cellwright.config.layout.gear2017 import gear2017
-        >>> surfaces(gear2017())["bin7"].pose.position
-        (-0.3, 0.23, 0.725)
+        >>> [each.name for each in surfaces(gear2017())][-3:]
+        ['belt', 'agv1', 'agv2']
     """
-    return {
-        **{each.name: Surface(each.pose @ Pose((0.0, 0.0, each.surface)), each.size) for each in layout.bins},
-        **{each.name: _belt(each) for each in layout.belts},
-        **{each.name: Surface(each.tray_surface, each.plate) for each in layout.stations},
-    }
-
-
-def _belt(belt: Belt) -> Surface:
-    length, width, thickness = belt.size
-    return Surface(belt.centre @ Pose((0.0, 0.0, thickness / 2)), (length, width), is_belt=True)
+    return (
+        *(Surface("bins", each.name, each.pose @ Pose((0.0, 0.0, each.surface)), each.size) for each in layout.bins),
+        *(
+            Surface("belts", each.name, each.centre @ Pose((0.0, 0.0, each.size[2] / 2)), each.size[:2])
+            for each in layout.belts
+        ),
+        *(Surface("carriers", each.name, each.tray_surface, each.plate) for each in layout.carriers),
+        *(Surface("trays", each.name, each.tray_surface, each.plate) for each in layout.trays),
+    )

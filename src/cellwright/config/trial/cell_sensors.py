@@ -45,7 +45,11 @@ def read_cell_sensors(cell: Cell, others: tuple[SensorConfig, ...], reader: Read
     if len(cell.sensors.entries) + len(others) > MAX_SENSORS:
         reader.problems.error(cell.sensors, f"too many sensors (at most {MAX_SENSORS})")
         return ()
-    known, taken, reserved = surfaces(cell.layout), {each.name for each in others}, reserved_names(cell.layout)
+    known, taken, reserved = (
+        {each.name: each for each in surfaces(cell.layout)},
+        {each.name for each in others},
+        reserved_names(cell.layout),
+    )
     types = (*SENSOR_TYPES, *plugins.names("sensors"))
     found = []
     for entry in cell.sensors.entries.values():
@@ -117,7 +121,7 @@ def _over(table: Table, values: dict[str, float], surface: Surface, reader: Read
         return None
     wide = math.pi / 2 if surface.size[0] >= surface.size[1] else 0.0
     turn = wide + values.get("turn", 0.0)
-    return surface.pose @ Pose.from_rpy((*place, height), (0.0, math.pi / 2, turn))
+    return surface.middle @ Pose.from_rpy((*place, height), (0.0, math.pi / 2, turn))
 
 
 def _on(table: Table, values: dict[str, float], surface: Surface, reader: Reader) -> Pose | None:
@@ -130,7 +134,7 @@ def _on(table: Table, values: dict[str, float], surface: Surface, reader: Reader
         return None
     across = values.get("across", surface.size[1] / 2 + BESIDE)
     height = values.get("height", BEAM_HEIGHT)
-    return surface.pose @ Pose.from_rpy((place[0], across, height), (0.0, 0.0, -math.copysign(math.pi / 2, across)))
+    return surface.middle @ Pose.from_rpy((place[0], across, height), (0.0, 0.0, -math.copysign(math.pi / 2, across)))
 
 
 def _on_surface(table: Table, values: dict[str, float], surface: Surface, reader: Reader) -> tuple[float, float] | None:
