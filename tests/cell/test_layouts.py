@@ -10,6 +10,7 @@ from cellwright import Cell, load_trial
 from cellwright.config.layout.layout import Belt, Carrier, Layout, Tray
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import BeltPart, Kit, KitObject, Options, Order, Part, Trial
+from cellwright.engine.clock import nanoseconds
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
     ConveyorBeltControlRequest,
@@ -29,6 +30,9 @@ ALONE = replace(WHOLE, bin_parts=(), extra_parts=())
 
 RIDERS = tuple(BeltPart(1.0 + k, "gear_part", Pose((0.0, 0.0, 0.1))) for k in range(8))
 """One gear a second, which rides in the middle of the belt."""
+
+MIDDLE, END = 8.0, 13.0
+"""Times of the snapshot and of the end [s]: AGVs turn back after 11 s, in between."""
 
 TRAY = Tray(1, "table", Pose.from_rpy((0.45, 0.3, 0.0), (0.0, 0.0, 0.4)))
 OTHER = replace(TRAY, number=2, name="other", pose=Pose((-2.5, 0.0, 0.0)))
@@ -147,18 +151,18 @@ def play(cell: Cell, seconds: float) -> str:
 def test_any_layout_runs_equally_twice_and_is_restored_equally(name: str) -> None:
     first, heard = listened(CASES[name])
     second, others = listened(CASES[name])
-    whole = play(first, 20.0)
-    play(second, 10.0)
+    whole = play(first, END)
+    play(second, MIDDLE)
     middle = second.snapshot()
-    second.simulation.step_until(20_000_000_000)
+    second.simulation.step_until(nanoseconds(END))
     assert second.state_hash() == whole
     assert heard == others
     second.restore(middle)
-    second.simulation.step_until(20_000_000_000)
+    second.simulation.step_until(nanoseconds(END))
     assert second.state_hash() == whole
     restored = Cell(CASES[name], competition=False)
     restored.restore(middle)
-    restored.simulation.step_until(20_000_000_000)
+    restored.simulation.step_until(nanoseconds(END))
     assert restored.state_hash() == whole
 
 
