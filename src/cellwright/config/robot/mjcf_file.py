@@ -18,6 +18,7 @@ from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, sh
 from cellwright.config.robot.meshes import MAX_TOTAL_BYTES
 from cellwright.config.robot.urdf import MAX_LINKS, MAX_SHAPES
 from cellwright.config.robot.urdf_file import MAX_DEPTH, MAX_ELEMENTS, Element, cleaned_text, parsed_elements
+from cellwright.config.robot.urdf_numbers import MAX_COORDINATE
 from cellwright.util.errors import DescriptionError
 from cellwright.util.files import open_to_read
 
@@ -109,7 +110,32 @@ def compile_mjcf(path: Path) -> CompiledMjcf:
     finally:
         mujoco.set_mju_user_warning(handler)
     name = root.get("model") or path.stem
-    return CompiledMjcf(path, model, spec, name, meshes, root, _in_model_order(root))
+    compiled = CompiledMjcf(path, model, spec, name, meshes, root, _in_model_order(root))
+    _check_coordinates(compiled)
+    return compiled
+
+
+def _check_coordinates(mjcf: CompiledMjcf) -> None:
+    """Refuse places so far away that poses computed from them would be no numbers.
+
+    Raises:
+        DescriptionError: a body, joint, geom, site or centre of mass is one of them.
+    """
+    model, problems = mjcf.model, Problems()
+    for kind, places in (
+        ("body", model.body_pos),
+        ("body", model.body_ipos),
+        ("joint", model.jnt_pos),
+        ("geom", model.geom_pos),
+        ("site", model.site_pos),
+    ):
+        for number, place in enumerate(places.tolist()):
+            if not all(abs(coordinate) <= MAX_COORDINATE for coordinate in place):
+                shown = " ".join(f"{coordinate:g}" for coordinate in place)
+                message = f"coordinates must be within ±{MAX_COORDINATE:g} m (got {shown})"
+                problems.error(mjcf.element(kind, number), message)
+    if problems.errors:
+        raise DescriptionError(problems.errors)
 
 
 def _read_elements(path: Path, problems: Problems) -> Element:
