@@ -86,7 +86,7 @@ def test_order_of_elements_is_that_of_the_model(tmp_path: Path) -> None:
         ("<worldbody>" + "<body>" * 60 + "</body>" * 60 + "</worldbody>", "nested deeper than 50"),
         (
             '<worldbody><body name="a" pos="0 0 1e308"/></worldbody>',
-            "arm.xml:2: body[a]: coordinates must be within ±1e+06 m (got 0 0 1e+308)",
+            "arm.xml:2: body[a]: coordinates must be within ±1e+06 [m; rad] (got 0 0 1e+308)",
         ),
         ("<worldbody>", "invalid XML"),
         ("<!-- a -- b -->" + ARM, "XML forbids -- inside of a comment"),

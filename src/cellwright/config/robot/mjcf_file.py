@@ -126,13 +126,14 @@ def _check_coordinates(mjcf: CompiledMjcf) -> None:
         ("body", model.body_pos),
         ("body", model.body_ipos),
         ("joint", model.jnt_pos),
+        ("joint", model.qpos0[model.jnt_qposadr].reshape(-1, 1)),
         ("geom", model.geom_pos),
         ("site", model.site_pos),
     ):
         for number, place in enumerate(places.tolist()):
             if not all(abs(coordinate) <= MAX_COORDINATE for coordinate in place):
                 shown = " ".join(f"{coordinate:g}" for coordinate in place)
-                message = f"coordinates must be within ±{MAX_COORDINATE:g} m (got {shown})"
+                message = f"coordinates must be within ±{MAX_COORDINATE:g} [m; rad] (got {shown})"
                 problems.error(mjcf.element(kind, number), message)
     if problems.errors:
         raise DescriptionError(problems.errors)
