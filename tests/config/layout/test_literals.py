@@ -33,8 +33,6 @@ EXCEPTIONS: dict[str, tuple[set[float | str], str]] = {
     "cell/model/bins.py": ({0.725}, "height to which the other heights of the original's bin belong"),
     "clients/agents/kitter/workplace.py": ({"agv"}, "name by which an AGV is one of 2017 in texts for people"),
     "clients/client/client.py": ({"agv"}, "service of an AGV, by the number that the caller gives"),
-    "config/models/reader.py": ({"agv1", "agv2"}, "names that no part type may have, in any cell"),
-    "config/trial/sensors.py": ({"agv1", "agv2"}, "topics after which no sensor is named, in any cell"),
     "viewer/web/cell_panels.py": ({"agv", "kit_tray_"}, "services of the AGVs that the panel lists"),
 }
 """Literals of the layout in other files, and what they are there."""
