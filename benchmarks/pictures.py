@@ -16,9 +16,9 @@ from functools import partial
 from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
+from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.cameras.interface import points_message

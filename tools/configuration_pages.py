@@ -26,18 +26,17 @@ from cellwright.config.robot import meshes, urdf, urdf_file
 from cellwright.config.robot.config import UNUSED
 from cellwright.config.robot.group_reader import GRIPPER_UNUSED
 from cellwright.config.robot.robots import FOLDING_WAIST_UNUSED
-from cellwright.config.trial.orders import MAX_KITS
-from cellwright.config.trial.parts import MAX_PARTS
-from cellwright.config.trial.sensors import (
+from cellwright.config.sensors import (
     MAX_CAMERA_LATENCY,
-    MAX_CAMERAS,
     MAX_DEPTH_PIXELS,
     MAX_FOV,
     MAX_PICTURE_RATE,
     MAX_PICTURE_SIZE,
-    MAX_SENSORS,
     MIN_PICTURE_RATE,
 )
+from cellwright.config.trial.orders import MAX_KITS
+from cellwright.config.trial.parts import MAX_PARTS
+from cellwright.config.trial.sensors import MAX_CAMERAS, MAX_SENSORS
 from cellwright.util.errors import UnknownNameError
 
 _MADE = re.compile(

@@ -16,7 +16,8 @@ from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.layout.gear2017 import gear2017
-from cellwright.config.trial.trial import BeltPart, Kit, KitObject, Order, Part, SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import BeltPart, Kit, KitObject, Order, Part, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.util.pose import Pose
 

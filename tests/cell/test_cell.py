@@ -13,7 +13,8 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState
 from cellwright.clients.client import Client
-from cellwright.config.trial.trial import Options, SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import Options, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import (
     CheckpointError,

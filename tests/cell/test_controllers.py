@@ -8,6 +8,7 @@ import pytest
 
 from cellwright.cell.controllers import HARDWARE, STATES, STRICT, TRAJECTORIES, TYPES, ControllerManager
 from cellwright.cell.interface.parameters import parameters
+from cellwright.config.arm import ARM_JOINTS
 from tests.support.cells import ARM_ONLY, JOINTS
 
 BEST_EFFORT, AUTO, FORCE_AUTO = 1, 3, 4
@@ -22,7 +23,7 @@ def arm() -> dict[str, Any]:
 
 @pytest.fixture
 def manager() -> ControllerManager:
-    return ControllerManager(500, arm)
+    return ControllerManager(500, ARM_JOINTS, arm)
 
 
 def answer(manager: ControllerManager, service: str, **request: Any) -> dict[str, Any]:

@@ -9,7 +9,8 @@ import pytest
 from cellwright.cell.kitting.kit_score import Fit, KitScore, PartFinding, Verdict
 from cellwright.cell.kitting.scorer import Averages, GameScore, OrderScore
 from cellwright.cli.run.command import finals_score
-from cellwright.config.trial.trial import SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import Trial
 from cellwright.util.files import read_json_lines
 from cellwright.util.pose import Pose
 from tests.cli.conftest import CommandLine

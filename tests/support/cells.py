@@ -12,6 +12,7 @@ import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState
+from cellwright.config.sensors import SensorConfig
 from cellwright.config.trial.trial import (
     BeltPart,
     CellSettings,
@@ -21,7 +22,6 @@ from cellwright.config.trial.trial import (
     Options,
     Order,
     Part,
-    SensorConfig,
     Trial,
 )
 from cellwright.engine.clock import NANOSECONDS, nanoseconds

@@ -14,6 +14,7 @@ from cellwright.config.parsing import entries
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import cameras, group_reader, robots
 from cellwright.config.robot.robots import find_robot, load_robot
+from cellwright.config.sensors import PictureCameraConfig, PictureNoise, SensorConfig
 from cellwright.config.trial import (
     cell_sensors,
     gear2017,
@@ -26,7 +27,7 @@ from cellwright.config.trial import (
     values,
 )
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import CellSettings, Options, PictureCameraConfig, PictureNoise, SensorConfig, Trial
+from cellwright.config.trial.trial import CellSettings, Options, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tests.config.trial.whole import WHOLE
 from tools.configuration_pages import filled, tables
@@ -75,6 +76,9 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "cell-trays": (keys.TRAY, "", None),
     "cell-arms": (keys.ARM, "", None),
     "cell-mount": (keys.MOUNT, "mount.", None),
+    "cell-tool": (keys.TOOL, "tool.", None),
+    "cell-limits": (keys.JOINT_LIMITS, "", None),
+    "cell-collision": (keys.COLLISION, "collision.", None),
     "cell-structure": (keys.STRUCTURE, "", None),
     "cell-blocks": (keys.BLOCK, "boxes[].", None),
     "cell-lines": (keys.LINE, "floor_lines[].", None),

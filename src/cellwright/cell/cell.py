@@ -19,7 +19,7 @@ from cellwright.cell.devices.logical_camera import TRAY_TYPE, LogicalCamera, Qua
 from cellwright.cell.devices.parts import Overlaps, Parts
 from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor, RangeSensor
 from cellwright.cell.devices.scene import ModelSnapshot, SceneModel, collision_geoms
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper, phase_of
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.controllers import ControllerServices
@@ -33,8 +33,8 @@ from cellwright.cell.model.build import World, build_world, demo_origin
 from cellwright.cell.start import CellSnapshot, Start
 from cellwright.cell.variation import Bounds
 from cellwright.config.arm import ServoProfile
-from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, Trial
-from cellwright.engine.clock import nanoseconds
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.device import Device
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.shapes import Visuals
@@ -133,9 +133,8 @@ class Cell(CellDevices):
         self.agvs = {each.number: Agv(each, self.trays[each.number]) for each in trial.carriers}
         fixed = [FixedTray(each.name, self.trays[each.number]) for each in trial.layout.trays]
         self.senders: dict[str, KitSender] = {each.name: each for each in (*self.agvs.values(), *fixed)}
-        self.arm = Arm(trial.settings.arm) if trial.has_arm else None
-        belts = [each.body for each in trial.layout.belts]
-        self.gripper = VacuumGripper(self.parts, _phase(trial), belts) if trial.has_arm else None
+        self.arm = Arm.of(trial)
+        self.gripper = VacuumGripper.of(trial, self.parts)
         self.competition = Competition(
             trial,
             parts=self.parts,
@@ -186,7 +185,7 @@ class Cell(CellDevices):
         # Handlers begin a run after the devices: they drop all messages of the last run, and publish the first ones.
         for each in handlers:
             self.simulation.add(each)
-        commands = CellCommands(self, self.world), ControllerServices(self.bus.refusals)
+        commands = CellCommands(self, self.world), ControllerServices(self.bus.refusals, [*trial.joints])
         bind(self.bus, self.simulation, rows(trial, competition=self.in_competition), (*commands, *handlers))
         bind_plugin_sensors(self.bus, self)
         # Devices of plugins see the cell's own in their new state, and may publish as soon as a run begins.
@@ -250,7 +249,7 @@ class Cell(CellDevices):
         joints: Mapping[str, float] | None = None,
     ) -> tuple[Start, Trial]:
         """Return start and trial of the run that `reset` would begin, with its errors; nothing changes."""
-        start = self.start.changed(seed=seed, variation=variation, joints=joints)
+        start = self.start.changed(seed=seed, variation=variation, joints=joints, limits=self.trial.joints)
         return start, self.trial if start == self.start else start.of(self._written)
 
     def snapshot(self) -> CellSnapshot:
@@ -306,7 +305,7 @@ class Cell(CellDevices):
         for population in self.populations.values():
             population.set_delay(trial.circumstances.belt_delay)
         if self.gripper is not None:
-            self.gripper.set_phase(_phase(trial))
+            self.gripper.set_phase(phase_of(trial))
 
     def step(self) -> None:
         """Advance the simulation by one tick."""
@@ -336,7 +335,7 @@ class Cell(CellDevices):
         """
         tools = []
         if self.gripper is not None:
-            cup = self.simulation.model.geom(CUP_GEOM)
+            cup = self.simulation.model.geom(self.trial.arms[0].prefix + CUP_GEOM)
             tools = [[body, cup.pos.tolist()]] if (body := body_index(int(cup.bodyid[0]))) else []
         return {"kind": "cell", "sensors": [each.describe() for each in self.sensors.values()], "tools": tools}
 
@@ -392,9 +391,3 @@ class Cell(CellDevices):
             tray = model.body(fixed.tray_link).id
             models.append(SceneModel(fixed.tray_name, TRAY_TYPE, tray, collision_geoms(model, tray)))
         return ModelSnapshot(self.simulation, models, self.trial.part_models, self.scene_parts)
-
-
-def _phase(trial: Trial) -> int | None:
-    """Return the phase of the gripper's checks [ns]; None: as soon as it is switched on."""
-    phase = trial.circumstances.gripper_phase
-    return None if phase is None else nanoseconds(phase)

@@ -6,10 +6,8 @@ would change that is refused: `ok` is false, and `message` has the reason, also 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
-
-from cellwright.config.arm import ARM_JOINTS
 
 MANAGER, TRAJECTORIES, STATES, HARDWARE = "controller_manager", "arm_controller", "joint_state_broadcaster", "arm"
 
@@ -33,7 +31,7 @@ class ControllerManager:
     """Controller manager of the arm.
 
     Example:
-        >>> manager = ControllerManager(500, dict)
+        >>> manager = ControllerManager(500, ("shoulder", "elbow"), dict)
         >>> [each["name"] for each in manager.list_controllers({})["controller"]]
         ['arm_controller', 'joint_state_broadcaster']
         >>> manager.switch_controller({"deactivate_controllers": ["arm_controller"]})["ok"]
@@ -41,14 +39,15 @@ class ControllerManager:
 
     Args:
         rate: rate of control [Hz].
+        joints: joints of the arm, base first.
         arm: returns the parameters of the arm's controller in ROS 1, nested.
     """
 
-    def __init__(self, rate: int, arm: Callable[[], Mapping[str, Any]]) -> None:
+    def __init__(self, rate: int, joints: Sequence[str], arm: Callable[[], Mapping[str, Any]]) -> None:
         self._rate = rate
         self._arm = arm
-        self._commands = [f"{joint}/position" for joint in ARM_JOINTS]
-        self._states = [f"{joint}/{kind}" for joint in ARM_JOINTS for kind in ("position", "velocity", "effort")]
+        self._commands = [f"{joint}/position" for joint in joints]
+        self._states = [f"{joint}/{kind}" for joint in joints for kind in ("position", "velocity", "effort")]
         self._configured: set[str] = set()
         """Controllers that were configured, and may be activated once: the steps in which tools start a controller."""
 

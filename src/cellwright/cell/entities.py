@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.devices.scene import collision_geoms
-from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
+from cellwright.cell.interface.frames import link_frames, static_frames
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
@@ -244,9 +244,7 @@ class Entities:
             UnknownNameError: there is none of this name.
         """
         entities, links = self.names(), self._links()
-        fixed = {
-            each.child: each for each in (*static_frames(self.cell.trial), *(LINK_FRAMES if self.cell.arm else ()))
-        }
+        fixed = {each.child: each for each in (*static_frames(self.cell.trial), *link_frames(self.cell.trial))}
         if name == "world":
             return Pose((0.0, 0.0, 0.0))
         if name in entities:

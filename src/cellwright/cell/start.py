@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from operator import index
 
 from cellwright.cell.variation import Bounds, vary
-from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.robot.model import Limits
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot
@@ -34,6 +34,7 @@ class Start:
         seed: int | None = None,
         variation: bool | Bounds | None = None,
         joints: Mapping[str, float] | None = None,
+        limits: Mapping[str, Limits] | None = None,
     ) -> Start:
         """Return the start with other values; None keeps one.
 
@@ -41,6 +42,7 @@ class Start:
             seed: root of all random streams, from 0.
             variation: bounds of a variation; True for the usual ones, False for the trial as written.
             joints: initial positions of arm joints; empty for those of the trial.
+            limits: joints of the arm with their limits, by name; None without an arm.
 
         Raises:
             UsageError: a value that no run can start with.
@@ -53,7 +55,7 @@ class Start:
             bounds = variation if isinstance(variation, Bounds) else Bounds() if variation else None
             found = replace(found, bounds=bounds)
         if joints is not None:
-            found = replace(found, joints={name: _checked_position(name, value) for name, value in joints.items()})
+            found = replace(found, joints=_checked_positions(joints, limits or {}))
         return found
 
     def of(self, written: Trial) -> Trial:
@@ -112,14 +114,22 @@ def _checked_seed(seed: int) -> int:
     return number
 
 
-def _checked_position(name: str, position: float) -> float:
-    if name not in ARM_JOINTS:
-        raise UnknownNameError("arm joint", name, ARM_JOINTS)
-    limit = RAIL_LIMIT if name == ARM_JOINTS[0] else TURN_LIMIT
+def _checked_positions(joints: Mapping[str, float], limits: Mapping[str, Limits]) -> dict[str, float]:
+    if not limits:
+        return dict(joints)
+    for name in joints:
+        if name not in limits:
+            raise UnknownNameError("arm joint", name, limits)
+    return {name: _checked_position(name, position, limits[name]) for name, position in joints.items()}
+
+
+def _checked_position(name: str, position: float, limits: Limits) -> float:
     try:
         number = float(position)
     except (TypeError, ValueError):
         raise UsageError(f"joints: {name} must be a number (got {position!r})") from None
-    if not abs(number) <= limit:
-        raise UsageError(f"joints: {name} must be within the joint's limits of ±{limit:g} (got {number:g})")
+    if not limits.lower <= number <= limits.upper:
+        lower, upper = limits.lower, limits.upper
+        bounds = f"±{upper:g}" if lower == -upper else f"{lower:g} to {upper:g}"
+        raise UsageError(f"joints: {name} must be within the joint's limits of {bounds} (got {number:g})")
     return number

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from cellwright.cell.checks.findings import cell_warnings
+from cellwright.cell.model.own_arm import arm_problems
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files, Overrides
@@ -51,7 +52,11 @@ def check(
         report = check_files(paths, options.overrides(overrides), options.xacro_arguments(given))
         if report.trial is not None:  # the engine judges some files of models
             found = map(str, cell_warnings(report.trial, report.places))
-            report = replace(report, errors=tuple(model_problems(report.trial)), warnings=(*report.warnings, *found))
+            report = replace(
+                report,
+                errors=(*model_problems(report.trial), *arm_problems(report.trial)),
+                warnings=(*report.warnings, *found),
+            )
     except CellwrightError as error:  # a missing file is a finding as well
         report = Report(errors=(str(error),))
     if map_file is not None and report.ok:

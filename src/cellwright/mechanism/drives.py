@@ -103,6 +103,15 @@ def stiff_drives(robot: RobotModel, bandwidth: float = BANDWIDTH) -> dict[str, D
     return drives
 
 
+def give_link_mass(body: Any, link: Link) -> None:
+    """Set the mass of a link; one without a mass is a frame alone."""
+    inertial = link.inertial
+    if inertial is None or inertial.mass <= 0.0 or not any(inertial.inertia):
+        give_mass(body, _NO_MASS, (0.0, 0.0, 0.0), (_NO_INERTIA,) * 3)
+    else:
+        give_mass(body, inertial.mass, inertial.pose.position, inertia_along_link(inertial))
+
+
 def _largest_inertias(robot: RobotModel) -> list[float]:
     """Return the largest inertia [kg; kg m^2] that each driven joint has in a sample of postures.
 
@@ -111,7 +120,7 @@ def _largest_inertias(robot: RobotModel) -> list[float]:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.boundmass, spec.compiler.boundinertia, spec.compiler.balanceinertia = _NO_MASS, _NO_INERTIA, True
-    add_chain(spec.worldbody, robot, _give_mass, body_of=lambda link: f"link {link}")
+    add_chain(spec.worldbody, robot, give_link_mass, body_of=lambda link: f"link {link}")
     model = spec.compile()
     data, inertias = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     places = [model.joint(joint.name).qposadr[0] for joint in robot.driven]
@@ -124,14 +133,6 @@ def _largest_inertias(robot: RobotModel) -> list[float]:
         mujoco.mj_fullM(model, data, inertias)
         largest = np.maximum(largest, inertias.diagonal()[dofs])
     return [float(value) for value in largest]
-
-
-def _give_mass(body: Any, link: Link) -> None:
-    inertial = link.inertial
-    if inertial is None:
-        give_mass(body, _NO_MASS, (0.0, 0.0, 0.0), (_NO_INERTIA,) * 3)
-    else:
-        give_mass(body, inertial.mass, inertial.pose.position, inertia_along_link(inertial))
 
 
 def _finite_range(joint: Joint) -> tuple[float, float]:

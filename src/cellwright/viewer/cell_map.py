@@ -77,6 +77,7 @@ class _Map:
         self._trial = trial
         self._obstacles = obstacles(trial)
         self._surfaces = surfaces_in(trial)
+        self._knows_reach = bool(trial.arms) and all(arm.is_original for arm in trial.arms)
         (left, right), (bottom, top) = self._bounds()
         scale = min(_SCALE, _LARGEST / max(left - right, top - bottom))
         self._metre = 72.0 * scale
@@ -114,7 +115,7 @@ class _Map:
         ]
         points += [each.pose.position[:2] for each in trial.sensors]
         points += [each.pose.position[:2] for each in trial.furniture]
-        points += [arm.pose.transform((0.0, y, 0.0))[:2] for arm in trial.arms for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+        points += [end[:2] for arm in trial.arms for end in arm.mount.ends]
         for belt in trial.layout.belts:
             points += [each.position[:2] for each in (belt.spawn, belt.wall) if each is not None]
         x, y = np.array(points or [(-1.0, -1.0), (1.0, 1.0)]).T
@@ -136,7 +137,7 @@ class _Map:
         start, height = left - 0.15, bottom + 0.12
         axes.plot((start, start - 1.0), (height, height), color=INK, lw=2.5, zorder=12, solid_capstyle="butt")
         self._text(height + 0.1, start - 0.5, "1 m")
-        if self._trial.arms and self._surfaces:
+        if self._knows_reach and self._surfaces:
             axes.plot([], [], "s", ms=7, color=OUT, alpha=0.35, label="out of reach, tool down")
         if any(each.type == TYPE for each in self._trial.sensors):
             axes.plot([], [], "s", ms=7, color=SIGHT, alpha=0.3, label="view of a logical camera")
@@ -199,7 +200,7 @@ class _Map:
         return max(seen or points, key=lambda point: min(math.dist(point, each) for each in taken))
 
     def _reach(self) -> None:
-        if not self._trial.arms:
+        if not self._knows_reach:
             return
         for surface in self._surfaces:
             reached = in_reach(surface, self._trial.layout)
@@ -279,10 +280,14 @@ class _Map:
 
     def _arms(self) -> None:
         for arm in self._trial.arms:
-            low, middle, high = (arm.pose.transform((0.0, y, 0.0))[:2] for y in (-RAIL_LIMIT, 0.0, RAIL_LIMIT))
-            self._line((low, high), RAIL, 5.0, alpha=0.5, zorder=7)
-            self._axes.add_patch(Circle(middle[::-1], 0.1, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
-            x, y, _ = arm.pose.transform((0.0, RAIL_LIMIT / 2, 0.0))
+            (low_x, low_y, _), (high_x, high_y, _) = arm.mount.ends
+            middle = arm.pose.position[1], arm.pose.position[0]
+            self._axes.add_patch(Circle(middle, 0.1, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
+            if arm.mount.kind != "rail":
+                self._text(middle[1], middle[0], arm.name, color=RAIL, va="bottom", xytext=(0, 8))
+                continue
+            self._line(((low_x, low_y), (high_x, high_y)), RAIL, 5.0, alpha=0.5, zorder=7)
+            x, y, _ = arm.pose.transform((0.0, RAIL_LIMIT / 2, 0.0)) if arm.is_original else arm.mount.ends[1]
             self._text(x, y, "rail of the arm", color=RAIL, va="bottom", xytext=(0, 4))
 
     def _sensors(self) -> None:

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from cellwright.config.layout.layout import Bin, Layout, Tray
 from cellwright.config.layout.surroundings import Block, Structure
-from cellwright.config.trial.trial import SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import Trial
 from cellwright.util.pose import Pose
 from tests.support.places import LAYOUT
 

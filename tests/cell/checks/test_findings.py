@@ -6,7 +6,7 @@ import pytest
 
 import cellwright
 from cellwright.cell.checks.findings import cell_warnings, findings
-from cellwright.config.layout.arms import Arm
+from cellwright.config.layout.arms import Arm, Mount
 from cellwright.config.trial.catalogue import bundled
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
@@ -76,7 +76,7 @@ def test_moved_cell_of_2017_is_accepted_as_it_is() -> None:
 
 
 def test_bin_of_2017_counts_when_the_rail_is_elsewhere() -> None:
-    found = findings(trial_with(replace(LAYOUT, arms=(Arm("arm", Pose((3.0, 0.0, 0.9))),))))
+    found = findings(trial_with(replace(LAYOUT, arms=(Arm("arm", Mount("rail", Pose((3.0, 0.0, 0.9)))),))))
     assert {"cell.bins.bin1", "cell.carriers.agv1"} <= {each.key for each in found}
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from cellwright.cell.checks.sight import blind_cameras, corners, looked_at
 from cellwright.cell.checks.surfaces import surfaces_in
-from cellwright.config.trial.trial import SensorConfig
+from cellwright.config.sensors import SensorConfig
 from tests.cell.checks.odd import SMALL, camera_over, trial_with
 
 

@@ -14,7 +14,8 @@ from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model import build
 from cellwright.config.arm import ARM_JOINTS
-from cellwright.config.trial.trial import BeltPart, Options, Part, SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import BeltPart, Options, Part, Trial
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.util.pose import Pose

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import camera_rows, rows
+from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.middleware.messages.standard import CameraInfo, Image, PointCloud, PointCloud2

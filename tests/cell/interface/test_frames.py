@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.config.trial.trial import SensorConfig
+from cellwright.config.sensors import SensorConfig
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.util.pose import Pose, normalized
 from tests.conftest import DATA

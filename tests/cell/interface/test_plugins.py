@@ -6,7 +6,8 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.plugins import make_plugin_device, make_plugin_sensor
-from cellwright.config.trial.trial import PluginDevice, SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import PluginDevice, Trial
 from cellwright.engine.device import Device
 from cellwright.util import plugins
 from cellwright.util.errors import UnknownNameError

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.interface.rows import GEAR, rows
-from cellwright.config.trial.trial import BeltPart, Options, SensorConfig, SensorType, Trial
+from cellwright.config.sensors import SensorConfig, SensorType
+from cellwright.config.trial.trial import BeltPart, Options, Trial
 from cellwright.middleware.bus import Bus, Direction
 from cellwright.middleware.interface.table import Endpoint, EndpointKind, Timing
 from cellwright.middleware.messages import TYPES

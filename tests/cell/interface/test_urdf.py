@@ -15,7 +15,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
-from cellwright.config.trial.trial import SensorConfig
+from cellwright.config.sensors import SensorConfig
 from cellwright.util.pose import Pose
 from tests.cell.interface.test_frames import frame_tree, in_world, matrix
 from tests.cell.interface.urdf_chain import joints_of, world_T

@@ -20,9 +20,10 @@ from cellwright.cell.kitting.evidence import (
 from cellwright.cell.kitting.fates import Fate, FateKind
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.cell.kitting.scorer import Averages, Scorer, trial_score
+from cellwright.config.sensors import SensorConfig
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import Order, Part, SensorConfig, Trial
+from cellwright.config.trial.trial import Order, Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import kit, order, ordered, pose, tray_object
 

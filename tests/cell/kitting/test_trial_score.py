@@ -4,7 +4,7 @@ import pytest
 
 from cellwright.cell.kitting.kit_score import score_kit
 from cellwright.cell.kitting.scorer import Averages, OrderScore, system_cost, trial_score
-from cellwright.config.trial.trial import SensorConfig, SensorType
+from cellwright.config.sensors import SensorConfig, SensorType
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import full_tray, order

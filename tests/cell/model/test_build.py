@@ -9,18 +9,8 @@ import pytest
 
 from cellwright.cell.model.build import World, build_world
 from cellwright.cell.model.shelf import SHELF_SURFACE
-from cellwright.config.trial.trial import (
-    BeltPart,
-    CellSettings,
-    Kit,
-    KitObject,
-    Options,
-    Order,
-    Part,
-    PictureCameraConfig,
-    SensorConfig,
-    Trial,
-)
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
+from cellwright.config.trial.trial import BeltPart, CellSettings, Kit, KitObject, Options, Order, Part, Trial
 from cellwright.config.ur10 import GRIPPER
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model.build import World, build_world
 from cellwright.cell.model.parts import PART_TYPES
-from cellwright.config.trial.trial import Part, SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import Part, Trial
 from cellwright.config.trial.values import SENSOR_TYPES
 from cellwright.util.pose import Pose
 from tests.conftest import DATA

@@ -11,7 +11,8 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import CameraPicture, Client
-from cellwright.config.trial.trial import PictureCameraConfig, Trial
+from cellwright.config.sensors import PictureCameraConfig
+from cellwright.config.trial.trial import Trial
 from cellwright.middleware.messages.arrays import points_array
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose

@@ -219,7 +219,8 @@ REFUSALS = {
     "carriers.a.path: the way back must begin where the way out ends, [1, 1] (got [1, 2])",
     "carriers: {a: {at: [0, 0], path: {out: [[0, 0, 0], [5, 1, 1]], back: [[0, 1, 1], [5, 3, 0]]}}}": "1: "
     "carriers.a.path: the way back must end at the station, [0, 0] (got [3, 0])",
-    "arms: {arm: {mount: {kind: floor, at: [0, 0]}}}": "1: arms.arm.mount.kind: unknown kind of mount 'floor' (known",
+    "arms: {arm: {mount: {kind: floor, at: [0, 0]}}}": "1: arms.arm.mount: without a model the arm is a UR10",
+    "arms: {arm: {mount: {kind: wall, at: [0, 0]}}}": "1: arms.arm.mount.kind: unknown kind of mount 'wall' (known",
     "arms: {a: {mount: {kind: rail, at: [0, 0]}}, b: {mount: {kind: rail, at: [1, 0]}}}": "1: "
     "arms.b: one arm is supported (the other is a); leave one out",
     "frame: {turn: 1}": "1: frame: the required entry 'at' is missing",

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.layout.values import mounted, read_colour, read_way
+from cellwright.config.layout.values import read_colour, read_way
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Items, Leaf, Place, Problems
 
@@ -45,8 +45,3 @@ def test_colour_has_its_bytes(value: int) -> None:
     found = read_colour(READER, Leaf(f"#{value:06x}", PLACE, ""))
     assert found is not None
     assert [round(each * 255) for each in found] == [value >> 16, value >> 8 & 255, value & 255, 255]
-
-
-def test_rail_without_height_has_that_of_2017() -> None:
-    assert mounted("rail", (1.0, 2.0)).position == (1.0, 2.0, 0.9)
-    assert mounted("rail", (1.0, 2.0, 0.5)).position == (1.0, 2.0, 0.5)

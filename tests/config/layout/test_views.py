@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.layout.arms import Arm
+from cellwright.config.layout.arms import Arm, Mount
 from cellwright.config.layout.layout import Belt, Bin, Carrier, Layout, Tray
 from cellwright.config.layout.surroundings import Block, Structure, View
 from cellwright.config.layout.views import views
@@ -52,7 +52,7 @@ def layouts(draw: st.DrawFn) -> Layout:
         Tray(len(carriers) + n, f"tray{n}", pose(*place), size, height)
         for n, (place, size, height) in enumerate(draw(st.lists(st.tuples(places, sizes, heights), max_size=3)), 1)
     ]
-    arms = [Arm(f"arm{n}", pose(*place)) for n, place in enumerate(draw(st.lists(places, max_size=2)))]
+    arms = [Arm(f"arm{n}", Mount("rail", pose(*place))) for n, place in enumerate(draw(st.lists(places, max_size=2)))]
     named = (replace(each, name=f"belt{n}") for n, each in enumerate(belts))
     own = replace(LAYOUT, bins=tuple(bins), belts=tuple(named), carriers=tuple(carriers), trays=tuple(trays), views=())
     return replace(own, arms=tuple(arms)).moved(pose(*draw(places)))
@@ -138,7 +138,7 @@ def test_tray_is_looked_at_from_where_neither_the_arm_nor_a_post_hides_it() -> N
     fence = Structure("fence", pose(1.4, 0.4, 0.0), (Block(Pose((0.0, 0.0, 1.5)), (0.05, 4.0, 3.0)),))
     (view,) = (
         view
-        for view in views(replace(own, structure=(fence,), arms=(Arm("arm", Pose((9.0, 0.0, 0.9))),)))
+        for view in views(replace(own, structure=(fence,), arms=(Arm("arm", Mount("rail", Pose((9.0, 0.0, 0.9)))),)))
         if view.name == "tray1"
     )
     assert view.position[0] < 0.9

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.config.sensors import SensorConfig
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import SensorConfig
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
 

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from cellwright import load_trial
 from cellwright.cell.variation import vary
 from cellwright.config.models.model import Furniture, UserModel
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial as load_text
 from cellwright.config.trial.moving import moved
-from cellwright.config.trial.trial import DropRegion, Part, PictureCameraConfig, SensorConfig, Trial
+from cellwright.config.trial.trial import DropRegion, Part, Trial
 from cellwright.util.pose import Pose
 
 REGION = DropRegion("over_bin", "gear_part", (-0.6, 0.0, 0.8), (0.0, 0.5, 1.0), Pose((0.3, 3.0, 0.8)))

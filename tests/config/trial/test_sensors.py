@@ -10,9 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.interface.rows import rows
+from cellwright.config.sensors import (
+    MAX_PICTURE_RATE,
+    MAX_PICTURE_SIZE,
+    MIN_PICTURE_RATE,
+    PictureCameraConfig,
+    PictureNoise,
+    SensorConfig,
+)
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.sensors import MAX_PICTURE_RATE, MAX_PICTURE_SIZE, MIN_PICTURE_RATE, reserved_names
-from cellwright.config.trial.trial import BeltPart, PictureCameraConfig, PictureNoise, SensorConfig
+from cellwright.config.trial.sensors import reserved_names
+from cellwright.config.trial.trial import BeltPart
 from cellwright.middleware.interface.table import EndpointKind
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose

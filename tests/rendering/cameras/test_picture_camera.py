@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
+from cellwright.config.sensors import PictureCameraConfig, PictureNoise
 from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera, read_pictures

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.trial.trial import PictureNoise
+from cellwright.config.sensors import PictureNoise
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.rendering.cameras.picture_camera import blur_colour, blur_depth
 

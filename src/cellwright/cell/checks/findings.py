@@ -68,7 +68,8 @@ def _warning(finding: Finding, places: Mapping[str, Place]) -> Problem:
 
 def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
     layout = trial.layout
-    if not trial.arms:
+    # the reach of other arms is not known here
+    if not trial.arms or not all(arm.is_original for arm in trial.arms):
         return
     original = gear2017().moved(layout.frame)
     accepted = surfaces_in(Trial("", layout=original)) if layout.arms == original.arms else ()

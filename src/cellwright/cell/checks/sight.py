@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from cellwright.cell.checks.surfaces import points_on
 from cellwright.cell.devices.logical_camera import LogicalCamera
 from cellwright.config.layout.surfaces import Surface
-from cellwright.config.trial.trial import SensorConfig, Trial
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import Trial
 from cellwright.util.pose import Pose
 
 TYPE = "logical_camera"

@@ -1,9 +1,10 @@
 """Arm on its rail: joint servos in the engine, driven by a joint trajectory controller."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Self, TypeVar
 
 from cellwright.config.arm import ARM_JOINTS, ArmSettings
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
 from cellwright.mechanism.joint_trajectory import JointTrajectory
@@ -23,26 +24,44 @@ class JointReadings(NamedTuple):
 
 
 class Arm(Device):
-    """Arm with its controller. It holds its initial posture from the first step on."""
+    """Arm with its controller. It holds its initial posture from the first step on.
 
-    def __init__(self, settings: ArmSettings) -> None:
+    Args:
+        settings: settings of the controller.
+        joints: joints of the controller, base first.
+        prefix: prefix of their names in the engine.
+    """
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, base first."""
+        return self.controller.joint_names
+
+    def __init__(self, settings: ArmSettings, joints: Sequence[str] = ARM_JOINTS, *, prefix: str = "") -> None:
         super().__init__("arm")
-        self.controller = JointTrajectoryController(ARM_JOINTS, settings)
+        self.controller = JointTrajectoryController(joints, settings)
+        self._names = [prefix + name for name in joints]
         self.on_goal_ended: list[Callable[[TrajectoryGoal], None]] = []
+
+    @classmethod
+    def of(cls, trial: Trial) -> Self | None:
+        """Return the arm of a trial's cell; None if there is none."""
+        found = (cls(trial.settings.arm, [*trial.joints], prefix=arm.prefix) for arm in trial.arms)
+        return next(found, None)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the joints and their servos."""
         super().attach(simulation)
-        self._setpoints = Setpoints(simulation, ARM_JOINTS)
+        self._setpoints = Setpoints(simulation, self._names)
         self._find_joints()
         simulation.on_model.append(self._find_joints)
 
     def _find_joints(self) -> None:
         model, data = self.simulation.model, self.simulation.data
         # views: the joints and their servos are adjacent in the engine, and its arrays stay where they are
-        self._positions = data.qpos[_slice([model.joint(name).qposadr[0] for name in ARM_JOINTS])]
-        self._velocities = data.qvel[_slice([model.joint(name).dofadr[0] for name in ARM_JOINTS])]
-        self._efforts = data.actuator_force[_slice([model.actuator(name).id for name in ARM_JOINTS])]
+        self._positions = data.qpos[_slice([model.joint(name).qposadr[0] for name in self._names])]
+        self._velocities = data.qvel[_slice([model.joint(name).dofadr[0] for name in self._names])]
+        self._efforts = data.actuator_force[_slice([model.actuator(name).id for name in self._names])]
 
     def reset(self) -> None:
         """Hold the initial posture of the model."""

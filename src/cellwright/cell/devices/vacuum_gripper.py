@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import acos, degrees
-from typing import ClassVar, Final
+from typing import ClassVar, Final, Self
 
 import mujoco
 import numpy as np
@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.build import WorldPart
+from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER
-from cellwright.engine.clock import NANOSECONDS, NEVER
+from cellwright.engine.clock import NANOSECONDS, NEVER, nanoseconds
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.simulation import Simulation
 from cellwright.mechanism.welds import engage_weld
@@ -173,6 +174,7 @@ class VacuumGripper(VacuumCheck, Device):
         parts: the parts of the cell.
         phase: see `VacuumCheck`.
         belts: names of the belts' geoms, which count as moving.
+        prefix: prefix of the cup's link and geoms in the engine.
 
     Attributes:
         on_change: callbacks that run when it is switched, grips or releases.
@@ -180,22 +182,29 @@ class VacuumGripper(VacuumCheck, Device):
             part at, or None.
     """
 
-    def __init__(self, parts: Parts, phase: int | None = None, belts: Sequence[str] = ()) -> None:
+    def __init__(self, parts: Parts, phase: int | None = None, belts: Sequence[str] = (), *, prefix: str = "") -> None:
         Device.__init__(self, "gripper")
         VacuumCheck.__init__(self, phase)
         self.parts = parts
-        self._belt_names = tuple(belts)
+        self._belt_names, self._prefix = tuple(belts), prefix
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
         parts.on_taken.append(self._notice_taken)
+
+    @classmethod
+    def of(cls, trial: Trial, parts: Parts) -> Self | None:
+        """Return the gripper of a trial's arm; None if there is none."""
+        belts = [each.body for each in trial.layout.belts]
+        cups = (arm.prefix for arm in trial.arms if arm.tool.kind == "vacuum")
+        return next((cls(parts, phase_of(trial), belts, prefix=prefix) for prefix in cups), None)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the cup and the belt."""
         super().attach(simulation)
         model = simulation.model
-        self._body = model.body(GRIPPER).id
-        self._cup = model.geom(CUP_GEOM).id
-        self._face = model.geom(CUP_FACE_GEOM).id
+        self._body = model.body(self._prefix + GRIPPER).id
+        self._cup = model.geom(self._prefix + CUP_GEOM).id
+        self._face = model.geom(self._prefix + CUP_FACE_GEOM).id
         self._belts = [model.geom(name).id for name in self._belt_names]
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
@@ -306,3 +315,9 @@ class VacuumGripper(VacuumCheck, Device):
     def _notify(self) -> None:
         for listener in self.on_change:
             listener(self)
+
+
+def phase_of(trial: Trial) -> int | None:
+    """Return the phase of the gripper's checks [ns]; None: as soon as it is switched on."""
+    phase = trial.circumstances.gripper_phase
+    return None if phase is None else nanoseconds(phase)

@@ -4,9 +4,8 @@ In ROS 2 the server offers others (`cell/controllers.py`). Changes are refused a
 reason is reported.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from cellwright.config.arm import ARM_JOINTS
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.controller_manager_msgs import (
@@ -35,10 +34,6 @@ TYPES = {
 }
 """Type of each controller."""
 
-_INTERFACES = {
-    ARM_CONTROLLER: ("hardware_interface::EffortJointInterface", sorted(ARM_JOINTS)),
-    JOINT_STATES: ("hardware_interface::JointStateInterface", []),  # reading claims nothing
-}
 _BASE = "controller_interface::ControllerBase"
 _RUNNING = "is always running in this cell"
 
@@ -48,16 +43,21 @@ class ControllerServices:
 
     Args:
         refusals: counts and reports what is refused.
+        joints: joints of the arm.
     """
 
-    def __init__(self, refusals: Refusals) -> None:
+    def __init__(self, refusals: Refusals, joints: Sequence[str]) -> None:
         self._refusals = refusals
+        self._interfaces = {
+            ARM_CONTROLLER: ("hardware_interface::EffortJointInterface", sorted(joints)),
+            JOINT_STATES: ("hardware_interface::JointStateInterface", []),  # reading claims nothing
+        }
 
     def list_controllers(self, _row: Endpoint, _request: ListControllersRequest, _node: str) -> ListControllersResponse:
         """Return both controllers."""
         return ListControllersResponse(
             [
-                ControllerState(name, "running", kind, [HardwareInterfaceResources(*_INTERFACES[name])])
+                ControllerState(name, "running", kind, [HardwareInterfaceResources(*self._interfaces[name])])
                 for name, kind in TYPES.items()
             ]
         )

@@ -2,20 +2,21 @@
 
 import math
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from functools import partial
 
 import numpy as np
 
 from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
-from cellwright.config.trial.trial import PictureCameraConfig, Trial
-from cellwright.config.ur10 import GRIPPER, UR10, WRIST_3_T_TOOL
+from cellwright.config.layout.arm_models import chain_in_engine
+from cellwright.config.layout.arms import Arm
+from cellwright.config.robot.model import RobotModel
+from cellwright.config.sensors import PictureCameraConfig
+from cellwright.config.trial.trial import Trial
+from cellwright.config.ur10 import WRIST_3_T_TOOL
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import OPTICAL
 from cellwright.util.pose import Pose
-
-ARM_CHAIN = (UR10.root, *(joint.child for joint in UR10.driven))
-"""The rail and the links that the joints move, each in the frame of the previous one."""
 
 LINK_FRAMES = (
     TfFrame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
@@ -49,19 +50,41 @@ def static_frames(trial: Trial) -> list[TfFrame]:
     return frames
 
 
-def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Callable[[], list[TfFrame]]:
-    """Return a function that computes the present frames of links, each in the frame of the previous one."""
-    bodies = np.array([simulation.model.body(name).id for name in links])
+def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:
+    """Return a function that computes the present frames of the links that the arm's joints move."""
+    arm, robot = _arm_of(trial)
+    return _frames(simulation, [(joint.parent, joint.child) for joint in robot.driven], arm.prefix)
+
+
+def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
+    """Return the frames fixed to a link of the arm or to the world, with the engine's precision."""
+    arm, robot = _arm_of(trial)
+    fixed = [(joint.parent, joint.child) for joint in robot.joints if not joint.is_driven]
+    read = partial(_frames, simulation, prefix=arm.prefix)
+    return [*read([("world", robot.root)])(), *link_frames(trial), *read(fixed)()]
+
+
+def link_frames(trial: Trial) -> tuple[TfFrame, ...]:
+    """Return the frames without a body that are fixed to a link of an arm."""
+    return LINK_FRAMES if any(arm.is_original for arm in trial.arms) else ()
+
+
+def _arm_of(trial: Trial) -> tuple[Arm, RobotModel]:
+    (arm,) = trial.arms
+    return arm, chain_in_engine(arm, trial.arm_models)
+
+
+def _frames(simulation: Simulation, pairs: Sequence[tuple[str, str]], prefix: str) -> Callable[[], list[TfFrame]]:
+    """Return a function that computes the present frame of the second body of each pair in that of the first."""
+    names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    bodies = np.array([simulation.model.body(name).id for name in names], dtype=np.intp)
 
     def read() -> list[TfFrame]:
         simulation.refresh()
-        places = pairwise(zip(links, body_poses(simulation.data, bodies), strict=True))
-        return [TfFrame(parent, child, before.relative(pose)) for (parent, before), (child, pose) in places]
+        poses = dict(zip(names, body_poses(simulation.data, bodies), strict=True))
+        return [
+            TfFrame(parent.removeprefix(prefix), child.removeprefix(prefix), poses[parent].relative(poses[child]))
+            for parent, child in pairs
+        ]
 
     return read
-
-
-def fixed_arm_frames(simulation: Simulation) -> list[TfFrame]:
-    """Return the frames fixed to a link of the arm or to the world, with the engine's precision."""
-    rail, gripper = ("world", ARM_CHAIN[0]), ("wrist_3_link", GRIPPER)
-    return [*arm_chain(simulation, rail)(), *LINK_FRAMES, *arm_chain(simulation, gripper)()]

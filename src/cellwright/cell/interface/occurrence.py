@@ -2,7 +2,8 @@
 
 from enum import Enum
 
-from cellwright.config.trial.trial import CameraType, SensorType, Trial
+from cellwright.config.sensors import CameraType, SensorType
+from cellwright.config.trial.trial import Trial
 from cellwright.middleware.interface.table import Where
 
 WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)

@@ -17,8 +17,10 @@ from cellwright.cell.interface.rows import rows
 from cellwright.cell.model.arm import gains_of
 from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
 from cellwright.cell.model.arm_solids import SOLID
-from cellwright.config.arm import ARM_JOINTS, ArmSettings, JointTolerance
+from cellwright.config.arm import JointTolerance
+from cellwright.config.layout.arm_models import arm_model
 from cellwright.config.robot.model import Inertial, Limits
+from cellwright.config.robot.urdf_writer import add_robot
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import FIGURES, GRIPPER, GRIPPER_JOINT, RAIL, UR10, WRIST_3_T_GRIPPER
 from cellwright.engine.shapes import Shape
@@ -143,7 +145,12 @@ def robot_description(trial: Trial) -> str:
     for frame in fixed.values():
         _add_frame(robot, frame)
     for arm in trial.arms:
-        _add_arm(robot, arm.pose)
+        if arm.is_original:
+            _add_arm(robot, arm.pose)
+        else:
+            chain = arm_model(arm, trial.arm_models[arm.name], "")
+            add_robot(robot, chain)
+            add_joint(robot, "fixed", f"{chain.root}_base_joint", "world", chain.root, arm.pose)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
 
@@ -181,7 +188,7 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     if trial.has_arm:
         table = rows(trial, competition=competition)
         rates = {row.name: float(row.rate) for row in table if isinstance(row.rate, Fraction)}
-        cell["arm"] = _arm_parameters(trial.settings.arm, rates)
+        cell["arm"] = _arm_parameters(trial, rates)
         cell["joint_state_controller"] = {
             "type": "joint_state_controller/JointStateController",
             "publish_rate": rates["/ariac/joint_states"],
@@ -195,22 +202,23 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     }
 
 
-def _arm_parameters(settings: ArmSettings, rates: Mapping[str, float]) -> dict[str, Parameter]:
+def _arm_parameters(trial: Trial, rates: Mapping[str, float]) -> dict[str, Parameter]:
     """Return the parameters of the arm's controller, in the structure of the original's file."""
+    settings = trial.settings.arm
     constraints: dict[str, Parameter] = {
         "goal_time": settings.goal_time,
         "stopped_velocity_tolerance": settings.stopped_velocity_tolerance,
     }
-    for name in ARM_JOINTS:
+    for name in trial.joints:
         tolerance = settings.tolerances.get(name, JointTolerance())
         constraints[name] = {"trajectory": tolerance.trajectory, "goal": tolerance.goal}
     gains: dict[str, Parameter] = {
         name: {"p": float(each.p), "d": float(each.d), "i": float(each.i), "i_clamp": float(each.i_clamp)}
-        for name, each in gains_of(settings).items()
+        for name, each in (gains_of(settings) if trial.arms[0].is_original else {}).items()
     }
     return {
         "type": "effort_controllers/JointTrajectoryController",
-        "joints": list(ARM_JOINTS),
+        "joints": [*trial.joints],
         "constraints": constraints,
         "gains": gains,
         "stop_trajectory_duration": settings.stop_trajectory_duration,

@@ -12,7 +12,8 @@ from typing import Any
 from cellwright.cell.devices.scene import ModelSnapshot
 from cellwright.cell.interface.devices import CellDevices
 from cellwright.cell.interface.rows import NODE
-from cellwright.config.trial.trial import PictureCameraConfig, PluginDevice, SensorConfig
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
+from cellwright.config.trial.trial import PluginDevice
 from cellwright.config.trial.values import SENSOR_TYPES
 from cellwright.engine.device import Device
 from cellwright.engine.sensor import Reading, Sensor

@@ -21,10 +21,9 @@ from cellwright.cell.devices.range_sensors import (
     ProximitySensor,
 )
 from cellwright.cell.interface.devices import CellDevices, named, present
-from cellwright.cell.interface.frames import arm_chain, fixed_arm_frames, static_frames
+from cellwright.cell.interface.frames import arm_frames, fixed_arm_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
-from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.trial.trial import Order
 from cellwright.config.ur10 import GRIPPER_JOINT
 from cellwright.engine.device import Device, State
@@ -73,8 +72,6 @@ _FAN = (
     single(LaserProfiler.farthest),
 )
 _INTENSITIES = singles(np.zeros(FAN_RAY_COUNT))
-STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
-"""Names in the joint states, in their order; the original's controller publishes the cup's as an extra joint at 0."""
 _PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 
@@ -146,7 +143,7 @@ class CellPublications(Device):
         """Start a new run, without messages of the previous one."""
         cell = self._cell
         cell.bus.forget_latched()
-        arm = fixed_arm_frames(cell.simulation) if cell.arm is not None else []
+        arm = fixed_arm_frames(cell.simulation, cell.trial) if cell.arm is not None else []
         self._static.publish(frames_message([*static_frames(cell.trial), *arm], 0))
 
     def get_state(self) -> State:
@@ -162,7 +159,8 @@ class CellPublications(Device):
 
     def arm_frames(self, output: Output) -> None:
         """Frames of the arm's moving links."""
-        frames, clock = arm_chain(self._cell.simulation), self._cell.simulation.clock
+        frames = arm_frames(self._cell.simulation, self._cell.trial)
+        clock = self._cell.simulation.clock
         output.sample(lambda: frames_message(frames(), clock.message_time()))
 
     def static_frames(self, output: Output) -> None:
@@ -224,11 +222,14 @@ class CellPublications(Device):
         """Positions, velocities and efforts of the joints."""
         arm = present(self._cell.arm)
         clock = arm.simulation.clock
-        order = [ARM_JOINTS.index(name) for name in STATED_JOINTS[:-1]]
+        names = sorted(arm.joints)
+        order = [arm.joints.index(name) for name in names]
+        # the original's controller publishes the cup's joint as an extra one, at 0
+        extra = [GRIPPER_JOINT] if self._cell.gripper is not None else []
 
         def build() -> Message:
-            columns = [[*(column[index] for index in order), 0.0] for column in arm.read()]
-            return joint_state(STATED_JOINTS, *columns, time=clock.message_time())
+            columns = [[*(column[index] for index in order), *(0.0 for _ in extra)] for column in arm.read()]
+            return joint_state([*names, *extra], *columns, time=clock.message_time())
 
         output.sample(build)
 
@@ -239,7 +240,7 @@ class CellPublications(Device):
 
         def build() -> Message:
             points = (trajectory_point(*each) for each in arm.following())
-            return JointTrajectoryControllerState(header("", clock.message_time()), list(ARM_JOINTS), *points)
+            return JointTrajectoryControllerState(header("", clock.message_time()), list(arm.joints), *points)
 
         output.sample(build)
 

@@ -30,7 +30,8 @@ from cellwright.cell.interface.occurrence import (
     WITH_TRAYS,
     CompetitionMode,
 )
-from cellwright.config.trial.trial import PictureCameraConfig, Trial
+from cellwright.config.sensors import PictureCameraConfig
+from cellwright.config.trial.trial import Trial
 from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.util.errors import UsageError

@@ -16,7 +16,8 @@ from typing import Any
 
 from cellwright.cell.kitting.inventory import TrayContents, contents_from_json, contents_to_json
 from cellwright.cell.kitting.kit_score import KitScore, Refusal, RefusalReason, score_kit
-from cellwright.config.trial.trial import Kit, Order, SensorConfig
+from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.trial import Kit, Order
 from cellwright.engine.clock import seconds
 from cellwright.util.errors import UnknownNameError, UsageError
 

@@ -1,10 +1,11 @@
 """The arm of 2017 in the engine: its chain with masses, collision shapes, servos and suction cup."""
 
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.model import arm_looks
-from cellwright.config.arm import ARM_JOINTS, ArmSettings, JointGains
+from cellwright.config.arm import ArmSettings, JointGains
 from cellwright.config.robot.model import Link
 from cellwright.config.ur10 import FIGURES, GRIPPER, UR10, WRIST_3_T_TOOL
 from cellwright.engine.shapes import Visuals
@@ -24,11 +25,11 @@ def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
     return {name: settings.gains.get(name, figures.gains) for name, figures in FIGURES.items()}
 
 
-def check_joints(*names: str) -> None:
-    """Raise UnknownNameError unless the arm has joints of all these names."""
+def check_joints(joints: Collection[str], *names: str) -> None:
+    """Raise UnknownNameError unless an arm has joints of all these names."""
     for name in names:
-        if name not in ARM_JOINTS:
-            raise UnknownNameError("arm joint", name, ARM_JOINTS)
+        if name not in joints:
+            raise UnknownNameError("arm joint", name, joints)
 
 
 def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float, rail_pose: Pose) -> None:

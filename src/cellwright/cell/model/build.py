@@ -15,13 +15,15 @@ from cellwright.cell.model.arm import add_arm, check_joints
 from cellwright.cell.model.bins import add_bin
 from cellwright.cell.model.clones import clone_name, first_bodies
 from cellwright.cell.model.furniture import add_housing
+from cellwright.cell.model.own_arm import add_own_arm
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.cell.model.shelf import shelf_slot
 from cellwright.cell.model.tray import add_fixed_tray
-from cellwright.config.layout.layout import Carrier, Layout
+from cellwright.config.layout.arm_models import home_of, moving_links
+from cellwright.config.layout.layout import Layout
 from cellwright.config.trial.trial import Part, Trial
-from cellwright.config.ur10 import GRIPPER, INITIAL_POSITIONS
+from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.shapes import Visuals
 from cellwright.mechanism.welds import add_weld, find_weld, grip_name
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -125,6 +127,7 @@ class World:
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
         own_types: the trial's user-defined part types, by name.
+        arm_links: links that the joints of arms move, by their names in the engine.
     """
 
     model: Any
@@ -135,6 +138,7 @@ class World:
     initial_qpos: NDArray[np.float64]
     initial_ctrl: NDArray[np.float64]
     own_types: Mapping[str, OwnPartType]
+    arm_links: Mapping[str, str]
 
     def set_initial_posture(self, data: Any) -> None:
         """Write the positions and setpoints that a run begins with into an `MjData`."""
@@ -173,9 +177,13 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
     if trial.arms:
-        check_joints(*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
+        named = (*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
+        check_joints(trial.joints, *named)
     for arm in trial.arms:
-        add_arm(spec, visuals, trial.settings.arm, contact_time(timestep), arm.pose)
+        if arm.is_original:
+            add_arm(spec, visuals, trial.settings.arm, contact_time(timestep), arm.pose)
+        else:
+            add_own_arm(spec, visuals, arm, trial.arm_models[arm.name], contact_time(timestep))
     for agv in trial.carriers:
         add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
@@ -200,7 +208,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     slots = [shelf_slot(layout.shelf, k, len(everything), part.kind.bottom) for k, part in enumerate(planned)]
     for part, slot in zip(planned, slots, strict=True):
         add_part(spec, visuals, part.name, part.kind, part.start or slot)
-        _add_holds(spec, part.name, trial.has_arm, trial.carriers, contact_time(timestep))
+        _add_holds(spec, part.name, trial, contact_time(timestep))
     if len(everything) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
     model = _compiled(spec, trial.name, has_clones=bool(clones))
@@ -217,6 +225,9 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         initial_qpos=qpos,
         initial_ctrl=ctrl,
         own_types=own,
+        arm_links={
+            name: name.removeprefix(arm.prefix) for arm in trial.arms for name in moving_links(arm, trial.arm_models)
+        },
     )
 
 
@@ -285,11 +296,12 @@ def _kind(kinds: Mapping[str, PartType], name: str) -> PartType:
     return kinds[name]
 
 
-def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[Carrier, ...], time: float) -> None:  # noqa: FBT001
+def _add_holds(spec: Any, part: str, trial: Trial, time: float) -> None:
     """Add the inactive welds that can hold a part: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
-    if has_arm:
-        add_weld(spec, grip_name(part), GRIPPER, part, time)
-    for agv in agvs:
+    for arm in trial.arms:
+        if arm.tool.kind == "vacuum":
+            add_weld(spec, grip_name(part), arm.prefix + GRIPPER, part, time)
+    for agv in trial.carriers:
         add_weld(spec, f"lock{agv.number}|{part}", agv.tray_link, part, time)
 
 
@@ -320,8 +332,8 @@ def first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[n
     """Return the positions and setpoints that a run begins with. AGVs are at home, at 0."""
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)
-    if trial.has_arm:
-        for name, position in {**INITIAL_POSITIONS, **trial.initial_joint_states}.items():
-            qpos[model.joint(name).qposadr[0]] = position
-            ctrl[model.actuator_ctrladr[model.actuator(name).id]] = position
+    for arm in trial.arms:
+        for name, position in {**home_of(arm, trial.joints), **trial.initial_joint_states}.items():
+            qpos[model.joint(arm.prefix + name).qposadr[0]] = position
+            ctrl[model.actuator_ctrladr[model.actuator(arm.prefix + name).id]] = position
     return qpos, ctrl

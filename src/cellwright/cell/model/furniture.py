@@ -12,7 +12,7 @@ import mujoco
 from cellwright.cell.model import shelf
 from cellwright.config.layout.layout import Belt, Layout
 from cellwright.config.layout.surroundings import Structure
-from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, Visuals, add_shape, at, box, cylinder
 from cellwright.util.pose import Pose

@@ -34,7 +34,8 @@ def rearrange(world: World, trial: Trial) -> World:
     Raises:
         UnknownNameError: an arm joint that does not exist.
     """
-    check_joints(*trial.initial_joint_states)
+    if trial.arms:
+        check_joints(trial.joints, *trial.initial_joint_states)
     model = world.model
     placed = [*trial.bin_parts, *trial.extra_parts]
     count = len(placed)
@@ -42,8 +43,9 @@ def rearrange(world: World, trial: Trial) -> World:
     starts = [frames[entry.frame] @ entry.pose for entry in placed]
     parts = [_move(model, part, start) for part, start in zip(world.parts[:count], starts, strict=True)]
     has_trial_friction = np.ones(model.ngeom, dtype=np.bool_)
-    if trial.has_arm:
-        has_trial_friction[model.geom(CUP_GEOM).id] = False  # the cup has its own
+    for arm in trial.arms:
+        if arm.tool.kind == "vacuum":
+            has_trial_friction[model.geom(arm.prefix + CUP_GEOM).id] = False  # the cup has its own
     model.geom_friction[has_trial_friction, _SLIDING] = trial.circumstances.friction
     # inertias in the first pose, as when it was compiled
     mujoco.mj_setConst(model, mujoco.MjData(model))

@@ -8,7 +8,6 @@ import numpy as np
 
 from cellwright.cell.model.build import World
 from cellwright.cell.model.furniture import SHELF_BODY
-from cellwright.config.arm import ARM_FRAMES
 
 _TYPES = {
     mujoco.mjtGeom.mjGEOM_PLANE: "plane",
@@ -39,9 +38,12 @@ def solids(world: World) -> dict[str, list[dict[str, Any]]]:
         if body in hidden or not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
             continue
         name = model.body(body).name
-        shape: dict[str, Any] = {"body": name or "world", "type": (kind := _TYPES[int(model.geom_type[geom])])}
-        if name in ARM_FRAMES[1:]:
-            frame, position, quaternion = name, model.geom_pos[geom], model.geom_quat[geom]
+        shape: dict[str, Any] = {
+            "body": world.arm_links.get(name, name) or "world",
+            "type": (kind := _TYPES[int(model.geom_type[geom])]),
+        }
+        if name in world.arm_links:
+            frame, position, quaternion = world.arm_links[name], model.geom_pos[geom], model.geom_quat[geom]
         else:
             quaternion = np.zeros(4)
             mujoco.mju_mat2Quat(quaternion, data.geom_xmat[geom])

@@ -12,10 +12,10 @@ from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, VIEW_HELP, 
 from cellwright.cli.eval.conclusion import AsTable, Reports, require_table, threshold_of
 from cellwright.cli.options import N
 from cellwright.cli.parameters import argument, flag, option
+from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import joined_name, split_names
-from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.outputs.tracking import Tracking
 from cellwright.running.evaluation.plan.job import MEBIBYTE, EvaluatedTrial, RunLimits, models_digest

@@ -1,18 +1,130 @@
-"""Arms of a layout."""
+"""Arms of a layout: where each stands, what carries it, and what it holds parts with."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
-from cellwright.util.pose import Pose
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
+
+from cellwright.config.arm import RAIL_LIMIT
+from cellwright.config.layout.surroundings import Block, Structure
+from cellwright.util.pose import Pose, Vector3
+
+ORIGINAL = "ur10"
+"""Model of the arm of 2017: a UR10 on a rail, with its cup."""
+
+MountKind: TypeAlias = Literal["floor", "pedestal", "table", "rail"]
+"""What carries an arm."""
+
+Axis: TypeAlias = Literal["x", "y"]
+ToolKind: TypeAlias = Literal["vacuum", "none"]
+
+_PEDESTAL = 0.24
+"""Edge of a pedestal [m]."""
+_TOP, _LEG = 0.04, 0.06
+"""Thickness of a table's top, and edge of its legs [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """Mount of an arm.
+
+    Attributes:
+        kind: what carries the arm.
+        pose: frame of the arm's root link in the world; of a rail its own frame, in which the arm moves.
+        axis: direction of a rail, in its frame.
+        range: ends of the arm's way along a rail [m].
+        speed: maximum speed along a rail [m/s].
+        effort: maximum force of a rail's drive [N].
+        size: edges of a table's top [m].
+    """
+
+    kind: MountKind
+    pose: Pose
+    axis: Axis = "y"
+    range: tuple[float, float] = (-1.0, 1.0)
+    speed: float = 1.0
+    effort: float = 1000.0
+    size: tuple[float, float] = (1.0, 1.0)
+
+    @property
+    def ends(self) -> tuple[Vector3, Vector3]:
+        """Ends of the way of the arm's base in the world [m]; equal unless it is on a rail."""
+        ends = self.range if self.kind == "rail" else (0.0, 0.0)
+        x, y = (1.0, 0.0) if self.axis == "x" else (0.0, 1.0)
+        first, last = (self.pose.transform((end * x, end * y, 0.0)) for end in ends)
+        return first, last
+
+    def structure(self, name: str) -> Structure | None:
+        """Return what stands under the arm, as a structure of the cell; None if nothing of its own does."""
+        height = self.pose.position[2]
+        if self.kind == "pedestal" and height > 0.0:
+            return Structure(name, self.pose, (Block(Pose((0.0, 0.0, -height / 2)), (_PEDESTAL, _PEDESTAL, height)),))
+        if self.kind == "table" and height > _TOP:
+            x, y = ((edge - _LEG) / 2 for edge in self.size)
+            legs = tuple(
+                Block(Pose((side * x, end * y, -(height + _TOP) / 2)), (_LEG, _LEG, height - _TOP))
+                for side in (-1, 1)
+                for end in (-1, 1)
+            )
+            return Structure(name, self.pose, (Block(Pose((0.0, 0.0, -_TOP / 2)), (*self.size, _TOP)), *legs))
+        return None
+
+
+def original_mount(pose: Pose) -> Mount:
+    """Return the mount of the arm of 2017, by the frame of its rail in the world."""
+    return Mount("rail", pose, range=(-RAIL_LIMIT, RAIL_LIMIT), speed=3.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """Tool at the tip of an arm, along its z axis.
+
+    Attributes:
+        kind: `vacuum`: a suction cup with a round face; `none`: the arm holds nothing.
+        length: distance of the cup's face from the tip [m].
+    """
+
+    kind: ToolKind = "vacuum"
+    length: float = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A UR10 on a rail.
+    """Arm of a cell.
 
     Attributes:
         name: its name in the layout.
-        pose: frame of the rail, along whose y axis the arm moves, in the world.
+        mount: what carries it.
+        model: its model as written: `ur10` for the arm of 2017, else the path of a robot's description.
+        tip: link that carries the tool; the last one of the chain of 2017's arm.
+        tool: what it holds parts with.
+        home: posture in which a run begins [rad; m], by joint; other joints at 0.
+        bandwidth: angular frequency of its drives [rad/s].
     """
 
     name: str
-    pose: Pose
+    mount: Mount
+    model: str = ORIGINAL
+    tip: str = ""
+    tool: Tool = field(default_factory=Tool)
+    home: dict[str, float] = field(default_factory=dict, hash=False)
+    bandwidth: float = 80.0
+
+    @property
+    def is_original(self) -> bool:
+        """True for the arm of 2017."""
+        return self.model == ORIGINAL
+
+    @property
+    def pose(self) -> Pose:
+        """Frame of its mount in the world."""
+        return self.mount.pose
+
+    @property
+    def prefix(self) -> str:
+        """Prefix of its links and joints in the engine; those of 2017's arm have none."""
+        return "" if self.is_original else f"{self.name}/"
+
+    def moved(self, by: Pose) -> Arm:
+        """Return the arm moved by a pose of the world."""
+        return replace(self, mount=replace(self.mount, pose=by @ self.mount.pose))

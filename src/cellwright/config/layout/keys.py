@@ -3,11 +3,14 @@
 Lengths are in m, angles in rad; all places are in the frame of the cell, which `frame` moves.
 """
 
+from typing import get_args
+
+from cellwright.config.layout.arm_reader import by_name, mounted
+from cellwright.config.layout.arms import Axis, MountKind, Tool, ToolKind
 from cellwright.config.layout.values import (
     block,
     floor_line,
     list_of,
-    mounted,
     on_floor,
     placed,
     read_colour,
@@ -17,8 +20,9 @@ from cellwright.config.layout.values import (
     turned,
 )
 from cellwright.config.parsing.quantities import quantities, quantity
-from cellwright.config.parsing.reader import Keys, Reader, one_of, section
+from cellwright.config.parsing.reader import Keys, Reader, number, one_of, section
 from cellwright.config.parsing.schema import Elsewhere, words
+from cellwright.config.robot.collision_shapes import THRESHOLDS, CollisionShapes, MeshContact
 
 MAX_DISTANCE = 100.0
 """Maximum coordinate in a cell of one's own [m]."""
@@ -117,14 +121,61 @@ TRAY = Keys(
 """Keys of a fixed tray."""
 
 MOUNT = Keys(
-    {"kind": one_of(("rail",), "kind of mount"), "at": quantities((2, 3), COORDINATE, "[x, y]")},
-    {"turn": ANGLE},
+    {"kind": one_of(get_args(MountKind), "kind of mount"), "at": quantities((2, 3), COORDINATE, "[x, y]")},
+    {
+        "turn": ANGLE,
+        "axis": one_of(get_args(Axis), "axis"),
+        "range": quantities((2,), COORDINATE, "[from, to]"),
+        "speed": quantity(0.01, 10.0, "m/s"),
+        "effort": quantity(1.0, 1e5, "N"),
+        "size": quantities((2,), _EDGE, "[x, y]"),
+    },
     strict="entry",
     texts="cell-mount",
 )
 """Keys of an arm's mount."""
 
-ARM = Keys({"mount": section(MOUNT, mounted)}, strict="entry", texts="cell-arms")
+TOOL = Keys(
+    {"kind": one_of(get_args(ToolKind), "kind of tool")},
+    {"length": quantity(0.01, 1.0, "m")},
+    strict="entry",
+    texts="cell-tool",
+)
+"""Keys of an arm's tool."""
+
+COLLISION = Keys(
+    optional={"kind": one_of(get_args(MeshContact), "kind of shapes"), "threshold": number(*THRESHOLDS)},
+    strict="entry",
+    texts="cell-collision",
+)
+"""Keys of the shapes that an arm touches with."""
+
+JOINT_LIMITS = Keys(
+    optional={
+        "lower": quantity(-100.0, 100.0, "rad or m"),
+        "upper": quantity(-100.0, 100.0, "rad or m"),
+        "effort": quantity(0.1, 1e5, "N m or N"),
+        "velocity": quantity(0.01, 100.0, "rad/s or m/s"),
+    },
+    strict="entry",
+    texts="cell-limits",
+)
+"""Keys of the limits of a joint."""
+
+ARM = Keys(
+    {"mount": section(MOUNT, mounted)},
+    {
+        "model": Reader.name,
+        "tip": Reader.name,
+        "tool": section(TOOL, Tool),
+        "home": by_name(quantity(-100.0, 100.0, "rad or m")),
+        "limits": by_name(section(JOINT_LIMITS, dict)),
+        "bandwidth": quantity(5.0, 200.0, "rad/s"),
+        "collision": section(COLLISION, CollisionShapes),
+    },
+    strict="entry",
+    texts="cell-arms",
+)
 """Keys of an arm."""
 
 BLOCK = Keys(

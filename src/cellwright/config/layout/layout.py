@@ -364,7 +364,7 @@ class Layout:
                 )
                 for each in self.carriers
             ),
-            arms=tuple(replace(each, pose=by @ each.pose) for each in self.arms),
+            arms=tuple(each.moved(by) for each in self.arms),
             shelf=by @ self.shelf,
             trays=tuple(replace(each, pose=by @ each.pose) for each in self.trays),
             structure=tuple(each.moved(by) for each in self.structure),

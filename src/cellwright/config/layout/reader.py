@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any
 
 from cellwright.config.layout import keys
+from cellwright.config.layout.arm_models import ArmModel
+from cellwright.config.layout.arm_reader import read_arms
 from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.basing import BASED_ON, GEAR2017, PACKAGED, with_base
 from cellwright.config.layout.layout import Belt, Bin, Carrier, KeyFrames, Layout, Tray
@@ -55,6 +57,7 @@ class Cell:
         layout: the layout, in the frame of the cell.
         moved_by: pose of the cell's frame in the world, by which the reader of the whole trial moves it.
         has_arm: True if the file's own section places an arm, without which the trial decides.
+        arm_models: models of the arms that have their own, by name.
         sensors: the section `sensors` with what it is based on; None if there is none.
         refused: names of entries that were refused: what refers to them needs no report.
     """
@@ -62,6 +65,7 @@ class Cell:
     layout: Layout
     moved_by: Pose = field(default_factory=Pose)
     has_arm: bool = False
+    arm_models: Mapping[str, ArmModel] = field(default_factory=dict)
     sensors: Table | None = None
     refused: frozenset[str] = frozenset()
 
@@ -78,17 +82,22 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
     if section is None:
         return None
     values = keys.CELL.read(section, reader)
-    layout = _layout(values, reader)
+    named: Sequence[Named] = values.get("arms", ())
+    if len(named) > 1:
+        reader.problems.error(named[1].entry, f"one arm is supported (the other is {named[0].name}); leave one out")
+    arms, models = read_arms(named, reader)
+    layout = _layout(values, arms, reader)
     _check_names(section, reader, types)
     if not any(name in section.entries for name in NAMED_SECTIONS):
         message = f"the cell is empty; describe bins and belts, or begin from 2017's with {BASED_ON}: {GEAR2017}"
         reader.problems.warn(own, message)
-    arms, sensors = values.get("arms", ()), section.get("sensors")
+    sensors = section.get("sensors")
     read = {each.name for part in (layout.bins, layout.belts, layout.carriers, layout.trays) for each in part}
     return Cell(
         layout=layout,
         moved_by=values.get("frame", Pose()),
-        has_arm=any(each.entry.place.path != PACKAGED for each in arms),
+        has_arm=any(each.entry.place.path != PACKAGED for each in named),
+        arm_models=models,
         sensors=sensors if isinstance(sensors, Table) else None,
         refused=_names(section) - read,
     )
@@ -100,10 +109,7 @@ def _names(section: Table) -> frozenset[str]:
     return frozenset(str(name) for table in tables if isinstance(table, Table) for name in table.entries)
 
 
-def _layout(values: dict[str, Any], reader: Reader) -> Layout:
-    arms: Sequence[Named] = values.get("arms", ())
-    if len(arms) > 1:
-        reader.problems.error(arms[1].entry, f"one arm is supported (the other is {arms[0].name}); leave one out")
+def _layout(values: dict[str, Any], arms: tuple[Arm, ...], reader: Reader) -> Layout:
     carriers = _carriers(values.get("carriers", ()), reader)
     first = max((each.number for each in carriers), default=0) + 1
     return Layout(
@@ -111,10 +117,13 @@ def _layout(values: dict[str, Any], reader: Reader) -> Layout:
         bins=tuple(_bin(each) for each in values.get("bins", ())),
         belts=tuple(belt for each in values.get("belts", ()) if (belt := _belt(each, reader))),
         carriers=carriers,
-        arms=tuple(Arm(each.name, each.values["mount"]) for each in arms),
+        arms=arms,
         shelf=values.get("shelf", SHELF),
         trays=tuple(_tray(number, each) for number, each in enumerate(values.get("trays", ()), first)),
-        structure=tuple(_structure(each) for each in values.get("structure", ())),
+        structure=(
+            *(_structure(each) for each in values.get("structure", ())),
+            *(found for arm in arms if (found := arm.mount.structure(f"{arm.name}_{arm.mount.kind}"))),
+        ),
         floor_lines=values.get("floor_lines", ()),
         views=tuple(_view(each) for each in values.get("views", ())),
         places=tuple(Place(each.name, turned(**each.values)) for each in values.get("places", ())),

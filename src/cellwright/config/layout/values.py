@@ -19,8 +19,6 @@ MAX_FRAMES = 100
 """Maximum number of key frames of one way of a carrier."""
 MIN_INTERVAL = 0.1
 """Minimum time between two key frames of a carrier [s]."""
-RAIL_HEIGHT = 0.9
-"""Default height of the frame of the arm's rail [m]."""
 MAX_ENTRIES = 100
 """Maximum number of entries in each section of a cell."""
 KEY_FRAME = quantities((3,), quantity(-100.0, 100.0, "s or m"), "[time, x, y]")
@@ -85,12 +83,6 @@ def on_floor(place: Read) -> Read:
         return None if at is None else placed(at)
 
     return read
-
-
-def mounted(kind: str, at: tuple[float, ...], turn: float = 0.0) -> Pose:
-    """Return the frame of the rail of an arm."""
-    del kind
-    return turned((at[0], at[1], at[2] if len(at) == 3 else RAIL_HEIGHT), turn)
 
 
 def block(at: Vector3, size: Vector3, turn: float = 0.0) -> Block:

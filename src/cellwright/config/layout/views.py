@@ -57,7 +57,7 @@ class _Computed:
         self._layout = layout
         self._bins = [point for each in layout.bins for point in _over(each.pose, each.size, each.surface)]
         self._trays = {each.name: [*_over(each.tray_surface, each.plate, each.surface)] for each in layout.stations}
-        rails = [arm.pose.transform((0.0, y, 0.0)) for arm in layout.arms for y in (-RAIL_LIMIT, RAIL_LIMIT)]
+        rails = [end for arm in layout.arms for end in arm.mount.ends]
         self._around = [*self._bins, *(point for points in self._trays.values() for point in points), *rails]
 
     def view(self, name: str) -> View:
@@ -86,7 +86,7 @@ def _obstacles(layout: Layout) -> Iterator[tuple[Pose, Vector3]]:
         for block in (*each.boxes, *each.drawn):
             yield each.pose @ block.middle, block.size
     for arm in layout.arms:
-        yield from ((arm.pose @ middle, size) for middle, size in (_ARM, _RAIL))
+        yield from ((arm.pose @ middle, size) for middle, size in (_ARM, _RAIL) if arm.is_original or size is _ARM[1])
 
 
 def _is_hidden(point: Vector3, eye: Vector3, boxes: list[tuple[Pose, Vector3]]) -> bool:

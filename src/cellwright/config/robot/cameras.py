@@ -8,11 +8,11 @@ import math
 import re
 from typing import Any, TypeVar, cast
 
+from cellwright.config import sensors
 from cellwright.config.parsing.reader import Keys, Reader
 from cellwright.config.parsing.tree import Items, Leaf, YamlNode, describe, plain, shortened
 from cellwright.config.robot.config import CameraConfig, RobotConfig
-from cellwright.config.trial import sensors
-from cellwright.config.trial.trial import PictureCameraConfig
+from cellwright.config.sensors import PictureCameraConfig
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3, normalized, quaternion_from_rpy
 

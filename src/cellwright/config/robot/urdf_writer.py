@@ -23,12 +23,17 @@ def write_urdf(robot: RobotModel) -> str:
         <robot name="post" version="1.2"><link name="base" /></robot>
     """
     root = Element("robot", name=robot.name, version="1.2")
+    add_robot(root, robot)
+    return tostring(root, encoding="unicode")
+
+
+def add_robot(root: Element, robot: RobotModel) -> None:
+    """Add the links and joints of a robot to the root element of a URDF."""
     for link in robot.links.values():
         _add_link(root, link)
     joints = {joint.name: joint for joint in robot.joints}
     for name in robot.written or joints:
         _add_joint(root, joints[name])
-    return tostring(root, encoding="unicode")
 
 
 def _add_link(root: Element, link: Link) -> None:

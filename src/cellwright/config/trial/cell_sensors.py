@@ -9,8 +9,8 @@ from cellwright.config.layout.surfaces import Surface, surfaces
 from cellwright.config.parsing.quantities import quantity
 from cellwright.config.parsing.reader import Keys, Reader
 from cellwright.config.parsing.tree import Entry, Table, YamlNode, shortened, with_on
+from cellwright.config.sensors import SensorConfig
 from cellwright.config.trial.sensors import MAX_SENSORS, check_change_topics, check_sensor_name, reserved_names
-from cellwright.config.trial.trial import SensorConfig
 from cellwright.config.trial.values import SENSOR_TYPES
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import suggestion

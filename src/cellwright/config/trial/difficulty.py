@@ -42,14 +42,14 @@ def place_of(point: Vector3, layout: Layout) -> str:
 
 
 def is_within_reach(point: Vector3, layout: Layout) -> bool:
-    """Return whether an arm can lower its cup, pointing down, to an object that fell at this point of the world.
+    """Return whether a UR10 on a rail can lower its cup, pointing down, to an object that fell at a point of the world.
 
     The object comes to rest on the surface under the point. Upper arm and forearm, both stretched, must span the
     distance from the shoulder to the wrist. The hand keeps the wrist above the object, and bends once more towards it.
     Obstacles are ignored, so a point may be out of reach all the same.
     """
     _, top = _surface_under(point, layout)
-    return any(_reaches(arm.pose, point, top) for arm in layout.arms)
+    return any(_reaches(arm.pose, point, top) for arm in layout.arms if arm.is_original)
 
 
 def _reaches(rail: Pose, point: Vector3, top: float) -> bool:

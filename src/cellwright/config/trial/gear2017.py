@@ -26,6 +26,7 @@ from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Entry, Place, Problem, Problems, Table, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping, refuse_lost_indentation
+from cellwright.config.sensors import SensorConfig
 from cellwright.config.trial import parts
 from cellwright.config.trial.cell_sensors import read_cell_sensors
 from cellwright.config.trial.moving import moved
@@ -34,7 +35,7 @@ from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors, reserved_names
 from cellwright.config.trial.settings import read_settings
 from cellwright.config.trial.short_parts import ShortParts, read_parts
-from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Order, SensorConfig, Trial
+from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Order, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
@@ -212,6 +213,7 @@ def _read(
         material_locations={kind: tuple(sorted(places)) for kind, places in locations.items()},
         overrides=tuple(map(str, overrides)),
         layout=layout,
+        arm_models=cell.arm_models,
         **own,
     )
     parts.check_faulty(faulty, trial, reader)

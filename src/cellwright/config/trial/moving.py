@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from cellwright.config.trial.trial import Part, PictureCameraConfig, SensorConfig, Trial
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
+from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 
 

@@ -9,8 +9,24 @@ from cellwright.config.layout.layout import Layout
 from cellwright.config.parsing.reader import Keys, Reader, any_name, number, one_of, section, whole
 from cellwright.config.parsing.schema import NAME, accepts, mapping
 from cellwright.config.parsing.tree import Entry, Table, YamlNode, plain, shortened
+from cellwright.config.sensors import (
+    MAX_CAMERA_DEPTH,
+    MAX_CAMERA_LATENCY,
+    MAX_DEPTH_PIXELS,
+    MAX_FOV,
+    MAX_PICTURE_RATE,
+    MAX_PICTURE_SIZE,
+    MIN_CAMERA_DEPTH,
+    MIN_FOV,
+    MIN_PICTURE_RATE,
+    MIN_PICTURE_SIZE,
+    PictureCameraConfig,
+    PictureNoise,
+    SensorConfig,
+    WhenLate,
+)
 from cellwright.config.trial.other_years import LATER_SENSORS
-from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise, PluginDevice, SensorConfig, WhenLate
+from cellwright.config.trial.trial import PluginDevice
 from cellwright.config.trial.values import CAMERA_TYPES, SENSOR_TYPES, read_camera_type
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
@@ -34,18 +50,6 @@ SENSOR = Keys({"type": any_name(SENSOR_TYPES), "pose": Reader.pose}, texts="sens
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 MAX_CAMERAS = 16
 """Maximum number of cameras in one cell."""
-MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
-"""Minimum width and height, and the maximum of each [pixels]."""
-MAX_DEPTH_PIXELS = 1_000_000
-"""Maximum number of pixels of a depth picture, whose point cloud must fit one message."""
-MIN_PICTURE_RATE, MAX_PICTURE_RATE = 0.1, 100.0
-"""Bounds of the rate of pictures [Hz]."""
-MIN_FOV, MAX_FOV = 0.01, 2.8
-"""Bounds of the horizontal field of view of a camera [rad]."""
-MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH = 0.02, 100.0
-"""Bounds of the depths that a camera measures [m]."""
-MAX_CAMERA_LATENCY = 10.0
-"""Maximum delay of a picture [s]."""
 WORLD = "world"
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 NOISE = Keys(

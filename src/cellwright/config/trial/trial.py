@@ -7,91 +7,20 @@ trial without a file.
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 from cellwright.config.arm import ArmSettings
 from cellwright.config.footprints import PART_TYPES
+from cellwright.config.layout.arm_models import ArmModel, joints_of
 from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Carrier, Layout, Station
 from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
+from cellwright.config.robot.model import Limits
+from cellwright.config.sensors import SensorConfig
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
-
-SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
-"""Sensor types of the 2017 competition; plugins may add more."""
-CameraType: TypeAlias = Literal["rgb_camera", "depth_camera", "rgbd_camera"]
-"""Types of picture cameras, which the competitions of later years had."""
-WhenLate: TypeAlias = Literal["wait", "drop", "auto"]
-"""Policy for a picture that is due but not drawn yet.
-
-`wait` stops simulation time for it. `drop` delivers it later, and drops others for it. `auto` waits, except where
-simulation time follows the wall clock.
-"""
-
-
-@dataclass(frozen=True, slots=True)
-class SensorConfig:
-    """Sensor of the cell; `pose` is in the world frame, `type` a `SensorType` or a plugin's."""
-
-    name: str
-    type: str
-    pose: Pose
-
-
-@dataclass(frozen=True, slots=True)
-class PictureNoise:
-    """Noise of a camera's pictures, as standard deviations.
-
-    Attributes:
-        colour: noise of each colour of each pixel, as a share of full brightness.
-        depth: noise of each depth [m].
-        depth_growth: additional noise per square of the depth [1/m].
-    """
-
-    colour: float = 0.007
-    depth: float = 0.001
-    depth_growth: float = 0.001
-
-
-@dataclass(frozen=True, slots=True)
-class PictureCameraConfig(SensorConfig):
-    """Picture camera; `type` is a `CameraType`. It looks along the +x axis of its pose, z is up.
-
-    Attributes:
-        frame: frame that it is mounted on and `pose` is given in: `world`, or a link of the arm.
-        width, height: size of its pictures [pixels].
-        fov: horizontal field of view [rad].
-        rate: rate of pictures in simulation time [Hz].
-        near, far: minimum and maximum depth that it measures [m].
-        shadows: True to draw shadows in its colour pictures, which is slower.
-        noise: noise of its pictures.
-        latency: delay from the moment that a picture shows to its delivery [s]; None for the time between two pictures.
-        when_late: policy for a picture that is due but not drawn yet.
-    """
-
-    frame: str = "world"
-    width: int = 640
-    height: int = 480
-    fov: float = 1.047
-    rate: float = 10.0
-    near: float = 0.1
-    far: float = 10.0
-    shadows: bool = False
-    noise: PictureNoise = field(default_factory=PictureNoise)
-    latency: float | None = None
-    when_late: WhenLate = "auto"
-
-    @property
-    def has_colour(self) -> bool:
-        """True if it takes colour pictures."""
-        return self.type != "depth_camera"
-
-    @property
-    def has_depth(self) -> bool:
-        """True if it measures depth."""
-        return self.type != "rgb_camera"
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,6 +192,7 @@ class Trial:
         settings: seed, time step and control of the arm.
         initial_joint_states: initial positions of the arm's joints [rad; m]; the usual ones for joints not named.
         part_models: user-defined part types, by name.
+        arm_models: models of the arms that have their own, by name.
         furniture: further static models in the cell.
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
@@ -297,6 +227,7 @@ class Trial:
     settings: CellSettings = field(default_factory=CellSettings)
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
     part_models: Mapping[str, UserModel] = field(default_factory=dict)
+    arm_models: Mapping[str, ArmModel] = field(default_factory=dict)
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)
@@ -311,6 +242,11 @@ class Trial:
     def arms(self) -> tuple[Arm, ...]:
         """Arms that are in the cell."""
         return self.layout.arms if self.has_arm else ()
+
+    @property
+    def joints(self) -> Mapping[str, Limits]:
+        """Joints of the arm with their limits, by name, base first; none without an arm."""
+        return joints_of(self.arms[0], self.arm_models) if self.arms else {}
 
     @property
     def carriers(self) -> tuple[Carrier, ...]:

@@ -10,7 +10,7 @@ from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Placement, Read, Reader, one_of, section, whole
 from cellwright.config.parsing.schema import EXPRESSION, NAME, Schema, accepts, bounded, mapping, schema_of, words
 from cellwright.config.parsing.tree import Items, Leaf, Table, YamlNode, children, describe, shortened
-from cellwright.config.trial.trial import CameraType, SensorType
+from cellwright.config.sensors import CameraType, SensorType
 from cellwright.util.errors import ExpressionError
 
 MIN_TIMESTEP = Fraction(1, 100_000)

@@ -272,12 +272,14 @@ class Recording:
             RecordingError: the file is damaged.
         """
         spans = self.spans("gripper attached")
-        arm = {joint.child for joint in UR10.joints}
+        cup = next((name for name in self.scene.bodies if name.rpartition("/")[2] == GRIPPER), GRIPPER)
+        prefix = cup.removesuffix(GRIPPER)
+        arm = {name for name in self.scene.bodies if prefix and name.startswith(prefix)} or UR10.links
         others = [name for name in self._distances.names if name not in arm and name in self.scene.bodies]
         found = []
         for span in spans:
             frame = next(self.frames(start=span.begin), None)
-            nearest = frame and self._distances.clearance([frame], [GRIPPER], others)
+            nearest = frame and self._distances.clearance([frame], [cup], others)
             found.append(Span(span.begin, span.end, nearest.other if nearest else ""))
         return tuple(found)
 

@@ -128,7 +128,7 @@ def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
         trial = load_trial(_files(folder, facts), overrides=overrides).trial
     seed = facts.of("seed", int)
     bounds = facts.read("bounds", _bounds) if facts.of("varied", bool) else None
-    trial = Start(seed, bounds).changed(joints=facts.read("joints", _joints)).of(trial)
+    trial = Start(seed, bounds).changed(joints=facts.read("joints", _joints), limits=trial.joints).of(trial)
     servo = facts.of("servo", str)
     if servo not in get_args(ServoProfile):
         raise RecordingError(f"unknown servo profile {servo!r:.40} in the recording")

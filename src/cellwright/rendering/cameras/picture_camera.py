@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
+from cellwright.config.sensors import PictureCameraConfig, PictureNoise
 from cellwright.engine.device import State
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.sensor import Reading, Sensor

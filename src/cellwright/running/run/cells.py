@@ -91,7 +91,7 @@ class CellTarget(Target):
         )
         if cell.arm is not None:
             rate = round(1 / cell.simulation.clock.timestep)
-            manager = ControllerManager(rate, lambda: self.ros_parameters()["ariac"]["arm"])
+            manager = ControllerManager(rate, cell.arm.joints, lambda: self.ros_parameters()["ariac"]["arm"])
             for name, handler in manager.services.items():
                 served.server.offer(name, handler)
 

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 
 from cellwright.cell.cell import Cell
-from cellwright.config.arm import ARM_JOINTS
-from cellwright.config.ur10 import GRIPPER, UR10
+from cellwright.config.layout.arm_models import chain_in_engine, moving_links
+from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.viewer.services.names import MIN_DEVIATION
 
@@ -76,9 +76,14 @@ class CollisionWatch:
         self.collisions: list[Collision] = []
         """Collisions that are over, in the order of their ends."""
         model = cell.simulation.model
-        self._links = [int(model.body(joint.child).id) for joint in UR10.driven]
-        self._joints = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
-        self._gripper = int(model.body(GRIPPER).id)
+        (arm,) = cell.trial.arms
+        self._prefix = arm.prefix
+        robot = chain_in_engine(arm, cell.trial.arm_models)
+        # the cup's own contacts do not count
+        links = [name for name in moving_links(arm, cell.trial.arm_models) if name != arm.prefix + GRIPPER]
+        self._links = [int(model.body(name).id) for name in links]
+        self._joints = [int(model.joint(joint.name).qposadr[0]) for joint in robot.driven]
+        self._tool = int(model.body(robot.joints[-1].child).id)
         self._setpoint: mujoco.MjData | None = None
         self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
 
@@ -122,7 +127,7 @@ class CollisionWatch:
         if touching:
             deviation = self._deviation()
             for link, body in touching:
-                names = self._name(link), _shown(self._name(body))
+                names = self._name(link).removeprefix(self._prefix), _shown(self._name(body))
                 open_ = self._open.setdefault((link, body), Collision(*names, now, now))
                 open_.end, open_.deviation = now, max(open_.deviation, deviation)
 
@@ -147,7 +152,7 @@ class CollisionWatch:
         self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
         mujoco.mj_kinematics(model, self._setpoint)
         cell.simulation.refresh()
-        offset = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
+        offset = cell.simulation.data.xpos[self._tool] - self._setpoint.xpos[self._tool]
         return float(np.linalg.norm(offset))
 
 

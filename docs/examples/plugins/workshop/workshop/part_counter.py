@@ -8,7 +8,7 @@ import numpy as np
 
 from cellwright.cell.devices.scene import ModelSnapshot
 from cellwright.cell.interface.plugins import SensorPlugin
-from cellwright.config.trial.trial import SensorConfig
+from cellwright.config.sensors import SensorConfig
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.middleware.interface.table import ALWAYS, publishes
 from cellwright.middleware.messages import Message

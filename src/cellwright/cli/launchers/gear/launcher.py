@@ -32,8 +32,8 @@ from cellwright.cli.options import default_speed
 from cellwright.cli.output import print_line
 from cellwright.cli.serve import EXIT_ON_COMPLETION, run_served, served_session
 from cellwright.config.parsing.sources import read_texts
+from cellwright.config.sensors import PictureCameraConfig, SensorConfig
 from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
-from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine.clock import seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import CellTarget, RunOptions, ServerOptions

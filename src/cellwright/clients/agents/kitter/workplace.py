@@ -180,12 +180,17 @@ class Workplace:
         layout: the layout of the cell, in the world, as `Client.layout` returns it.
 
     Raises:
-        UsageError: the cell has no place for an arm.
+        UsageError: the cell has no place for an arm, or another arm than a UR10 on a rail.
     """
 
     def __init__(self, layout: Layout) -> None:
         if not layout.arms:
             raise UsageError("the cell has no arm; give it one in its section cell: arms, or leave the agent out")
+        if not layout.arms[0].is_original:
+            raise UsageError(
+                f"kitter works with the UR10 of 2017 on its rail (the cell's arm is {layout.arms[0].model}); "
+                "write an agent for it, with Client.send_arm"
+            )
         self._world_T_arm = arm_frame(layout.arms[0].pose)
         self.arm_T_world = self._world_T_arm.inverse()
         """Pose of the world in the arm's frame."""

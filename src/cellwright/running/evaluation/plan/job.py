@@ -170,18 +170,23 @@ def _key(facts: Mapping[str, Any], seed: int, *, vary: bool) -> str:
 
 
 def models_digest(trial: Trial) -> str:
-    """Return the digest of a trial's own part types and furniture, with their files, wherever these are."""
+    """Return the digest of a trial's own part types, furniture and arms, with their files, wherever these are."""
     models = [*trial.part_models.values(), *(each.model for each in trial.furniture)]
-    named = [shape.mesh for model in models for shape in model.shapes] + [model.mjcf for model in models]
+    links = [link for arm in trial.arm_models.values() for link in arm.robot.links.values()]
+    shapes = [
+        *(shape for model in models for shape in model.shapes),
+        *(shape for link in links for shape in link.shapes),
+    ]
+    named = [*(shape.mesh for shape in shapes), *(model.mjcf for model in models)]
     files = [file for file in named if file is not None]
-    text = repr((trial.part_models, trial.furniture))
+    text = repr((trial.part_models, trial.furniture, trial.arm_models))
     # Machines may have the files in other folders: names and contents count, not paths.
     for file in files:
         text = text.replace(repr(file), repr(file.name))
     digest = hashlib.sha256(text.encode())
     for file in files:
         digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest() if models else ""
+    return digest.hexdigest() if models or links else ""
 
 
 def agent_digest(agent: str) -> str:

@@ -1,0 +1,88 @@
+"""Arm of any model in the engine: links on their mount, stiff drives, and a suction cup."""
+
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+
+from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
+from cellwright.cell.model.arm_looks import dress_cup
+from cellwright.cell.model.own_models import form_of
+from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, home_of
+from cellwright.config.layout.arms import Arm
+from cellwright.config.models.model import UserModel
+from cellwright.config.robot.model import Link
+from cellwright.config.trial.trial import Trial
+from cellwright.config.ur10 import GRIPPER
+from cellwright.engine.shapes import Role, Touch, Visuals, add_shape
+from cellwright.mechanism.chain import add_chain
+from cellwright.mechanism.drives import add_drive, give_link_mass, stiff_drives
+from cellwright.mechanism.link_shapes import with_collision_shapes
+from cellwright.motion.chain import chain_of
+from cellwright.motion.home import home_fault
+from cellwright.util.errors import CellwrightError
+
+_BEAM_BITS = (2, 0)
+"""Contacts of a rail's beam: with parts alone, since carriages of arms overlap it by design."""
+
+
+def arm_problems(trial: Trial) -> list[str]:
+    """Return what is wrong with the models of a trial's arms beyond their descriptions, as errors of the file."""
+    problems = []
+    for arm in trial.arms:
+        if arm.is_original:
+            continue
+        model = trial.arm_models[arm.name]
+        try:
+            spec = mujoco.MjSpec()
+            spec.compiler.degree = False
+            add_own_arm(spec, Visuals(), arm, model, 0.01)
+            spec.compile()
+        except (ValueError, CellwrightError) as error:
+            reason = " ".join(str(error).split())
+            problems.append(f"cell.arms.{arm.name}: the engine cannot build this arm: {reason}")
+        chain = chain_of(model.robot, arm.tip)
+        home = home_of(arm, trial.joints)
+        if fault := home_fault(chain, [home[joint.name] for joint in chain.joints]):
+            problems.append(f"cell.arms.{arm.name}.home: {fault}")
+    return problems
+
+
+def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_time: float) -> None:
+    """Add an arm to a model specification, before everything else: the solver prefers the long tree first.
+
+    Its weight is compensated, and its links do not touch each other.
+
+    Args:
+        spec: model specification.
+        visuals: receives what is only seen of it.
+        arm: the arm.
+        model: its model.
+        contact_time: time constant [s] of the cup's contacts.
+
+    Raises:
+        ModelFileError: a mesh cannot be used.
+        UsageError: convex pieces cannot be made.
+    """
+    robot = arm_model(arm, replace(model, robot=with_collision_shapes(model.robot, model.collision)), arm.prefix)
+    beam, cup = f"{arm.prefix}{RAIL}", f"{arm.prefix}{GRIPPER}"
+
+    def fill(body: Any, link: Link) -> None:
+        give_link_mass(body, link)
+        body.gravcomp = 1.0
+        form = form_of(link.name, UserModel(link.shapes))
+        form.add_meshes(spec, visuals)
+        for shape in form.touched:
+            role = Role.BOTH if shape in form.seen else Role.SOLID
+            geom = add_shape(body, replace(shape, share=0.0), role, Touch.ROBOT)
+            if link.name == beam:
+                geom.contype, geom.conaffinity = _BEAM_BITS
+        visuals.add(link.name, *(shape for shape in form.seen if shape not in form.touched))
+        if link.name == cup:
+            dress_cup(spec, visuals, body, arm.prefix + CUP_GEOM, arm.prefix + CUP_FACE_GEOM, contact_time)
+
+    # descriptions have inertias that no body has; the engine takes the nearest that one can have
+    spec.compiler.balanceinertia = True
+    joints = add_chain(spec.worldbody, robot, fill, pose=arm.pose)
+    for name, drive in stiff_drives(robot, arm.bandwidth).items():
+        add_drive(spec, joints[name], drive)

@@ -1,0 +1,164 @@
+"""Reader of the arms of a cell: their entries, and the robot's description that each names."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from cellwright.config.layout.arm_models import ArmModel
+from cellwright.config.layout.arms import Arm, Mount, MountKind, original_mount
+from cellwright.config.layout.values import Named, turned
+from cellwright.config.models.files import FileReference
+from cellwright.config.parsing.reader import Read, Reader
+from cellwright.config.parsing.schema import accepts, schema_of
+from cellwright.config.parsing.tree import Entry, Located, Problem, Table, YamlNode
+from cellwright.config.robot.cell_needs import missing_for_cell
+from cellwright.config.robot.collision_shapes import CollisionShapes
+from cellwright.config.robot.model import RobotModel
+from cellwright.config.robot.urdf_file import package_folders
+from cellwright.util.errors import CellwrightError, DescriptionError, did_you_mean
+
+_HEIGHTS: Mapping[MountKind, float] = {"rail": 0.9, "pedestal": 0.5, "table": 0.7, "floor": 0.0}
+"""Default height of each mount [m]."""
+_OF_OTHERS = ("tip", "tool", "home", "limits", "bandwidth", "collision")
+"""Entries that an arm with a model of its own has; those of 2017's arm are fixed."""
+
+
+def read_arms(found: Sequence[Named], reader: Reader) -> tuple[tuple[Arm, ...], dict[str, ArmModel]]:
+    """Return the arms, and the models of those that have their own, by name; those with errors are left out."""
+    arms, models = [], {}
+    for each in found:
+        values = dict(each.values)
+        mount: Mount = values["mount"]
+        if "model" not in values:
+            if _is_original(each, mount, reader):
+                arms.append(Arm(each.name, original_mount(mount.pose)))
+            continue
+        read = _own(each, reader)
+        if read is not None:
+            arms.append(read[0])
+            models[each.name] = read[1]
+    return tuple(arms), models
+
+
+def mounted(kind: MountKind, at: tuple[float, ...], turn: float = 0.0, **more: Any) -> Mount:
+    """Return the mount of an arm, at the usual height of its kind if none is given."""
+    height = at[2] if len(at) == 3 else _HEIGHTS[kind]
+    return Mount(kind, turned((at[0], at[1], height), turn), **more)
+
+
+def by_name(each: Read) -> Read:
+    """Return a reader of a mapping of names, such as joints, to values of one kind."""
+
+    @accepts(lambda: {"type": "object", "additionalProperties": schema_of(each)})
+    def read(reader: Reader, node: YamlNode) -> dict[str, Any] | None:
+        table = reader.table(node)
+        if table is None:
+            return None
+        found = {str(entry.name): each(reader, entry.value) for entry in table.entries.values()}
+        return {name: value for name, value in found.items() if value is not None}
+
+    return read
+
+
+def _is_original(each: Named, mount: Mount, reader: Reader) -> bool:
+    """Return whether an entry without a model describes the arm of 2017; report it if it does not."""
+    own = next((each.table.entries[name] for name in _OF_OTHERS if name in each.table.entries), None)
+    plain = Mount("rail", mount.pose)
+    if own is None and mount == plain:
+        return True
+    where: Located = own or each.table.entries["mount"]
+    what = f"{own.name!s} needs a model" if own else "without a model the arm is a UR10 on the rail of 2017"
+    reader.problems.error(where, f"{what}; name the file of a robot: model: my_arm.urdf")
+    return False
+
+
+def _own(each: Named, reader: Reader) -> tuple[Arm, ArmModel] | None:
+    """Return an arm with a model of its own; None after errors."""
+    values, entries = each.values, each.table.entries
+    path = _find(str(values["model"]), entries["model"].value, reader)
+    if path is None:
+        return None
+    # most cells have no robot of their own
+    from cellwright.config.robot.robots import load_robot
+
+    try:
+        config = load_robot(path, lambda line: reader.problems.warn(entries["model"], line))
+    except DescriptionError as error:
+        for problem in error.problems:
+            if isinstance(problem, Problem):
+                reader.problems.add(problem)
+        return None
+    before = reader.problems.error_count
+    robot = _with_limits(config.robot, values.get("limits", {}), entries.get("limits"), reader)
+    tip = values.get("tip", "")
+    if tip not in robot.links:
+        message = (
+            f"unknown link {tip!r}{did_you_mean(tip, robot.links)}" if tip else "name the link at the arm's end: tip"
+        )
+        reader.problems.error(entries.get("tip", each.entry), message)
+        return None
+    arm = Arm(each.name, values["mount"], values["model"], tip, home=values.get("home", {}))
+    arm = replace(arm, tool=values.get("tool", arm.tool), bandwidth=values.get("bandwidth", arm.bandwidth))
+    chain = [joint for joint in robot.chain(tip) if joint.is_driven]
+    _check_home(arm, robot, each.table, reader)
+    for problem in missing_for_cell(robot, path, [joint.name for joint in chain]):
+        reader.problems.add(problem)
+    collision = values.get("collision", CollisionShapes())
+    try:
+        collision.check(robot)
+    except CellwrightError as error:
+        reader.problems.error(entries["collision"], str(error))
+    return None if reader.problems.error_count > before else (arm, ArmModel(robot, config.base_pose, collision))
+
+
+def _find(reference: str, node: Located, reader: Reader) -> Path | None:
+    """Return the file of a model: beside the cell's, or in a package of ROS or of Python."""
+    folder = Path(node.place.path).parent
+    named = FileReference.read(reference)
+    folders = [folder] if named.package is None else [*_packages(named.package, folder)]
+    for place in folders:
+        for path in named.paths:
+            if (place / path).is_file():
+                return place / path
+    where = str(folder) if named.package is None else f"package {named.package!r}, of ROS or of Python"
+    reader.problems.error(node, f"there is no file {reference} in {where}")
+    return None
+
+
+def _packages(name: str, folder: Path) -> Iterator[Path]:
+    yield from package_folders(name, folder / "cell.yaml")
+    try:
+        found = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        found = None
+    yield from map(Path, (found.submodule_search_locations or ()) if found else ())
+
+
+def _with_limits(
+    robot: RobotModel, limits: Mapping[str, Mapping[str, float]], where: Entry | None, reader: Reader
+) -> RobotModel:
+    """Return a robot with other limits for some joints."""
+    for name in limits:
+        if where is not None and (name not in robot.joint_indices or not robot.joint(name).is_driven):
+            reader.problems.error(where, f"unknown joint {name!r}{did_you_mean(name, [j.name for j in robot.driven])}")
+    changed = tuple(
+        replace(joint, limits=replace(joint.limits, **limits[joint.name])) if joint.name in limits else joint
+        for joint in robot.joints
+    )
+    return replace(robot, joints=changed)
+
+
+def _check_home(arm: Arm, robot: RobotModel, table: Table, reader: Reader) -> None:
+    home = table.entries.get("home")
+    for name, position in arm.home.items():
+        assert home is not None
+        if name not in robot.joint_indices or not robot.joint(name).is_driven:
+            message = f"unknown joint {name!r}{did_you_mean(name, [each.name for each in robot.driven])}"
+            reader.problems.error(home, message)
+        elif not (limits := robot.joint(name).limits).lower - 1e-9 <= position <= limits.upper + 1e-9:
+            message = f"{name}: must be from {limits.lower:g} to {limits.upper:g} (got {position:g})"
+            reader.problems.error(home, message)

@@ -1,0 +1,28 @@
+"""Cells with an arm of another model than that of 2017, for tests."""
+
+from pathlib import Path
+
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
+
+ARMS = Path(__file__).parents[1] / "data" / "arms"
+
+PEDESTAL = """
+cell:
+  arms:
+    arm:
+      model: {model}
+      mount: {{kind: pedestal, at: [0, 0, 0.5]}}
+      tip: tool0
+      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
+  bins: {{bin1: {{at: [-0.1, 0.55], size: [0.5, 0.4], surface: 0.45}}}}
+  trays: {{tray1: {{at: [-0.1, -0.55], size: [0.5, 0.4], surface: 0.45}}}}
+parts: [{{type: gear_part, in: bin1, grid: [3, 2]}}]
+orders: {{order_0: {{tray: tray1, parts: [{{type: gear_part, xy: [0.05, 0.03]}}]}}}}
+"""
+"""A UR5 on a pedestal between a bin and a tray."""
+
+
+def ur5_cell(text: str = PEDESTAL) -> Trial:
+    """Return the trial of a cell with a UR5."""
+    return load_trial(text=text.format(model=ARMS / "ur5.urdf")).trial

@@ -1,0 +1,96 @@
+"""Arms in the section `cell`: their entries and the files of their models."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import DescriptionError
+
+ARMS = Path(__file__).parents[2] / "data" / "arms"
+UR5 = "model: ur5.urdf, mount: {kind: pedestal, at: [0, 0]}, tip: tool0"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Folder with the model of an arm."""
+    shutil.copy(ARMS / "ur5.urdf", tmp_path)
+    return tmp_path
+
+
+def read(folder: Path, arm: str, **more: str) -> Trial:
+    """Return the trial of a cell with an arm, by the entries of the arm."""
+    lines = ["cell:", f"  arms: {{left: {{{arm}}}}}", *(f"{key}: {value}" for key, value in more.items())]
+    (folder / "cell.yaml").write_text("\n".join(lines))
+    return load_trial([folder / "cell.yaml"]).trial
+
+
+def refusals(folder: Path, arm: str) -> list[str]:
+    """Return what is wrong with an arm, without the names of files."""
+    with pytest.raises(DescriptionError) as caught:
+        read(folder, arm)
+    return [str(problem).replace(f"{folder}/", "") for problem in caught.value.problems]
+
+
+def test_arm_with_a_model_of_its_own_is_read(folder: Path) -> None:
+    trial = read(
+        folder,
+        f"{UR5}, tool: {{kind: vacuum, length: 0.12}}, home: {{elbow_joint: pi/2}}, bandwidth: 60, "
+        "limits: {elbow_joint: {lower: -2, upper: 2, effort: 100}}, collision: {kind: hull}",
+    )
+    (arm,) = trial.arms
+    assert (arm.name, arm.model, arm.tip, arm.tool.length, arm.bandwidth) == ("left", "ur5.urdf", "tool0", 0.12, 60.0)
+    assert arm.mount.pose.position == (0.0, 0.0, 0.5)
+    assert arm.home == {"elbow_joint": pytest.approx(1.5707963)}
+    elbow = trial.joints["elbow_joint"]
+    assert (elbow.lower, elbow.upper, elbow.effort, elbow.velocity) == (-2.0, 2.0, 100.0, 3.15)
+    assert [each.name for each in trial.layout.structure] == ["left_pedestal"]
+
+
+def test_model_in_a_package_is_found(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = folder / "path" / "my_robots"
+    package.mkdir(parents=True)
+    shutil.move(folder / "ur5.urdf", package / "ur5.urdf")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(folder / "path"))
+    assert read(folder, UR5.replace("ur5.urdf", "package://my_robots/ur5.urdf")).joints
+    monkeypatch.delenv("ROS_PACKAGE_PATH")
+    (package / "__init__.py").touch()
+    monkeypatch.syspath_prepend(folder / "path")
+    assert read(folder, UR5.replace("ur5.urdf", "package://my_robots/ur5.urdf")).joints
+
+
+@pytest.mark.parametrize(
+    ("arm", "text"),
+    [
+        (UR5.replace("ur5.urdf", "ur6.urdf"), "there is no file ur6.urdf in "),
+        (UR5.replace("ur5.urdf", "package://none/ur5.urdf"), "package 'none', of ROS or of Python"),
+        (UR5.replace("tip: tool0", "tip: tool1"), "unknown link 'tool1'; did you mean tool0"),
+        (UR5.replace(", tip: tool0", ""), "name the link at the arm's end: tip"),
+        (f"{UR5}, home: {{elbow: 1}}", "unknown joint 'elbow'; did you mean elbow_joint"),
+        (f"{UR5}, home: {{elbow_joint: 9}}", "elbow_joint: must be from -"),
+        (f"{UR5}, limits: {{elbo_joint: {{effort: 9}}}}", "unknown joint 'elbo_joint'; did you mean elbow_joint"),
+        (f"{UR5}, tool: {{kind: magnet}}", "kind of tool"),
+        ("mount: {kind: floor, at: [0, 0]}", "without a model the arm is a UR10 on the rail of 2017"),
+        ("mount: {kind: rail, at: [0, 0]}, home: {elbow_joint: 1}", "home needs a model"),
+    ],
+)
+def test_arm_with_a_mistake_is_refused_with_line_and_remedy(folder: Path, arm: str, text: str) -> None:
+    (problem,) = refusals(folder, arm)
+    assert problem.startswith("cell.yaml:2: cell.arms.left")
+    assert text in problem
+
+
+def test_what_a_file_lacks_is_refused_at_its_own_line(folder: Path) -> None:
+    path = folder / "ur5.urdf"
+    path.write_text(path.read_text().replace('effort="150"', 'effort="0"', 1))
+    (problem,) = refusals(folder, UR5)
+    assert problem.startswith("ur5.urdf:")
+    assert "joint[shoulder_pan_joint]: the joint has no effort limit, or 0; write effort" in problem
+    assert read(folder, f"{UR5}, limits: {{shoulder_pan_joint: {{effort: 150}}}}").joints
+
+
+def test_damaged_file_of_a_model_is_refused_at_its_own_line(folder: Path) -> None:
+    (folder / "ur5.urdf").write_text("<robot name='x'><link/></robot>")
+    assert all(problem.startswith("ur5.urdf:") for problem in refusals(folder, UR5))
