@@ -95,3 +95,8 @@ def test_reset_begins_in_other_joints_within_the_models_limits() -> None:
 def test_kitter_refuses_an_arm_that_it_does_not_know() -> None:
     with pytest.raises(UsageError, match=r"kitter works with the UR10 of 2017 on its rail .*send_arm"):
         Workplace(ur5_cell().layout)
+
+
+def test_servo_profile_of_2017_is_refused_for_another_arm() -> None:
+    with pytest.raises(UsageError, match="servo: precise is of the UR10 of 2017"):
+        Cell(ur5_cell(), servo="precise")

@@ -92,6 +92,8 @@ class Cell(CellDevices):
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         if servo is not None:
+            if not all(arm.is_original for arm in trial.arms):
+                raise UsageError(f"servo: {servo} is of the UR10 of 2017; leave it out")
             arm = replace(trial.settings.arm, servo=servo)
             trial = replace(trial, settings=replace(trial.settings, arm=arm))
         self.trial = trial

@@ -94,3 +94,11 @@ def test_what_a_file_lacks_is_refused_at_its_own_line(folder: Path) -> None:
 def test_damaged_file_of_a_model_is_refused_at_its_own_line(folder: Path) -> None:
     (folder / "ur5.urdf").write_text("<robot name='x'><link/></robot>")
     assert all(problem.startswith("ur5.urdf:") for problem in refusals(folder, UR5))
+
+
+def test_settings_of_the_drives_of_2017_are_refused(folder: Path) -> None:
+    own = "{arm: {servo: precise, initial_joint_states: {elbow_joint: 1.0}}}"
+    with pytest.raises(DescriptionError) as caught:
+        read(folder, UR5, cellwright=own)
+    keys = [str(problem).partition("cellwright.")[2].partition(":")[0] for problem in caught.value.problems]
+    assert keys == ["arm.servo", "arm.initial_joint_states"]

@@ -165,6 +165,8 @@ def _read(
     types = PART_TYPES | own.get("part_models", {}).keys()
     cell = _cell(root, reader, types, overrides)
     layout = cell.layout
+    if cell.arm_models:
+        _refuse_original_drives(root, reader)
     _check_part_types(root, layout, reader)
     registry = parts.PartRegistry(reader, options, aliases, types, layout)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
@@ -221,6 +223,16 @@ def _read(
     _raise_errors(overrides, reader.problems)
     # all sections are in the frame of the cell
     return trial if cell.moved_by == Pose() else moved(trial, cell.moved_by), time_limit, tuple(faulty)
+
+
+def _refuse_original_drives(root: Table, reader: Reader) -> None:
+    """Refuse settings of the drives of 2017's arm where the arm has a model of its own."""
+    own = root.get(OWN)
+    arm = own.get("arm") if isinstance(own, Table) else None
+    for name in ("servo", "gains", "dry_friction", "initial_joint_states"):
+        if isinstance(arm, Table) and name in arm.entries:
+            message = "is of the UR10 of 2017; the entry of an arm with a model has home and bandwidth"
+            reader.problems.error(arm.entries[name], message)
 
 
 def _by_time(belt: Sequence[BeltPart], short: Sequence[BeltPart]) -> Sequence[BeltPart]:
