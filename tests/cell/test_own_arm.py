@@ -12,7 +12,7 @@ from cellwright.motion.chain import chain_of
 from cellwright.motion.solver import Solver
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cell.arm_cells import ur5_cell
+from tests.cell.arm_cells import PEDESTAL, ur5_cell
 
 PRESS = 0.0135
 """Height of the cup's face over a gear's origin, 1 mm below its top [m]."""
@@ -100,3 +100,13 @@ def test_kitter_refuses_an_arm_that_it_does_not_know() -> None:
 def test_servo_profile_of_2017_is_refused_for_another_arm() -> None:
     with pytest.raises(UsageError, match="servo: precise is of the UR10 of 2017"):
         Cell(ur5_cell(), servo="precise")
+
+
+def test_arm_without_a_cup_has_no_gripper_and_moves() -> None:
+    trial = ur5_cell(PEDESTAL.replace("tip: tool0", "tip: tool0\n      tool: {{kind: none}}"))
+    cell = Cell(trial)
+    client = Client.in_process(cell)
+    client.sleep(0.1)
+    assert cell.gripper is None
+    assert [*client.joint_positions] == sorted(trial.joints)
+    assert not [name for name in cell.topics() if "gripper" in name]

@@ -132,7 +132,10 @@ class Entities:
             kind = self.cell.parts.part(name).type
             return EntityInfo(Category.OBJECT, f"part of type {kind}", (kind,))
         if name == ARM:
-            return EntityInfo(Category.ROBOT, "UR10 on a rail, with a vacuum gripper")
+            (arm,) = self.cell.trial.arms
+            what = "UR10 on a rail" if arm.is_original else f"arm {arm.model}"
+            holds = ", with a vacuum gripper" if arm.tool.kind == "vacuum" else ""
+            return EntityInfo(Category.ROBOT, what + holds)
         if name in {each.name for each in self.cell.trial.carriers}:
             return EntityInfo(Category.ROBOT, "AGV that takes a tray away")
         if name in {each.tray_link for each in self.cell.trial.layout.trays}:

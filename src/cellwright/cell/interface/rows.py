@@ -27,6 +27,7 @@ from cellwright.cell.interface.occurrence import (
     WITH_BELT,
     WITH_BELT_PARTS,
     WITH_CAMERAS,
+    WITH_CUP,
     WITH_TRAYS,
     CompetitionMode,
 )
@@ -168,9 +169,9 @@ ARM = (
     accepts(SERVICE, "/ariac/controller_manager/reload_controller_libraries",
           "controller_manager_msgs/ReloadControllerLibraries", WITH_ARM,
           "Never succeeds: both always run.", handler="reload_controller_libraries", source=CONTROL),
-    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
+    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_CUP,
          "Whether the suction is on, and whether a part is attached.", handler="gripper_state", source=GRIPPER),
-    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,
+    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_CUP,
           "Switches the suction on or off; always succeeds.", handler="control_gripper", source=GRIPPER),
 )
 
