@@ -135,11 +135,14 @@ def test_invalid_camera_name_is_refused(name: str, reason: str) -> None:
     assert reason in refusal(f"{{{name}: {{type: rgb_camera, {POSE}}}}}", sensors)
 
 
+ARM = "arms: {arm: {mount: {kind: rail, at: [0, 5]}}}"
+AGVS = "carriers: {agv3: {at: [0, 3]}, cart: {at: [0, -3]}}, trays: {side: {at: [2, 0]}}"
+BELT = "in: {from: [0, 0], to: [0, 2]}"
 OWN_CELLS = {
     "2017": "",
-    "other AGVs": "cell: {carriers: {agv3: {at: [0, 3]}, cart: {at: [0, -3]}}, trays: {side: {at: [2, 0]}}}",
-    "a belt": "cell: {belts: {in: {from: [0, 0], to: [0, 2]}}}",
-    "two belts": "cell: {belts: {in: {from: [0, 0], to: [0, 2]}, out: {from: [2, 0], to: [2, 2]}}}",
+    "other AGVs": f"cell: {{{ARM}, {AGVS}}}",
+    "a belt": f"cell: {{{ARM}, belts: {{{BELT}}}}}",
+    "two belts": f"cell: {{{ARM}, belts: {{{BELT}, out: {{from: [2, 0], to: [2, 2]}}}}}}",
 }
 
 
