@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.config import GripperConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, link_poses
-from cellwright.robot.model import BASE_BODY, DEFAULT_MASS, FINGER_MASS, RobotWorld, body_of, build_robot
+from cellwright.mechanism.robot_bodies import DEFAULT_MASS, FINGER_MASS
+from cellwright.robot.model import BASE_BODY, RobotWorld, body_of, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
@@ -131,6 +132,7 @@ def test_inertia_is_rotated_with_its_axes() -> None:
     world = build_robot(of_joints(hinge("arm"), links=links))
     data = forward(world, {})
     data.qfrc_applied[0] = 3.0
+    world.model.dof_frictionloss[:] = 0.0  # without its drive
     mujoco.mj_forward(world.model, data)
     assert data.qacc[0] == pytest.approx(3.0 / 0.2)  # its second axis lies along x, about which it turns
 

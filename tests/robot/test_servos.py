@@ -1,8 +1,10 @@
 """Servos against a plain version of their law; the recorded robot has its own tests."""
 
 import copy
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,6 +14,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
 from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.robot_bodies import add_robot
 from cellwright.robot.model import TIMESTEP, build_robot
 from cellwright.robot.servos import GAIN, MAX_SPEED, JointServos, Motion, fastest
 from tests.robot.bundled import qinglong
@@ -83,7 +86,9 @@ def test_drives_are_found_after_constraints_change() -> None:
     spec = mujoco.MjSpec()
     for name in ("free", "held"):
         body = spec.worldbody.add_body(name=f"link of {name}", mass=1.0, inertia=(0.1, 0.1, 0.1), explicitinertial=True)
-        body.add_joint(name=name, axis=(0.0, 0.0, 1.0))
+        body.add_joint(
+            name=name, axis=(0.0, 0.0, 1.0), frictionloss=50.0, solimp_friction=(0.9999, 0.9999, 1e-3, 0.5, 2.0)
+        )
         spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     spec.option.gravity = (0.0, 0.0, 0.0)
     spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1="held", active=False)
@@ -102,6 +107,60 @@ def test_drives_are_found_after_constraints_change() -> None:
         simulation.step_until(simulation.now + 600_000_000)
         assert simulation.data.ne == active
         assert servos.read().positions == pytest.approx([target, 0.0], abs=1e-3)
+
+
+def falling_box(robots: Sequence[str]) -> tuple[Simulation, list[JointServos]]:
+    """Robots on weightless links, by their prefixes, beside a box that falls onto the ground."""
+    spec, config = mujoco.MjSpec(), two_arms()
+    spec.compiler.degree = False
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0.0, 0.0, 1.0))
+    for number, prefix in enumerate(robots):
+        base = spec.worldbody.add_body(name=f"base of {prefix}", pos=(5.0 + 5.0 * number, 0.0, 3.0))
+
+        def fill(body: Any, _link: Link) -> None:
+            body.gravcomp = 1.0
+
+        add_robot(spec, base, config, fill, extent=lambda _shapes: (0.1, 0.1, 0.1), prefix=prefix)
+    box = spec.worldbody.add_body(name="box", pos=(0.0, 0.0, 0.5))
+    box.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(0.05, 0.05, 0.05), mass=0.3)
+    box.add_freejoint(name="box")
+    simulation = Simulation(spec.compile())
+    servos = [JointServos(config.robot, prefix=prefix) for prefix in robots]
+    for each in servos:
+        simulation.add(each)
+    simulation.reset()
+    return simulation, servos
+
+
+def test_servos_of_two_robots_move_their_own_joints_alone() -> None:
+    alone, _ = falling_box([])
+    simulation, servos = falling_box(["one/", "other/"])
+    targets = [each.targets for each in servos]
+    for robot, target in zip(targets, (0.3, -0.2), strict=True):
+        robot[servos[0].joints.index("shoulder_right")] = target
+    for each, robot in zip(servos, targets, strict=True):
+        each.command(robot)
+    alone.step_until(1_500_000_000)
+    simulation.step_until(1_500_000_000)
+    for each, robot in zip(servos, targets, strict=True):
+        assert each.read().positions == pytest.approx(robot, abs=1e-3)
+    box, its_own = simulation.model.joint("box"), alone.model.joint("box")
+    assert not simulation.model.dof_frictionloss[box.dofadr[0] : box.dofadr[0] + 6].any()
+    place = simulation.data.qpos[box.qposadr[0] : box.qposadr[0] + 7]
+    assert place == pytest.approx(alone.data.qpos[its_own.qposadr[0] : its_own.qposadr[0] + 7], abs=1e-9)
+    assert place[2] == pytest.approx(0.05, abs=1e-3)  # it has fallen
+
+
+def test_servos_go_on_with_a_larger_model() -> None:
+    simulation, (servos,) = falling_box(["one/"])
+    larger, _ = falling_box(["one/"])
+    target = servos.targets
+    target[servos.joints.index("shoulder_right")] = 0.3
+    servos.command(target)
+    simulation.step_until(100_000_000)
+    simulation.grow(larger.model)
+    simulation.step_until(1_500_000_000)
+    assert servos.read().positions == pytest.approx(target, abs=1e-3)
 
 
 def test_efforts_equal_engine_forces_within_limits() -> None:

@@ -1,9 +1,4 @@
-"""Robot model of the engine: bodies, joints and masses of a URDF robot.
-
-`servos.py` drives the joints. Defaults for what a URDF omits are those of the original io_teleop node. A link without
-mass weighs 1 kg, and a link that a gripper drives 0.1 kg. (Measured: with these the QingLong follows its recorded
-motion. Without them its wrists are four times too quick.)
-"""
+"""Robot model of the engine: a robot alone in its world, without gravity, as in the original."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,8 +11,9 @@ import mujoco
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import Link, position_of
-from cellwright.mechanism.chain import JOINT_TYPES, add_chain, give_mass, inertia_along_link, range_of
+from cellwright.config.robot.model import Link
+from cellwright.mechanism.chain import JOINT_TYPES
+from cellwright.mechanism.robot_bodies import add_robot, initial_posture
 from cellwright.mechanism.shapes import (
     ShapeBuilder,
     add_floor,
@@ -31,11 +27,6 @@ from cellwright.util.errors import DescriptionError
 
 TIMESTEP = Fraction(1, 240)
 """Time step of the original's physics [s]."""
-DEFAULT_MASS = 1.0
-"""Mass of a link without one in the file [kg]; its inertia is that of a box around its shapes for contact."""
-FINGER_MASS = 0.1
-"""Mass of a link that a gripper's joint moves [kg]."""
-_MIN_MASS, _MIN_INERTIA = 1e-6, 1e-9  # the engine takes no moving body without them
 _Disable = mujoco.mjtDisableBit
 BASE_BODY = "cellwright base"
 """Name of the body that carries the robot: it is not in the URDF, and `target_base_move` moves it."""
@@ -65,18 +56,8 @@ class RobotWorld:
     stepping: mujoco.MjModel
 
     def set_initial_posture(self, data: mujoco.MjData) -> None:
-        """Write the initial posture.
-
-        A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
-        command makes it jump. Mimic joints start where they follow their leader.
-        """
-        robot, positions = self.config.robot, dict(self.config.start)
-        leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
-        for joint in leaders_first:
-            if joint.name not in positions:
-                place = position_of(robot, joint, positions)
-                positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
-        for name, position in positions.items():
+        """Write the initial posture."""
+        for name, position in initial_posture(self.config).items():
             data.qpos[self.model.joint(name).qposadr[0]] = position
 
 
@@ -111,8 +92,6 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
     spec = mujoco.MjSpec()
     spec.modelname = config.name
     spec.compiler.degree = False
-    spec.compiler.boundmass, spec.compiler.boundinertia = _MIN_MASS, _MIN_INERTIA
-    spec.compiler.balanceinertia = True
     option = spec.option
     option.timestep = float(timestep)
     option.gravity = (0.0, 0.0, 0.0)
@@ -126,10 +105,17 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
         option.disableflags |= int(_Disable.mjDSBL_CONTACT)
     # Two are usual; up to fifty when many drives reach their limits at once.
     option.iterations = 100
-    builder = _RobotBuilder(spec, config, is_touched=is_touched, is_seen=is_seen)
-    builder.build()
+    base = spec.worldbody.add_body(name=BASE_BODY, mocap=True, **pose_arguments(config.base_pose))
+    shapes, touched = ShapeBuilder(spec, is_touched=is_touched, is_seen=is_seen), set()
+
+    def fill(body: Any, link: Link) -> None:
+        for shape in link.shapes:
+            if shapes.add(body, shape):
+                touched.add(link.name)
+
+    add_robot(spec, base, config, fill, extent=shapes.extent, body_of=body_of)
     moved = frozenset(joint.name for joint in config.robot.joints if joint.type in JOINT_TYPES)
-    joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
+    joined = joined_pairs(config.robot, moved, frozenset(touched))
     exclude_contacts(spec, [(body_of(one), body_of(other)) for one, other in joined])
     return spec
 
@@ -142,43 +128,3 @@ def _report_refusal(config: RobotConfig) -> Iterator[None]:
     except (ValueError, ModelFileError) as error:
         message = f"the engine cannot build this robot: {' '.join(str(error).split())}"
         raise DescriptionError([Problem(Place(0, str(config.urdf_path), 0), "", message)]) from None
-
-
-class _RobotBuilder:
-    def __init__(self, spec: Any, config: RobotConfig, *, is_touched: bool, is_seen: bool) -> None:
-        self._spec, self._config, self._robot = spec, config, config.robot
-        self._shapes = ShapeBuilder(spec, is_touched=is_touched, is_seen=is_seen)
-        self.touched: set[str] = set()
-        """Links with shapes for contact."""
-        self._fingers = {self._robot.joint(name).child for gripper in config.grippers for name in gripper.joints}
-
-    def build(self) -> None:
-        """Build the base with the robot on it, from the link that is fixed to the world."""
-        base = self._spec.worldbody.add_body(name=BASE_BODY, mocap=True, **pose_arguments(self._config.base_pose))
-        first = self._config.fixed_link or self._robot.root
-        add_chain(base, self._robot, self._fill, first=first, body_of=body_of)
-        for joint in self._robot.driven:
-            actuator = self._spec.add_actuator(name=joint.name, target=joint.name)
-            actuator.trntype = mujoco.mjtTrn.mjTRN_JOINT
-            actuator.gainprm[0] = 0.0
-            actuator.ctrllimited, actuator.ctrlrange = range_of(joint)
-
-    def _fill(self, body: Any, link: Link) -> None:
-        """Add mass and shapes of a link."""
-        inertial = link.inertial
-        mass = DEFAULT_MASS if inertial is None else inertial.mass
-        inertia = self._inertia_of_shapes(link) if inertial is None else inertia_along_link(inertial)
-        if link.name in self._fingers:
-            factor = FINGER_MASS / mass if mass > 0 else 0.0
-            mass, inertia = FINGER_MASS, tuple(factor * value for value in inertia)
-        give_mass(body, mass, (0.0, 0.0, 0.0) if inertial is None else inertial.pose.position, inertia)
-        for shape in link.shapes:
-            if self._shapes.add(body, shape):
-                self.touched.add(link.name)
-
-    def _inertia_of_shapes(self, link: Link) -> tuple[float, ...]:
-        """Return the inertia of a link without mass: of a 1 kg box around its shapes for contact, or almost 0."""
-        x, y, z = self._shapes.extent(link.shapes)
-        # A solid box has the inertia m / 12 (y^2 + z^2) about x, and so on; its products of inertia are 0.
-        squares = (y * y + z * z, z * z + x * x, x * x + y * y)
-        return (*(max(DEFAULT_MASS / 12 * square, _MIN_INERTIA) for square in squares), 0.0, 0.0, 0.0)

@@ -3,8 +3,8 @@
 Each drive requests the velocity clip(24/s * error, +- URDF velocity) for each step, with at most the URDF's effort.
 (Measured at the original, PyBullet's position control at 240 Hz: its gain of 0.1 is 24/s.) As in the original, such a
 drive is a constraint with a limited force: the engine solves for all drives, joint limits and contacts at once. In
-MuJoCo it is the dry friction of a joint. Its reference is moved from rest to the requested velocity; `drive` does so
-between the two halves of a step.
+MuJoCo it is the dry friction of a joint, which `mechanism.robot_bodies` gives it. Its reference is moved from rest to
+the requested velocity; `drive` does so between the two halves of a step, for the robot's own joints alone.
 
 Mostly no joint limit acts, and few drives reach their effort limits. `integrate` makes such steps in half the time.
 Inverse dynamics gives the efforts for the requested velocities, and a small linear system the shortfall of the drives
@@ -23,18 +23,16 @@ from numpy.typing import NDArray
 from cellwright.config.robot.model import Joint, JointType, RobotModel
 from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
+from cellwright.mechanism.chain import JOINT_TYPES
 
 GAIN = 24.0
 """Velocity per position error [1/s]."""
-UNLIMITED = 1e9
-"""Effort limit [N m; N] of a joint without one in the URDF."""
 DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED = 10.0, 1.0
 """Speed limit [rad/s; m/s] of a joint without one in the URDF."""
 MAX_POSITION = 1e4
 """Maximum position [rad; m] of a joint without limits."""
 MAX_SPEED = 1000.0
 """Maximum speed [rad/s; m/s] of any joint, whatever the URDF allows: the engine could not follow."""
-_STIFFNESS = 0.9999  # of the drives, in the engine's terms: one step leaves 1e-4 of an error
 _MAX_SATURATED, _MAX_PASSES = 40, 8  # drives at their limits and attempts to find them, before the engine solves
 _MIN_INERTIA = 1e-15  # [kg m^2; kg]
 _LIMIT_TOLERANCE = 1e-9  # [rad; m] beyond a joint limit that rounding explains
@@ -93,54 +91,70 @@ class JointServos(Device):
     """Servos of all joints of a robot with one degree of freedom, in the order of their indices.
 
     A mimic joint follows its leader as far as its own limits allow, whatever its own target is.
+
+    Args:
+        robot: the robot.
+        motion: how joints reach their targets.
+        prefix: prefix of the robot's joints in the engine, which may have others beside them.
     """
 
-    def __init__(self, robot: RobotModel, motion: Motion = Motion.SERVO) -> None:
-        super().__init__("joint servos")
-        self.motion = motion
+    def __init__(self, robot: RobotModel, motion: Motion = Motion.SERVO, prefix: str = "") -> None:
+        super().__init__(f"{prefix}joint servos")
+        self.motion, self._prefix = motion, prefix
         joints = robot.driven
         self.joints = tuple(joint.name for joint in joints)
         self.lower = np.array([max(joint.limits.lower, -MAX_POSITION) for joint in joints])
         self.upper = np.array([min(joint.limits.upper, MAX_POSITION) for joint in joints])
         self._velocity = np.array([fastest(joint) for joint in joints])
-        effort = np.array([joint.limits.effort for joint in joints])
-        self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)
+        self._movable = [joint.name for joint in robot.movable if joint.type in JOINT_TYPES]
         self._described = joints
         self._mimics = MimicJoints(joints, self.lower, self.upper)
 
     def attach(self, simulation: Simulation) -> None:
-        """Look up the joints, and use their dry friction as drives."""
+        """Look up the joints."""
         super().attach(simulation)
         model = simulation.model
-        joints = [model.joint(name).id for name in self.joints]
+        joints = [model.joint(f"{self._prefix}{name}").id for name in self.joints]
         self._qpos = model.jnt_qposadr[joints].copy()
         self._dof = model.jnt_dofadr[joints].copy()
-        inputs = np.array([model.actuator(name).id for name in self.joints], dtype=np.intp)
-        self._ctrl = as_slice(inputs)
-        # A joint without a drive does not move.
-        model.dof_frictionloss[:] = UNLIMITED
-        model.dof_frictionloss[self._dof] = self._effort
-        model.dof_solimp[:] = (_STIFFNESS, _STIFFNESS, 0.001, 0.5, 2.0)
+        inputs = [model.actuator_ctrladr[model.actuator(f"{self._prefix}{name}").id] for name in self.joints]
+        self._inputs = np.array(inputs, dtype=np.intp)
+        self._ctrl = as_slice(self._inputs)
         self._frequency = 1.0 / model.opt.timestep
-        self._requested = np.zeros(model.nv)
         # The drives work in the engine's order of degrees of freedom, where arrays of most robots need no look-up.
-        order = np.argsort(self._dof)
-        self._inputs, self._places, self._dofs = inputs[order], as_slice(self._qpos[order]), as_slice(self._dof[order])
+        self._order = order = np.argsort(self._dof)
+        self._inputs, self._places, self._dofs = (
+            self._inputs[order],
+            as_slice(self._qpos[order]),
+            as_slice(self._dof[order]),
+        )
         self._fastest, self._back = self._velocity[order], -self._velocity[order]
         self._led = MimicJoints([self._described[number] for number in order], self.lower[order], self.upper[order])
-        # These arrays stay the same objects as long as the simulation lives.
-        self._data = data = simulation.data
+        simulation.on_model.append(self._look_up_arrays)
+        self._look_up_arrays()
+
+    def _look_up_arrays(self) -> None:
+        """Look up the arrays of the engine, which stay the same objects until it gets another model."""
+        model, data = self.simulation.model, self.simulation.data
+        self._data = data
         self._positions, self._velocities, self._controls = data.qpos, data.qvel, data.ctrl
         self._guess, self._accelerations = data.qacc_warmstart, data.qacc
         self._forces, self._constraint_efforts = (data.qfrc_applied, data.xfrc_applied), data.qfrc_constraint
-        self._attainable = model.dof_frictionloss / model.dof_M0
+        self._requested = np.zeros(model.nv)
+        movable = [model.joint(f"{self._prefix}{name}").id for name in self._movable]
+        self._is_own: NDArray[np.bool_] = np.isin(model.dof_jntid, movable)
+        self._attainable = np.where(self._is_own, model.dof_frictionloss / model.dof_M0, 0.0)
         self._counts = (-1, -1)
         has_contacts = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
         # Without these only drives and joint limits act.
-        self._is_free = not (has_contacts or model.neq or model.ntendon)
-        lower, upper = self.lower[order], self.upper[order]
+        self._is_free = self._is_own.all() and not (has_contacts or model.neq or model.ntendon)
+        if self._is_free:
+            self._prepare_to_integrate(model, data)
+
+    def _prepare_to_integrate(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        lower, upper = self.lower[self._order], self.upper[self._order]
         # Efforts of all degrees of freedom and positions of joints, with the middles and half widths of their ranges.
-        self._checked = np.zeros(model.nv + len(order))
+        self._checked = np.zeros(model.nv + len(lower))
         self._efforts, self._checked_places = self._checked[: model.nv], self._checked[model.nv :]
         self._inertias = np.zeros(len(data.M) + 1)  # of the engine's sparse matrix, and a 0
         self._inertia_places = _inertia_places(model)
@@ -274,20 +288,22 @@ class JointServos(Device):
         requested *= self._frequency
         self._requested[self._dofs] = requested
 
-    def _drives(self) -> tuple[slice, NDArray[np.intp] | slice]:
+    def _drives(self) -> tuple[slice | NDArray[np.intp], NDArray[np.intp] | slice]:
         """Return the place of the drives among the engine's constraints of this step, and their degrees of freedom.
 
-        The engine sets up equalities first, then dry friction: of all joints, in the same order in every step.
+        The engine sets up equalities first, then dry friction: of all joints that are awake, in the same order in every
+        step. Joints with drives never sleep, so the numbers of both tell whether their places have changed.
         """
         data = self._data
         counts = (data.ne, data.nf)
         if counts != self._counts:
             first, end = data.ne, data.ne + data.nf
-            own = data.efc_type[first:end] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
-            # The friction of tendons follows that of joints.
-            end = first + int(own.sum())
-            self._counts, self._rows = counts, slice(first, end)
-            self._dofs_of_rows = as_slice(data.efc_id[first:end].astype(np.intp))
+            # The friction of tendons, whose numbers are others, follows that of joints.
+            is_joint = data.efc_type[first:end] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+            dofs = data.efc_id[first : first + int(is_joint.sum())].astype(np.intp)
+            is_own = self._is_own[dofs]
+            self._counts, self._rows = counts, as_slice(first + np.flatnonzero(is_own))
+            self._dofs_of_rows = as_slice(dofs[is_own])
         return self._rows, self._dofs_of_rows
 
 

@@ -56,14 +56,14 @@ def arm_model(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
     """
     robot = model.robot
     chain = {joint.name for joint in robot.chain(arm.tip)}
-    links = {f"{prefix}{name}": replace(link, name=f"{prefix}{name}") for name, link in robot.links.items()}
-    joints = [_prefixed(joint if joint.name in chain else _still(joint, arm), prefix) for joint in robot.joints]
-    root = f"{prefix}{robot.root}"
+    still = tuple(joint if joint.name in chain else _still(joint, arm) for joint in robot.joints)
+    named = replace(robot, joints=still).prefixed(prefix)
+    root = named.root
     base, mount_links, mount_joints = _rail(arm, prefix) if arm.mount.kind == "rail" else _base(prefix)
-    links = {**mount_links, **links}
+    links = {**mount_links, **named.links}
     carrier, name = [*mount_links][-1], f"{prefix}mount_joint"
     fixed = Joint(name, JointType.FIXED, carrier, root, model.mount_T_root, (0.0, 0.0, 0.0))
-    joints = [*mount_joints, fixed, *joints]
+    joints = [*mount_joints, fixed, *named.joints]
     if arm.tool.kind == "vacuum":
         tip_T_cup = Pose.from_rpy((0.0, 0.0, arm.tool.length - FACE_DEPTH), (math.pi, 0.0, 0.0))
         cup = f"{prefix}{GRIPPER}"
@@ -104,12 +104,6 @@ def _rod(length: float) -> ModelShape:
     """Return the rod between the tip and the cup, in the frame of the cup's link."""
     begin, end = _CUP_HEIGHT - FACE_DEPTH, length - FACE_DEPTH
     return ModelShape("cylinder", (_ROD, max(end - begin, 0.001), 0.0), Pose((0.0, 0.0, (begin + end) / 2)))
-
-
-def _prefixed(joint: Joint, prefix: str) -> Joint:
-    names = (f"{prefix}{name}" for name in (joint.name, joint.parent, joint.child))
-    name, parent, child = names
-    return replace(joint, name=name, parent=parent, child=child)
 
 
 def _still(joint: Joint, arm: Arm) -> Joint:

@@ -7,7 +7,7 @@ above it, and the root link has -1. (Measured: PyBullet counts so, and robot con
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -121,6 +121,24 @@ class RobotModel:
     links: Mapping[str, Link]
     joints: tuple[Joint, ...]
     written: tuple[str, ...] = ()
+
+    def prefixed(self, prefix: str) -> "RobotModel":
+        """Return the robot with a prefix to the names of all links and joints."""
+        if not prefix:
+            return self
+        links = {f"{prefix}{name}": replace(link, name=f"{prefix}{name}") for name, link in self.links.items()}
+        joints = (
+            replace(
+                joint,
+                name=f"{prefix}{joint.name}",
+                parent=f"{prefix}{joint.parent}",
+                child=f"{prefix}{joint.child}",
+                mimic=joint.mimic and replace(joint.mimic, joint=f"{prefix}{joint.mimic.joint}"),
+            )
+            for joint in self.joints
+        )
+        written = tuple(f"{prefix}{name}" for name in self.written)
+        return RobotModel(self.name, f"{prefix}{self.root}", links, tuple(joints), written)
 
     @cached_property
     def movable(self) -> tuple[Joint, ...]:
