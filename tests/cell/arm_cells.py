@@ -23,6 +23,32 @@ orders: {{order_0: {{tray: tray1, parts: [{{type: gear_part, xy: [0.05, 0.03]}}]
 """A UR5 on a pedestal between a bin and a tray."""
 
 
+TWO_ON_A_RAIL = """
+cell:
+  arms:
+    arm1: {mount: {kind: rail, at: [0.3, 0, 0.9]}, home: {linear_arm_actuator_joint: -1.2}}
+    arm2: {mount: {kind: rail, at: [0.3, 0, 0.9]}, home: {linear_arm_actuator_joint: 1.2}}
+  bins: {bin1: {at: [-0.3, -1.0], size: [0.6, 0.6]}, bin2: {at: [-0.3, 1.0], size: [0.6, 0.6]}}
+parts: [{type: gear_part, in: bin1, grid: [2, 2]}, {type: disk_part, in: bin2, grid: [2, 2]}]
+"""
+"""Two arms of 2017 on one rail, with a bin before each."""
+
+TWO_UR5 = """
+cell:
+  arms:
+    arm1: &ur5
+      model: {model}
+      mount: {{kind: pedestal, at: [0, 0, 0.5]}}
+      tip: tool0
+      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
+    arm2: {{<<: *ur5, mount: {{kind: pedestal, at: [1.1, 0, 0.5], turn: pi}}, names: prefixed}}
+  bins: {{bin1: {{at: [0.55, 0], size: [0.4, 0.3], surface: 0.45}}}}
+parts: [{{type: board_part, in: bin1, grid: [1, 1]}}]
+cellwright: {{parts: {{board_part: {{mass: 0.2, shapes: [{{box: [0.3, 0.1, 0.02], pose: {{xyz: [0, 0, 0.01]}}}}]}}}}}}
+"""
+"""Two UR5 that face each other, and a bin with a board that both reach."""
+
+
 def ur5_cell(text: str = PEDESTAL) -> Trial:
     """Return the trial of a cell with a UR5."""
     return load_trial(text=text.format(model=ARMS / "ur5.urdf")).trial

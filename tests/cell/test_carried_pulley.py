@@ -7,7 +7,7 @@ import pytest
 
 from cellwright import Cell, load_trial
 from cellwright.cell.kitting.kit_score import KitScore
-from cellwright.clients.client.client import trajectory_message
+from cellwright.clients.client import trajectory_message
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.std_srvs import TriggerRequest

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell.controllers import HARDWARE, STATES, STRICT, TRAJECTORIES, TYPES, ControllerManager
+from cellwright.cell.controllers import HARDWARE, STATES, STRICT, TRAJECTORIES, TYPES, ControlledArm, ControllerManager
 from cellwright.cell.interface.parameters import parameters
 from cellwright.config.arm import ARM_JOINTS
 from tests.support.cells import ARM_ONLY, JOINTS
@@ -23,7 +23,7 @@ def arm() -> dict[str, Any]:
 
 @pytest.fixture
 def manager() -> ControllerManager:
-    return ControllerManager(500, ARM_JOINTS, arm)
+    return ControllerManager(500, {HARDWARE: ControlledArm(ARM_JOINTS, arm)})
 
 
 def answer(manager: ControllerManager, service: str, **request: Any) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.entities import ARM, MAX_SPEED, Category, Entities, EntityInfo
+from cellwright.cell.entities import MAX_SPEED, Category, Entities, EntityInfo
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
@@ -26,7 +26,7 @@ def entities() -> Entities:
 def test_names_are_furniture_and_parts_in_play(entities: Entities) -> None:
     names = entities.names()
     assert names[-2:] == [GEAR, DISK]
-    assert {ARM, "agv1", TRAY, "bin1", "conveyor_belt"} < set(names)
+    assert {"arm", "agv1", TRAY, "bin1", "conveyor_belt"} < set(names)
     assert len(names) == len(set(names))
 
 
@@ -34,7 +34,7 @@ def test_names_are_furniture_and_parts_in_play(entities: Entities) -> None:
     ("name", "category", "tags"),
     [
         (GEAR, Category.OBJECT, ("gear_part",)),
-        (ARM, Category.ROBOT, ()),
+        ("arm", Category.ROBOT, ()),
         ("agv2", Category.ROBOT, ()),
         (TRAY, Category.DYNAMIC_OBJECT, ("tray",)),
         ("bin3", Category.STATIC_OBJECT, ("bin",)),

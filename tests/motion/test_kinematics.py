@@ -40,7 +40,7 @@ def test_forward_kinematics_equal_published_ones(case: dict[str, Any]) -> None:
 
 def test_link_poses_equal_those_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.arms[0].pose)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.arms[0])
     model = spec.compile()
     data = mujoco.MjData(model)
     for joint, value in zip(UR10.driven, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):

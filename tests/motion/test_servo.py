@@ -97,7 +97,7 @@ def test_anticipated_interception_meets_part_within_millimetres() -> None:
 
 def test_weight_equals_bias_forces_of_engine() -> None:
     spec = mujoco.MjSpec()
-    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.arms[0].pose)
+    add_arm(spec, Visuals(), ArmSettings(), 0.01, LAYOUT.arms[0])
     model = spec.compile()
     data = mujoco.MjData(model)
     joints = Joints(0.7, -1.0, -0.6, 1.9, 0.4, 1.2, -3.0)

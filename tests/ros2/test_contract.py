@@ -68,7 +68,7 @@ def test_graph_has_names_of_contract_only(graph: dict[str, Any]) -> None:
     topics = {name for name in graph["topics"] if not name.startswith(OWN) and "/_action/" not in name}
     others = {other for name, other in CONTROLLER_NAMES.items() if name in TOPICS}
     assert topics == {*TOPICS, *others}
-    for name, other in CONTROLLER_NAMES.items():
+    for name, other in ((name, other) for name, other in CONTROLLER_NAMES.items() if "{" not in name):
         for kind in ("topics", "services"):
             assert graph[kind].get(other) == graph[kind].get(name)
     services = [name for name in graph["services"] if name.startswith("/ariac/") and "/_action/" not in name]

@@ -135,15 +135,15 @@ class Cell(CellDevices):
         self.agvs = {each.number: Agv(each, self.trays[each.number]) for each in trial.carriers}
         fixed = [FixedTray(each.name, self.trays[each.number]) for each in trial.layout.trays]
         self.senders: dict[str, KitSender] = {each.name: each for each in (*self.agvs.values(), *fixed)}
-        self.arm = Arm.of(trial)
-        self.gripper = VacuumGripper.of(trial, self.parts)
+        self.arms = Arm.of(trial)
+        self.grippers = VacuumGripper.of(trial, self.parts)
         self.competition = Competition(
             trial,
             parts=self.parts,
             conveyors=self.conveyors.values(),
             populations=self.populations.values(),
             senders=self.senders.values(),
-            gripper=self.gripper,
+            grippers=self.grippers.values(),
         )
         self.demo_tray = self._make_demo_tray()
 
@@ -170,8 +170,10 @@ class Cell(CellDevices):
         yield from self.deletion_walls.values()
         yield from self.trays.values()
         yield from self.senders.values()
-        # Arm and cup write setpoints and read contacts of their own: their place among the devices is free.
-        yield from filter(None, (self.arm, self.gripper, self.demo_tray))
+        # Arms and cups write setpoints and read contacts of their own: their place among the devices is free.
+        yield from self.arms.values()
+        yield from self.grippers.values()
+        yield from filter(None, (self.demo_tray,))
         yield from self.sensors.values()
         yield from self.quality.values()
         # The competition begins by emptying its picture of the trays, which have forgotten their reports by then. In a
@@ -181,13 +183,15 @@ class Cell(CellDevices):
 
     def _bind(self, trial: Trial) -> None:
         """Bind the rows of the interface to their handlers, and add what plugins bring."""
-        handlers: list[Device] = [CellPublications(self)]
-        if self.arm is not None:
-            handlers.append(TrajectoryAction(self.arm, self.bus.refusals))
+        refusals = self.bus.refusals
+        arms = [(each.namespace or None, self.arms[each.name]) for each in trial.arms]
+        actions = [TrajectoryAction(arm, refusals, subject) for subject, arm in arms]
+        managers = [ControllerServices(refusals, arm.joints, subject) for subject, arm in arms]
+        handlers: list[Device] = [CellPublications(self), *actions]
         # Handlers begin a run after the devices: they drop all messages of the last run, and publish the first ones.
         for each in handlers:
             self.simulation.add(each)
-        commands = CellCommands(self, self.world), ControllerServices(self.bus.refusals, [*trial.joints])
+        commands = CellCommands(self, self.world), *managers
         bind(self.bus, self.simulation, rows(trial, competition=self.in_competition), (*commands, *handlers))
         bind_plugin_sensors(self.bus, self)
         # Devices of plugins see the cell's own in their new state, and may publish as soon as a run begins.
@@ -306,8 +310,8 @@ class Cell(CellDevices):
         self.world = self.parts.rearrange(trial)
         for population in self.populations.values():
             population.set_delay(trial.circumstances.belt_delay)
-        if self.gripper is not None:
-            self.gripper.set_phase(phase_of(trial))
+        for gripper in self.grippers.values():
+            gripper.set_phase(phase_of(trial))
 
     def step(self) -> None:
         """Advance the simulation by one tick."""
@@ -333,12 +337,10 @@ class Cell(CellDevices):
             body_index: maps a body id of the engine to the index in the scene's bodies, 0 for fixed bodies.
 
         Returns:
-            `kind`, `sensors` as they describe themselves, and `tools`: the cup.
+            `kind`, `sensors` as they describe themselves, and `tools`: the cups.
         """
-        tools = []
-        if self.gripper is not None:
-            cup = self.simulation.model.geom(self.trial.arms[0].prefix + CUP_GEOM)
-            tools = [[body, cup.pos.tolist()]] if (body := body_index(int(cup.bodyid[0]))) else []
+        cups = [self.simulation.model.geom(each.arm.prefix + CUP_GEOM) for each in self.grippers.values()]
+        tools = [[body, cup.pos.tolist()] for cup in cups if (body := body_index(int(cup.bodyid[0])))]
         return {"kind": "cell", "sensors": [each.describe() for each in self.sensors.values()], "tools": tools}
 
     def sensor_overlay(self) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class Competition(Device):
         conveyors: Iterable[Conveyor],
         populations: Iterable[Population],
         senders: Iterable[KitSender],
-        gripper: VacuumGripper | None,
+        grippers: Iterable[VacuumGripper],
     ) -> None:
         super().__init__("competition")
         self.trial = trial
@@ -60,14 +60,16 @@ class Competition(Device):
         self._populations = tuple(populations)
         self._senders = tuple(senders)
         self._trays = tuple(each.tray for each in self._senders)
-        self._gripper = gripper
+        self._grippers = tuple(grippers)
+        self._held: dict[str, str | None] = {}
+        """Part that each gripper holds, by the gripper's name: as of its last change."""
         self._fallen_below = min((each.surface for each in trial.layout.belts), default=0.0) / 2
         parts.on_removed.append(lambda part, cause: self._handling.remove(part.name, cause))
         for tray in self._trays:
             tray.on_report.append(self._take_report)
         for sender in self._senders:
             sender.on_submit.append(self._take_kit)
-        if gripper is not None:
+        for gripper in self._grippers:
             gripper.on_change.append(self._take_grip)
             gripper.drop_target = self._drop_target
 
@@ -129,7 +131,7 @@ class Competition(Device):
         """Begin a new run: nothing announced, every tray empty."""
         self.referee.reset()
         self.drops.reset()
-        self.announced = []
+        self.announced, self._held = [], {}
         self.set_record({})
         for tray in self._trays:
             self.referee.tray_changed(tray.link, ())
@@ -151,6 +153,7 @@ class Competition(Device):
         self.referee.set_state(state["referee"])
         self.drops.set_state(state["drops"])
         self.announced = [order for name in state["announced"] for order in self.trial.orders if order.order_id == name]
+        self._held = {each.name: each.part for each in self._grippers}
 
     def get_record(self) -> State:
         """Return how the parts were handled, and the fates of those that judged kits lack."""
@@ -198,13 +201,16 @@ class Competition(Device):
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
         now = self.simulation.now
-        self.referee.scorer.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
-        held = self._handling.held
-        if held is not None and held != gripper.part:
+        enabled = [each for each in self._grippers if each.enabled]
+        attached = any(each.attached for each in enabled)
+        self.referee.scorer.gripper_changed(now, enabled=bool(enabled), attached=attached)
+        held, self._held[gripper.name] = self._held.get(gripper.name), gripper.part
+        # a part that one gripper hands to another is in both for a while
+        if held is not None and held != gripper.part and held not in self._held.values():
             forced_at, self._dropped_at = self._dropped_at, None
             position = forced_at or self._parts.pose(self._parts.part(held)).position
             self._handling.let_go(held, position, now, is_forced=forced_at is not None)
-        if gripper.part is not None and held != gripper.part:
+        if gripper.part is not None and held != gripper.part and not self._handling.is_held(gripper.part):
             self._handling.take(gripper.part, now)
 
     def _fates_of(self, submitted: game_effects.KitSubmitted) -> tuple[Fate | None, ...]:

@@ -23,22 +23,18 @@ from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
 from cellwright.cell.model.furniture import SHELF_BODY
 from cellwright.cell.named_poses import Box, NamedPose, named_poses
+from cellwright.config.layout.arm_models import chain_in_engine
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose, Vector3, normalized
 
 if TYPE_CHECKING:
     from cellwright.cell.cell import Cell
 
-ARM = "arm"
-"""Name of the robot on its rail."""
-
 FARTHEST = 50.0
 """Largest coordinate [m] of a pose at which a part may be placed."""
 
 MAX_SPEED = 20.0
 """Largest velocity [m/s, rad/s] that a part may be given along an axis."""
-
-_RAIL = "linear_arm_actuator"
 
 
 class Category(IntEnum):
@@ -131,8 +127,7 @@ class Entities:
         if name in self.cell.parts.by_name:
             kind = self.cell.parts.part(name).type
             return EntityInfo(Category.OBJECT, f"part of type {kind}", (kind,))
-        if name == ARM:
-            (arm,) = self.cell.trial.arms
+        if (arm := next((each for each in self.cell.trial.arms if each.name == name), None)) is not None:
             what = "UR10 on a rail" if arm.is_original else f"arm {arm.model}"
             holds = ", with a vacuum gripper" if arm.tool.kind == "vacuum" else ""
             return EntityInfo(Category.ROBOT, what + holds)
@@ -247,7 +242,8 @@ class Entities:
             UnknownNameError: there is none of this name.
         """
         entities, links = self.names(), self._links()
-        fixed = {each.child: each for each in (*static_frames(self.cell.trial), *link_frames(self.cell.trial))}
+        on_links = (each for arm in self.cell.trial.arms for each in link_frames(arm))
+        fixed = {each.child: each for each in (*static_frames(self.cell.trial), *on_links)}
         if name == "world":
             return Pose((0.0, 0.0, 0.0))
         if name in entities:
@@ -334,17 +330,24 @@ class Entities:
         """Return the engine's bodies of the entities that are no parts, by name."""
         model = self.cell.simulation.first_model
         parts = {part.body for part in (*self.cell.parts.world.parts, *self.cell.parts.world.bodies)}
-        found = {}
+        found, trial = {}, self.cell.trial
+        arms = {chain_in_engine(each, trial.arm_models).root: each.name for each in trial.arms}
         for body in range(1, model.nbody):
             name = model.body(body).name
             if (model.body_parentid[body] == 0 and body not in parts and name != SHELF_BODY) or self._is_tray(body):
-                found[ARM if name == _RAIL else name] = body
+                found[arms.get(name, name)] = body
         return found
 
     def _links(self) -> dict[str, int]:
-        """Return the engine's bodies of the links that other links or joints carry, by name."""
-        model = self.cell.simulation.first_model
-        return {model.body(body).name: body for body in range(1, model.nbody) if model.body_parentid[body]}
+        """Return the engine's bodies of the links that other links or joints carry, by the names of their frames."""
+        model, arms = self.cell.simulation.first_model, self.cell.trial.arms
+        found = {}
+        for body in range(1, model.nbody):
+            if model.body_parentid[body]:
+                name = model.body(body).name
+                arm = next((each for each in arms if each.prefix and name.startswith(each.prefix)), None)
+                found[arm.frame_of(name) if arm else name] = body
+        return found
 
     def _is_tray(self, body: int) -> bool:
         return any(self.cell.simulation.model.body(tray.link).id == body for tray in self.cell.trays.values())

@@ -229,7 +229,7 @@ class SceneRun:
     def is_held(self, number: int) -> bool:
         """Return whether a part is in the cup, or locked to a tray."""
         part, active = self.parts[number], self.simulation.data.eq_active
-        return any(active[weld] for weld in (part.grip, *part.locks.values()) if weld is not None)
+        return any(active[weld] for weld in (*part.grips.values(), *part.locks.values()))
 
 
 _SHARE = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))

@@ -87,8 +87,7 @@ def test_placing_releases_all_welds(floor: Floor, parts: Parts) -> None:
     parts.on_taken.append(taken.append)
     active = floor.simulation.data.eq_active
     try:
-        assert part.grip is not None
-        active[[part.grip, *part.locks.values()]] = 1
+        active[[*part.grips.values(), *part.locks.values()]] = 1
         assert parts.is_locked(part)
         parts.place(part, part.start)
     finally:

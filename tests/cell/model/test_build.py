@@ -107,9 +107,8 @@ def test_parts_have_inactive_grip_and_lock_welds(world: World) -> None:
     model = world.model
     assert not model.eq_active0.any()
     for part in (*world.parts, *world.bodies):
-        assert part.grip is not None
         for weld, name, holder in (
-            (part.grip, "grip", GRIPPER),
+            (part.grips["arm"], "grip", GRIPPER),
             (part.locks[1], "lock1", TRAY_IDS["agv1"]),
             (part.locks[2], "lock2", TRAY_IDS["agv2"]),
         ):
@@ -135,7 +134,7 @@ def test_world_without_arm_and_agvs_has_no_actuators() -> None:
     small = build_world(dataclasses.replace(FULL, has_arm=False, extra_parts=(), options=Options(insert_agvs=False)))
     assert small.model.nu == 0
     assert small.model.nv == 6 * (len(small.parts) + len(small.bodies))
-    assert all(part.grip is None and not part.locks for part in small.parts)
+    assert all(not part.grips and not part.locks for part in small.parts)
     assert not any(part.name.startswith("populate_kit_tray") for part in small.parts)
     with pytest.raises(KeyError):
         small.model.body("agv1")

@@ -30,8 +30,7 @@ def holding(kind: str, servo: ServoProfile = "precise") -> tuple[Bench, WorldPar
     world_T_gripper = bench.body_pose(GRIPPER)
     below = world_T_gripper @ Pose((0.0, 0.0, -0.005 - part_type(kind).top))
     bench.place(part, below.position, below.quaternion)
-    assert part.grip is not None
-    bench.hold(part, part.grip, GRIPPER)
+    bench.hold(part, part.grips["arm"], GRIPPER)
     bench.run(0.5)
     return bench, part
 
@@ -71,7 +70,7 @@ def test_load_on_grip_weld_is_weight_of_part() -> None:
     bench.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # the weld alone, no push of the cup
     bench.run(0.5)
     equality = bench.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-    rows = np.flatnonzero(equality & (bench.data.efc_id == part.grip))
+    rows = np.flatnonzero(equality & (bench.data.efc_id == part.grips["arm"]))
     assert len(rows) == 6
     assert np.linalg.norm(bench.data.efc_force[rows[:3]]) == pytest.approx(0.5 * 9.81, rel=0.01)
 
@@ -83,7 +82,7 @@ def test_part_released_in_mid_air_falls(kind: str) -> None:
     bench, part = holding(kind)
     bench.run(1.0)
     start = bench.position(part)[2]
-    bench.data.eq_active[part.grip] = 0
+    bench.data.eq_active[part.grips["arm"]] = 0
     bench.data.tree_asleep[bench.tree(part)] = AWAKE
     bench.run(0.2)
     assert start - bench.position(part)[2] == pytest.approx(9.81 * 0.2**2 / 2, rel=0.05)

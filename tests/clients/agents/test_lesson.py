@@ -9,7 +9,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.clients.agents.lesson import BY_BELT, LIFT, PICK, READY, STEP, WAYPOINTS, LessonAgent, changed
-from cellwright.clients.client.client import ARM_JOINTS, Client
+from cellwright.clients.client import ARM_JOINTS, Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_message
+from cellwright.clients.client import ARM_JOINTS, Client, trajectory_message
 from cellwright.clients.client.in_process import InProcess
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError

@@ -78,4 +78,4 @@ def test_home_is_at_0_or_the_nearest_limit_where_nothing_is_said() -> None:
     arm = Arm("arm", Mount("floor", Pose()), "ur5.urdf", "tool0", home={"a": 0.5})
     joints = {"a": Limits(-1.0, 1.0), "b": Limits(0.2, 1.0), "c": Limits(-1.0, -0.3), "d": Limits()}
     assert home_of(arm, joints) == {"a": 0.5, "b": 0.2, "c": -0.3, "d": 0.0}
-    assert home_of(Arm("arm", original_mount(Pose())), {}) is INITIAL_POSITIONS
+    assert home_of(Arm("arm", original_mount(Pose())), {}) == INITIAL_POSITIONS

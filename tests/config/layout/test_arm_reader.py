@@ -73,7 +73,13 @@ def test_model_in_a_package_is_found(folder: Path, monkeypatch: pytest.MonkeyPat
         (f"{UR5}, limits: {{elbo_joint: {{effort: 9}}}}", "unknown joint 'elbo_joint'; did you mean elbow_joint"),
         (f"{UR5}, tool: {{kind: magnet}}", "kind of tool"),
         ("mount: {kind: floor, at: [0, 0]}", "without a model the arm is a UR10 on the rail of 2017"),
-        ("mount: {kind: rail, at: [0, 0]}, home: {elbow_joint: 1}", "home needs a model"),
+        ("mount: {kind: rail, at: [0, 0]}, tip: tool0", "tip needs a model"),
+        (
+            "mount: {kind: rail, at: [0, 0]}, home: {elbo_joint: 1}",
+            "unknown joint 'elbo_joint'; did you mean elbow_joint",
+        ),
+        (f"{UR5}, namespace: a/b", "namespace: must be letters, digits and _"),
+        (f"{UR5}, names: long", "unknown names of joints 'long'"),
     ],
 )
 def test_arm_with_a_mistake_is_refused_with_line_and_remedy(folder: Path, arm: str, text: str) -> None:

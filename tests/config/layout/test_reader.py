@@ -221,8 +221,8 @@ REFUSALS = {
     "carriers.a.path: the way back must end at the station, [0, 0] (got [3, 0])",
     "arms: {arm: {mount: {kind: floor, at: [0, 0]}}}": "1: arms.arm.mount: without a model the arm is a UR10",
     "arms: {arm: {mount: {kind: wall, at: [0, 0]}}}": "1: arms.arm.mount.kind: unknown kind of mount 'wall' (known",
-    "arms: {a: {mount: {kind: rail, at: [0, 0]}}, b: {mount: {kind: rail, at: [1, 0]}}}": "1: "
-    "arms.b: one arm is supported (the other is a); leave one out",
+    "arms: {a: {mount: {kind: rail, at: [0, 0]}}, b: {mount: {kind: rail, at: [1, 0]}, namespace: a}}": "1: "
+    "arms.b.namespace: a has this namespace",
     "frame: {turn: 1}": "1: frame: the required entry 'at' is missing",
     "bins: {a: {at: [1, 2], open: [y]}}": "1: bins.a.open: must be a list of +x, -x, +y, -y",
     "bins: {a: {at: [1, 2], open: [+y, +y]}}": "1: bins.a.open: must be a list of +x, -x, +y, -y (got a list)",

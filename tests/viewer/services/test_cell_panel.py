@@ -35,7 +35,7 @@ def test_panel_before_start_has_no_orders() -> None:
     assert values["about"]["agent"] == "me"
     assert values["score"]["total"] == 0.0
     assert values["result"] is None
-    assert values["gripper"] is None
+    assert values["grippers"] == []
 
 
 def test_panel_previews_points_of_tray_before_submission() -> None:
@@ -173,7 +173,7 @@ def test_panel_has_belt_agvs_and_gripper() -> None:
     assert values["belts"] == [{"name": "belt", "service": service, "power": 100.0, "population": True}]
     assert values["fixed_trays"] == []
     assert [agv["state"] for agv in values["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
-    assert values["gripper"] == {"enabled": False, "attached": False, "part": None}
+    assert values["grippers"] == [{"name": "gripper", "enabled": False, "attached": False, "part": None}]
     assert values["refused"]["belt"].startswith("not available in competition mode")
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
 

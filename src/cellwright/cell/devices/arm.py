@@ -1,9 +1,11 @@
-"""Arm on its rail: joint servos in the engine, driven by a joint trajectory controller."""
+"""Arm: joint servos in the engine, driven by a joint trajectory controller."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Self, TypeVar
 
 from cellwright.config.arm import ARM_JOINTS, ArmSettings
+from cellwright.config.layout.arm_models import joints_of
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
@@ -29,7 +31,8 @@ class Arm(Device):
     Args:
         settings: settings of the controller.
         joints: joints of the controller, base first.
-        prefix: prefix of their names in the engine.
+        in_engine: their names in the engine; the same by default.
+        name: name of the device.
     """
 
     @property
@@ -37,17 +40,33 @@ class Arm(Device):
         """Names of the joints, base first."""
         return self.controller.joint_names
 
-    def __init__(self, settings: ArmSettings, joints: Sequence[str] = ARM_JOINTS, *, prefix: str = "") -> None:
-        super().__init__("arm")
+    def __init__(
+        self,
+        settings: ArmSettings,
+        joints: Sequence[str] = ARM_JOINTS,
+        in_engine: Sequence[str] = (),
+        *,
+        name: str = "arm",
+    ) -> None:
+        super().__init__(name)
         self.controller = JointTrajectoryController(joints, settings)
-        self._names = [prefix + name for name in joints]
+        self._names = [*(in_engine or joints)]
         self.on_goal_ended: list[Callable[[TrajectoryGoal], None]] = []
 
     @classmethod
-    def of(cls, trial: Trial) -> Self | None:
-        """Return the arm of a trial's cell; None if there is none."""
-        found = (cls(trial.settings.arm, [*trial.joints], prefix=arm.prefix) for arm in trial.arms)
-        return next(found, None)
+    def of(cls, trial: Trial) -> dict[str, Self]:
+        """Return the arms of a trial's cell, by their names in the layout."""
+        found = {}
+        for arm in trial.arms:
+            names, settings = [*joints_of(arm, trial.arm_models)], trial.settings.arm
+            tolerances = {arm.joint_prefix + name: each for name, each in settings.tolerances.items()}
+            found[arm.name] = cls(
+                replace(settings, tolerances=tolerances),
+                [arm.joint_prefix + name for name in names],
+                [arm.prefix + name for name in names],
+                name=arm.namespace or "arm",
+            )
+        return found
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the joints and their servos."""

@@ -173,9 +173,9 @@ class Parts(Device):
         self.set_stepping(bool(self._missing()))
 
     def take_from_cup(self, part: WorldPart) -> None:
-        """Make the cup release a part, if it holds it."""
-        if part.grip is not None:
-            self.simulation.data.eq_active[part.grip] = 0
+        """Make the cups release a part, those that hold it."""
+        for grip in part.grips.values():
+            self.simulation.data.eq_active[grip] = 0
         for listener in self.on_taken:
             listener(part)
 

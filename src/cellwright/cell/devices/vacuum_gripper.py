@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.build import WorldPart
+from cellwright.config.layout.arms import Arm
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS, NEVER, nanoseconds
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.simulation import Simulation
 from cellwright.mechanism.welds import engage_weld
-from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
 CHECK_PERIOD: Final = NANOSECONDS // 10
@@ -174,7 +174,7 @@ class VacuumGripper(VacuumCheck, Device):
         parts: the parts of the cell.
         phase: see `VacuumCheck`.
         belts: names of the belts' geoms, which count as moving.
-        prefix: prefix of the cup's link and geoms in the engine.
+        arm: the arm that carries it.
 
     Attributes:
         on_change: callbacks that run when it is switched, grips or releases.
@@ -182,29 +182,29 @@ class VacuumGripper(VacuumCheck, Device):
             part at, or None.
     """
 
-    def __init__(self, parts: Parts, phase: int | None = None, belts: Sequence[str] = (), *, prefix: str = "") -> None:
-        Device.__init__(self, "gripper")
+    def __init__(self, parts: Parts, arm: Arm, phase: int | None = None, belts: Sequence[str] = ()) -> None:
+        Device.__init__(self, f"gripper_{arm.namespace}" if arm.namespace else "gripper")
         VacuumCheck.__init__(self, phase)
-        self.parts = parts
-        self._belt_names, self._prefix = tuple(belts), prefix
+        self.parts, self.arm = parts, arm
+        self._belt_names = tuple(belts)
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
         parts.on_taken.append(self._notice_taken)
 
     @classmethod
-    def of(cls, trial: Trial, parts: Parts) -> Self | None:
-        """Return the gripper of a trial's arm; None if there is none."""
+    def of(cls, trial: Trial, parts: Parts) -> dict[str, Self]:
+        """Return the vacuum grippers of a trial's arms, by the names of these."""
         belts = [each.body for each in trial.layout.belts]
-        cups = (arm.prefix for arm in trial.arms if arm.tool.kind == "vacuum")
-        return next((cls(parts, phase_of(trial), belts, prefix=prefix) for prefix in cups), None)
+        return {arm.name: cls(parts, arm, phase_of(trial), belts) for arm in trial.arms if arm.tool.kind == "vacuum"}
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the cup and the belt."""
         super().attach(simulation)
         model = simulation.model
-        self._body = model.body(self._prefix + GRIPPER).id
-        self._cup = model.geom(self._prefix + CUP_GEOM).id
-        self._face = model.geom(self._prefix + CUP_FACE_GEOM).id
+        prefix = self.arm.prefix
+        self._body = model.body(prefix + GRIPPER).id
+        self._cup = model.geom(prefix + CUP_GEOM).id
+        self._face = model.geom(prefix + CUP_FACE_GEOM).id
         self._belts = [model.geom(name).id for name in self._belt_names]
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
@@ -284,20 +284,17 @@ class VacuumGripper(VacuumCheck, Device):
 
     def _hold(self, part: WorldPart) -> None:
         """Weld the part to the cup in its present pose, without pulling in or centring it."""
-        if part.grip is None:
-            raise UsageError(f"part {part.name!r}: the cell has no weld for it")
         simulation = self.simulation
         simulation.refresh()
         data = simulation.data
         position, quaternion = data.xpos[self._body].tolist(), data.xquat[self._body].tolist()
         gripper_T_world = Pose(tuple(position), tuple(quaternion)).inverse()
-        engage_weld(simulation, part.grip, self._body, gripper_T_world @ self.parts.pose(part))
+        engage_weld(simulation, part.grips[self.arm.name], self._body, gripper_T_world @ self.parts.pose(part))
 
     def _release(self, name: str | None) -> None:
         if name is not None:
             part = self.parts.part(name)
-            if part.grip is not None:
-                self.simulation.data.eq_active[part.grip] = 0
+            self.simulation.data.eq_active[part.grips[self.arm.name]] = 0
             self.simulation.keep_awake(part.body)
 
     def _notice_taken(self, part: WorldPart) -> None:

@@ -44,14 +44,15 @@ _MAX_TEXT_LENGTH = 500
 
 
 class TrajectoryAction(Device):
-    """Action server of one arm.
+    """Action server of one arm; `subject` is that of its rows.
 
     Like the original, it remembers its goals. They are part of the state, because the effect of a cancellation depends
     on them.
     """
 
-    def __init__(self, arm: Arm, refusals: Refusals) -> None:
-        super().__init__(FOLLOW)
+    def __init__(self, arm: Arm, refusals: Refusals, subject: str | None = None) -> None:
+        super().__init__(FOLLOW if subject is None else f"{FOLLOW} {subject}")
+        self.subject = subject
         self._arm = arm
         self._refusals = refusals
         self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}

@@ -7,7 +7,7 @@ from functools import cache
 from typing import cast, get_args
 
 from cellwright.cell.devices.conveyor import PopulationAction
-from cellwright.cell.interface.devices import CellDevices, named, present
+from cellwright.cell.interface.devices import CellDevices, named, of_arm
 from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
@@ -95,14 +95,14 @@ class CellCommands:
     def command_arm(self, row: Endpoint, message: JointTrajectoryMessage, node: str) -> None:
         """Make the arm follow a trajectory."""
         trajectory = trajectory_of(message, self._cell.simulation.clock.offset)
-        present(self._cell.arm).command(trajectory)
+        of_arm(self._cell.arms, self._cell.trial, row.subject).command(trajectory)
         warn_of_wall_time(self._cell.bus.refusals, f"{row.name} from {node}" if node else row.name, trajectory)
 
     def query_arm_state(
-        self, _row: Endpoint, request: QueryTrajectoryStateRequest, _node: str
+        self, row: Endpoint, request: QueryTrajectoryStateRequest, _node: str
     ) -> QueryTrajectoryStateResponse:
         """Desired state of the joints at a time."""
-        controller = present(self._cell.arm).controller
+        controller = of_arm(self._cell.arms, self._cell.trial, row.subject).controller
         try:
             state = controller.query_state(nanoseconds(request.time) - self._cell.simulation.clock.offset)
         except UsageError as error:
@@ -110,10 +110,10 @@ class CellCommands:
         return QueryTrajectoryStateResponse(list(controller.joint_names), *map(floats, state))
 
     def control_gripper(
-        self, _row: Endpoint, request: osrf_gear.VacuumGripperControlRequest, _node: str
+        self, row: Endpoint, request: osrf_gear.VacuumGripperControlRequest, _node: str
     ) -> osrf_gear.VacuumGripperControlResponse:
         """Switch the suction."""
-        present(self._cell.gripper).set_enabled(request.enable)
+        of_arm(self._cell.grippers, self._cell.trial, row.subject).set_enabled(request.enable)
         return osrf_gear.VacuumGripperControlResponse(success=True)
 
     def send_agv(self, row: Endpoint, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:

@@ -44,10 +44,11 @@ class ControllerServices:
     Args:
         refusals: counts and reports what is refused.
         joints: joints of the arm.
+        subject: subject of the arm's rows.
     """
 
-    def __init__(self, refusals: Refusals, joints: Sequence[str]) -> None:
-        self._refusals = refusals
+    def __init__(self, refusals: Refusals, joints: Sequence[str], subject: str | None = None) -> None:
+        self._refusals, self.subject = refusals, subject
         self._interfaces = {
             ARM_CONTROLLER: ("hardware_interface::EffortJointInterface", sorted(joints)),
             JOINT_STATES: ("hardware_interface::JointStateInterface", []),  # reading claims nothing

@@ -48,8 +48,8 @@ class Intention:
 class CellDevices:
     """Devices of a cell, as its interface uses them.
 
-    Arm and gripper are None in a cell without an arm. Belts and what submits kits are found by their names in the
-    layout, populations by the names of their belts, and trays, AGVs and quality control sensors by their numbers.
+    Arms, belts and what submits kits are found by their names in the layout, grippers by the names of their arms.
+    Populations are found by those of their belts, and trays, AGVs and quality control sensors by their numbers.
     """
 
     trial: Trial
@@ -58,8 +58,8 @@ class CellDevices:
     competition: Competition
     conveyors: Mapping[str, Conveyor]
     populations: Mapping[str, Population]
-    arm: Arm | None
-    gripper: VacuumGripper | None
+    arms: Mapping[str, Arm]
+    grippers: Mapping[str, VacuumGripper]
     trays: Mapping[int, KitTray]
     agvs: Mapping[int, Agv]
     senders: Mapping[str, KitSender]
@@ -67,14 +67,29 @@ class CellDevices:
     quality: Mapping[int, QualityControlSensor]
     intention: Intention
 
+    @property
+    def arm(self) -> Arm | None:
+        """The only arm; None if the cell has none. Those of a cell with several are in `arms`."""
+        return _only(self.arms, "arms")
+
+    @property
+    def gripper(self) -> VacuumGripper | None:
+        """The only vacuum gripper; None if the cell has none. Those of a cell with several are in `grippers`."""
+        return _only(self.grippers, "grippers")
+
 
 def named(devices: Mapping[str, D], name: str | None) -> D:
     """Return a device by its name; the only one, for rows that do not name it."""
     return devices[name] if name is not None else next(iter(devices.values()))
 
 
-def present(device: D | None) -> D:
-    """Return a device that a cell may lack, for rows that exist only with it."""
-    if device is None:
-        raise UsageError("this cell has no such device")
-    return device
+def of_arm(devices: Mapping[str, D], trial: Trial, namespace: str | None) -> D:
+    """Return what is there for the arm with a namespace; None is that of rows without one."""
+    return devices[next(arm.name for arm in trial.arms if arm.namespace == (namespace or ""))]
+
+
+def _only(devices: Mapping[str, D], kind: str) -> D | None:
+    """Return the only device; None if there is none."""
+    if len(devices) > 1:
+        raise UsageError(f"the cell has several {kind}; take one of {', '.join(devices)} from cell.{kind}")
+    return next(iter(devices.values()), None)

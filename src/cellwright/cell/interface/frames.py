@@ -10,7 +10,6 @@ from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
 from cellwright.config.layout.arm_models import chain_in_engine
 from cellwright.config.layout.arms import Arm
-from cellwright.config.robot.model import RobotModel
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import WRIST_3_T_TOOL
@@ -52,39 +51,39 @@ def static_frames(trial: Trial) -> list[TfFrame]:
 
 def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:
     """Return a function that computes the present frames of the links that the arm's joints move."""
-    arm, robot = _arm_of(trial)
-    return _frames(simulation, [(joint.parent, joint.child) for joint in robot.driven], arm.prefix)
+    found = []
+    for arm in trial.arms:
+        driven = chain_in_engine(arm, trial.arm_models).driven
+        found.append(_frames(simulation, [(joint.parent, joint.child) for joint in driven], arm))
+    return lambda: [frame for read in found for frame in read()]
 
 
 def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
-    """Return the frames fixed to a link of the arm or to the world, with the engine's precision."""
-    arm, robot = _arm_of(trial)
-    fixed = [(joint.parent, joint.child) for joint in robot.joints if not joint.is_driven]
-    read = partial(_frames, simulation, prefix=arm.prefix)
-    return [*read([("world", robot.root)])(), *link_frames(trial), *read(fixed)()]
+    """Return the frames fixed to links of the arms or to the world, with the engine's precision."""
+    frames = []
+    for arm in trial.arms:
+        robot = chain_in_engine(arm, trial.arm_models)
+        fixed = [(joint.parent, joint.child) for joint in robot.joints if not joint.is_driven]
+        read = partial(_frames, simulation, arm=arm)
+        frames += [*read([("world", robot.root)])(), *link_frames(arm), *read(fixed)()]
+    return frames
 
 
-def link_frames(trial: Trial) -> tuple[TfFrame, ...]:
+def link_frames(arm: Arm) -> list[TfFrame]:
     """Return the frames without a body that are fixed to a link of an arm."""
-    return LINK_FRAMES if any(arm.is_original for arm in trial.arms) else ()
+    prefix, found = arm.frame_prefix, LINK_FRAMES if arm.is_original else ()
+    return [TfFrame(prefix + each.parent, prefix + each.child, each.pose) for each in found]
 
 
-def _arm_of(trial: Trial) -> tuple[Arm, RobotModel]:
-    (arm,) = trial.arms
-    return arm, chain_in_engine(arm, trial.arm_models)
-
-
-def _frames(simulation: Simulation, pairs: Sequence[tuple[str, str]], prefix: str) -> Callable[[], list[TfFrame]]:
+def _frames(simulation: Simulation, pairs: Sequence[tuple[str, str]], arm: Arm) -> Callable[[], list[TfFrame]]:
     """Return a function that computes the present frame of the second body of each pair in that of the first."""
     names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    shown = {name: name if name == "world" else arm.frame_of(name) for name in names}
     bodies = np.array([simulation.model.body(name).id for name in names], dtype=np.intp)
 
     def read() -> list[TfFrame]:
         simulation.refresh()
         poses = dict(zip(names, body_poses(simulation.data, bodies), strict=True))
-        return [
-            TfFrame(parent.removeprefix(prefix), child.removeprefix(prefix), poses[parent].relative(poses[child]))
-            for parent, child in pairs
-        ]
+        return [TfFrame(shown[parent], shown[child], poses[parent].relative(poses[child])) for parent, child in pairs]
 
     return read

@@ -7,8 +7,12 @@ from cellwright.config.trial.trial import Trial
 from cellwright.middleware.interface.table import Where
 
 WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
+EACH_ARM = Where("with an arm", lambda trial: [each.namespace or None for each in trial.arms])
 # an arm of one's own may have no cup; the words are those of the arm of 2017
-WITH_CUP = Where.when("with an arm", lambda trial: any(arm.tool.kind == "vacuum" for arm in trial.arms))
+EACH_CUP = Where(
+    "with an arm", lambda trial: [each.namespace or None for each in trial.arms if each.tool.kind == "vacuum"]
+)
+WITH_NAMESPACES = Where.when("with several arms", lambda trial: any(each.namespace for each in trial.arms))
 WITH_TRAYS = Where.when("with AGVs or fixed trays", lambda trial: trial.stations)
 EACH_AGV = Where("for each AGV", lambda trial: [each.name for each in trial.carriers])
 EACH_QUALITY_SENSOR = Where("for each AGV", lambda trial: [str(each.number) for each in trial.carriers])

@@ -7,18 +7,20 @@ frames with one name the later one counts, as in the frame tree itself.
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TypeAlias, Union
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from cellwright.cell.devices.logical_camera import TfFrame
-from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
-from cellwright.cell.interface.rows import rows
+from cellwright.cell.interface.frames import link_frames, static_frames
+from cellwright.cell.interface.rows import GEAR
 from cellwright.cell.model.arm import gains_of
 from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
 from cellwright.cell.model.arm_solids import SOLID
 from cellwright.config.arm import JointTolerance
-from cellwright.config.layout.arm_models import arm_model
+from cellwright.config.layout.arm_models import arm_model, joints_of
+from cellwright.config.layout.arms import Arm
 from cellwright.config.robot.model import Inertial, Limits
 from cellwright.config.robot.urdf_writer import add_robot
 from cellwright.config.trial.trial import Trial
@@ -137,19 +139,28 @@ def _number_text(values: Sequence[float]) -> str:
     return " ".join(repr(round(float(value), 15) + 0.0) for value in values)
 
 
-def robot_description(trial: Trial) -> str:
-    """Return a cell's parameter `robot_description`: XML text in the URDF format."""
+def robot_description(trial: Trial, only: Arm | None = None) -> str:
+    """Return a cell's parameter `robot_description`: XML text in the URDF format.
+
+    Args:
+        trial: the trial.
+        only: the arm whose description it is, with the names that its joints have in messages. By default that of all
+            arms, whose joints have the prefix of their frames.
+    """
     robot = Element("robot", name="ariac")
     add_link(robot, "world")
     fixed = {frame.child: frame for frame in static_frames(trial)}
     for frame in fixed.values():
         _add_frame(robot, frame)
-    for arm in trial.arms:
+    for arm in trial.arms if only is None else (only,):
+        prefix = arm.frame_prefix if only is None else arm.joint_prefix
         if arm.is_original:
-            _add_arm(robot, arm.pose)
+            _add_arm(robot, arm, prefix)
         else:
-            chain = arm_model(arm, trial.arm_models[arm.name], "")
-            add_robot(robot, chain)
+            chain = arm_model(arm, trial.arm_models[arm.name], arm.frame_prefix)
+            names = (prefix + each.name.removeprefix(arm.frame_prefix) for each in chain.joints)
+            joints = tuple(replace(each, name=name) for each, name in zip(chain.joints, names, strict=True))
+            add_robot(robot, replace(chain, joints=joints))
             add_joint(robot, "fixed", f"{chain.root}_base_joint", "world", chain.root, arm.pose)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
@@ -160,21 +171,25 @@ def _add_frame(robot: Element, frame: TfFrame) -> None:
     add_joint(robot, "fixed", f"{frame.child}_joint", frame.parent, frame.child, frame.pose)
 
 
-def _add_arm(robot: Element, rail: Pose) -> None:
-    add_link(robot, RAIL, solid=[BEAM])
-    add_joint(robot, "fixed", f"{RAIL}_base_joint", "world", RAIL, rail)
+def _add_arm(robot: Element, arm: Arm, joint_prefix: str) -> None:
+    prefix = arm.frame_prefix
+    add_link(robot, prefix + RAIL, solid=[BEAM])
+    add_joint(robot, "fixed", f"{prefix}{RAIL}_base_joint", "world", prefix + RAIL, arm.pose)
     for joint in UR10.driven:
         name, figures = joint.child, FIGURES[joint.name]
         solid = [each if isinstance(each, Shape) else each.plain for each in SOLID[name]]
-        add_link(robot, name, solid=solid, seen=SEEN[name], inertial=UR10.links[name].inertial)
-        element = add_joint(robot, joint.type, joint.name, joint.parent, name, joint.origin)
+        add_link(robot, prefix + name, solid=solid, seen=SEEN[name], inertial=UR10.links[name].inertial)
+        element = add_joint(
+            robot, joint.type, joint_prefix + joint.name, prefix + joint.parent, prefix + name, joint.origin
+        )
         _add_axis(element, joint.axis, joint.limits, figures.damping, figures.friction)
     # The cup is on a joint that does not turn: the joint states include it, and robot_state_publisher warns about names
     # of no joint or of a fixed one.
-    add_link(robot, GRIPPER, solid=[CUP], inertial=UR10.links[GRIPPER].inertial)
-    element = add_joint(robot, "revolute", GRIPPER_JOINT, "wrist_3_link", GRIPPER, WRIST_3_T_GRIPPER)
+    add_link(robot, prefix + GRIPPER, solid=[CUP], inertial=UR10.links[GRIPPER].inertial)
+    wrist, cup = prefix + "wrist_3_link", prefix + GRIPPER
+    element = add_joint(robot, "revolute", joint_prefix + GRIPPER_JOINT, wrist, cup, WRIST_3_T_GRIPPER)
     _add_axis(element, (0.0, 0.0, 1.0), Limits(-_TINY_LIMIT, _TINY_LIMIT, 0.0, 0.0))
-    for frame in LINK_FRAMES:
+    for frame in link_frames(arm):
         _add_frame(robot, frame)
 
 
@@ -185,15 +200,21 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     """
     description = robot_description(trial)
     cell: dict[str, Parameter] = {"robot_description": description}
-    if trial.has_arm:
-        table = rows(trial, competition=competition)
-        rates = {row.name: float(row.rate) for row in table if isinstance(row.rate, Fraction)}
-        cell["arm"] = _arm_parameters(trial, rates)
-        cell["joint_state_controller"] = {
-            "type": "joint_state_controller/JointStateController",
-            "publish_rate": rates["/ariac/joint_states"],
-            "extra_joints": [{"name": GRIPPER_JOINT, "position": 0.0, "velocity": 0.0, "effort": 0.0}],
+    rates = {row.name: float(row.rate) for row in GEAR if isinstance(row.rate, Fraction)}
+    for arm in trial.arms:
+        extra: dict[str, Parameter] = {"name": GRIPPER_JOINT, "position": 0.0, "velocity": 0.0, "effort": 0.0}
+        own: dict[str, Parameter] = {
+            "arm": _arm_parameters(arm, trial, rates),
+            "joint_state_controller": {
+                "type": "joint_state_controller/JointStateController",
+                "publish_rate": rates["/ariac/joint_states"],
+                "extra_joints": [extra] if arm.tool.kind == "vacuum" else [],
+            },
         }
+        if arm.namespace:
+            cell[arm.namespace] = {"robot_description": robot_description(trial, arm), **own}
+        else:
+            cell.update(own)
     return {
         "use_sim_time": True,
         "robot_description": description,
@@ -202,23 +223,24 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     }
 
 
-def _arm_parameters(trial: Trial, rates: Mapping[str, float]) -> dict[str, Parameter]:
-    """Return the parameters of the arm's controller, in the structure of the original's file."""
+def _arm_parameters(arm: Arm, trial: Trial, rates: Mapping[str, float]) -> dict[str, Parameter]:
+    """Return the parameters of an arm's controller, in the structure of the original's file."""
     settings = trial.settings.arm
     constraints: dict[str, Parameter] = {
         "goal_time": settings.goal_time,
         "stopped_velocity_tolerance": settings.stopped_velocity_tolerance,
     }
-    for name in trial.joints:
-        tolerance = settings.tolerances.get(name, JointTolerance())
+    names = {arm.joint_prefix + name: name for name in joints_of(arm, trial.arm_models)}
+    for name, plain in names.items():
+        tolerance = settings.tolerances.get(plain, JointTolerance())
         constraints[name] = {"trajectory": tolerance.trajectory, "goal": tolerance.goal}
     gains: dict[str, Parameter] = {
-        name: {"p": float(each.p), "d": float(each.d), "i": float(each.i), "i_clamp": float(each.i_clamp)}
-        for name, each in (gains_of(settings) if trial.arms[0].is_original else {}).items()
+        arm.joint_prefix + name: {key: float(getattr(each, key)) for key in ("p", "d", "i", "i_clamp")}
+        for name, each in (gains_of(settings) if arm.is_original else {}).items()
     }
     return {
         "type": "effort_controllers/JointTrajectoryController",
-        "joints": [*trial.joints],
+        "joints": [*names],
         "constraints": constraints,
         "gains": gains,
         "stop_trajectory_duration": settings.stop_trajectory_duration,

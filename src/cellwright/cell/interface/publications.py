@@ -20,8 +20,9 @@ from cellwright.cell.devices.range_sensors import (
     ProximityReading,
     ProximitySensor,
 )
-from cellwright.cell.interface.devices import CellDevices, named, present
+from cellwright.cell.interface.devices import CellDevices, named, of_arm
 from cellwright.cell.interface.frames import arm_frames, fixed_arm_frames, static_frames
+from cellwright.cell.interface.occurrence import EACH_CUP
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.trial.trial import Order
@@ -143,7 +144,7 @@ class CellPublications(Device):
         """Start a new run, without messages of the previous one."""
         cell = self._cell
         cell.bus.forget_latched()
-        arm = fixed_arm_frames(cell.simulation, cell.trial) if cell.arm is not None else []
+        arm = fixed_arm_frames(cell.simulation, cell.trial)
         self._static.publish(frames_message([*static_frames(cell.trial), *arm], 0))
 
     def get_state(self) -> State:
@@ -220,12 +221,13 @@ class CellPublications(Device):
 
     def joint_states(self, output: Output) -> None:
         """Positions, velocities and efforts of the joints."""
-        arm = present(self._cell.arm)
+        trial = self._cell.trial
+        arm = of_arm(self._cell.arms, trial, output.row.subject)
         clock = arm.simulation.clock
         names = sorted(arm.joints)
         order = [arm.joints.index(name) for name in names]
         # the original's controller publishes the cup's joint as an extra one, at 0
-        extra = [GRIPPER_JOINT] if self._cell.gripper is not None else []
+        extra = [GRIPPER_JOINT] if output.row.subject in EACH_CUP.subjects(trial) else []
 
         def build() -> Message:
             columns = [[*(column[index] for index in order), *(0.0 for _ in extra)] for column in arm.read()]
@@ -233,9 +235,22 @@ class CellPublications(Device):
 
         output.sample(build)
 
+    def all_joint_states(self, output: Output) -> None:
+        """Positions, velocities and efforts of the joints of all arms, by their names in the robot description."""
+        arms = [(each.frame_prefix, each.joint_prefix, self._cell.arms[each.name]) for each in self._cell.trial.arms]
+        clock = self._cell.simulation.clock
+        names = [prefix + name.removeprefix(own) for prefix, own, arm in arms for name in arm.joints]
+
+        def build() -> Message:
+            readings = [arm.read() for _, _, arm in arms]
+            columns = [[value for each in column for value in each] for column in zip(*readings, strict=True)]
+            return joint_state(names, *columns, time=clock.message_time())
+
+        output.sample(build)
+
     def arm_state(self, output: Output) -> None:
         """Desired and actual state of the joints."""
-        arm = present(self._cell.arm)
+        arm = of_arm(self._cell.arms, self._cell.trial, output.row.subject)
         clock = arm.simulation.clock
 
         def build() -> Message:
@@ -246,7 +261,7 @@ class CellPublications(Device):
 
     def gripper_state(self, output: Output) -> None:
         """State of the suction, and whether the gripper holds something."""
-        gripper = present(self._cell.gripper)
+        gripper = of_arm(self._cell.grippers, self._cell.trial, output.row.subject)
         make = cache(osrf_gear.VacuumGripperState)
         output.sample(lambda: make(gripper.enabled, gripper.attached))
 

@@ -11,10 +11,12 @@ from fractions import Fraction
 
 from cellwright.cell.interface.occurrence import (
     EACH_AGV,
+    EACH_ARM,
     EACH_BELT,
     EACH_BREAK_BEAM,
     EACH_CLOUD_CAMERA,
     EACH_COLOUR_CAMERA,
+    EACH_CUP,
     EACH_DEPTH_CAMERA,
     EACH_FIXED_TRAY,
     EACH_FLOW,
@@ -27,7 +29,7 @@ from cellwright.cell.interface.occurrence import (
     WITH_BELT,
     WITH_BELT_PARTS,
     WITH_CAMERAS,
-    WITH_CUP,
+    WITH_NAMESPACES,
     WITH_TRAYS,
     CompetitionMode,
 )
@@ -37,7 +39,8 @@ from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.util.errors import UsageError
 
-FOLLOW = "/ariac/arm/follow_joint_trajectory"
+ARIAC = "/ariac"
+FOLLOW = f"{ARIAC}/arm/follow_joint_trajectory"
 INTENTION = "/cellwright/intention"
 
 CONTROLLER_NAMES = {
@@ -46,8 +49,12 @@ CONTROLLER_NAMES = {
     "/ariac/arm/state": "/arm_controller/controller_state",
     "/ariac/arm/query_state": "/arm_controller/query_state",
     FOLLOW: "/arm_controller/follow_joint_trajectory",
+    "/ariac/{arm}/arm/command": "/{arm}_controller/joint_trajectory",
+    "/ariac/{arm}/arm/state": "/{arm}_controller/controller_state",
+    "/ariac/{arm}/arm/query_state": "/{arm}_controller/query_state",
+    "/ariac/{arm}/arm/follow_joint_trajectory": "/{arm}_controller/follow_joint_trajectory",
 }
-"""Names in ROS 2 for programs of ros2_control, such as MoveIt, by the name of 2017."""
+"""Names in ROS 2 for programs of ros2_control, such as MoveIt, by the name of 2017; `{arm}` is a namespace."""
 
 TOPIC, SERVICE, ACTION = EndpointKind.TOPIC, EndpointKind.SERVICE, EndpointKind.ACTION
 EACH_STEP, ON_EVENT = Timing.EACH_STEP, Timing.ON_EVENT
@@ -132,46 +139,49 @@ TRIAL = (
 )
 
 ARM = (
-    publishes("/ariac/joint_states", "sensor_msgs/JointState", 50, WITH_ARM,
+    publishes("/ariac/joint_states", "sensor_msgs/JointState", 50, EACH_ARM,
          "The seven joints in alphabetical order, then the gripper's, which is always 0.",
          handler="joint_states", source="joint_state_controller"),
-    accepts(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", WITH_ARM,
+    publishes("/ariac/joint_states", "sensor_msgs/JointState", 50, WITH_NAMESPACES,
+         "The joints of all arms, with the arm's name before each, as in the robot description of the cell.",
+         handler="all_joint_states", source="joint_state_controller"),
+    accepts(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", EACH_ARM,
           "Trajectory to follow; replaces the current one.", handler="command_arm", source=CONTROLLER),
-    publishes("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, WITH_ARM,
+    publishes("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, EACH_ARM,
          "Desired and actual state of the joints, and the difference.",
          handler="arm_state", source=CONTROLLER),
-    accepts(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", WITH_ARM,
+    accepts(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", EACH_ARM,
           "Returns the desired state of the joints at a time.", handler="query_arm_state", source=CONTROLLER),
-    accepts(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", WITH_ARM,
+    accepts(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", EACH_ARM,
           "Trajectory to follow within tolerances, with a result; in ROS 1 the five topics under this name.",
           source=CONTROLLER),
-    accepts(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
+    accepts(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", EACH_ARM,
           "Trajectory with its tolerances.", handler="take_goal", source=ACTIONS),
-    accepts(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
+    accepts(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", EACH_ARM,
           "Cancels a goal, also one that has not arrived yet; the arm stops.", handler="take_cancel", source=ACTIONS),
-    publishes(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
+    publishes(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, EACH_ARM,
          "Status of the goals; also published at each change.",
          latch=True, handler="goal_status", source=ACTIONS),
-    publishes(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, WITH_ARM,
+    publishes(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, EACH_ARM,
          "Desired and actual state of the joints, while a goal is active.", handler="goal_feedback", source=CONTROLLER),
-    publishes(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
+    publishes(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, EACH_ARM,
          "Result of a goal.", handler="goal_result", source=ACTIONS),
-    accepts(SERVICE, "/ariac/controller_manager/list_controllers", "controller_manager_msgs/ListControllers", WITH_ARM,
+    accepts(SERVICE, "/ariac/controller_manager/list_controllers", "controller_manager_msgs/ListControllers", EACH_ARM,
           "The two controllers, which always run.", handler="list_controllers", source=CONTROL),
     accepts(SERVICE, "/ariac/controller_manager/list_controller_types", "controller_manager_msgs/ListControllerTypes",
-          WITH_ARM, "The types of both.", handler="list_controller_types", source=CONTROL),
+          EACH_ARM, "The types of both.", handler="list_controller_types", source=CONTROL),
     accepts(SERVICE, "/ariac/controller_manager/switch_controller", "controller_manager_msgs/SwitchController",
-          WITH_ARM, "Succeeds if nothing would change: both always run.", handler="switch_controller", source=CONTROL),
-    accepts(SERVICE, "/ariac/controller_manager/load_controller", "controller_manager_msgs/LoadController", WITH_ARM,
+          EACH_ARM, "Succeeds if nothing would change: both always run.", handler="switch_controller", source=CONTROL),
+    accepts(SERVICE, "/ariac/controller_manager/load_controller", "controller_manager_msgs/LoadController", EACH_ARM,
           "Never succeeds: both are loaded, and there is no other.", handler="load_controller", source=CONTROL),
     accepts(SERVICE, "/ariac/controller_manager/unload_controller", "controller_manager_msgs/UnloadController",
-          WITH_ARM, "Never succeeds: both always run.", handler="unload_controller", source=CONTROL),
+          EACH_ARM, "Never succeeds: both always run.", handler="unload_controller", source=CONTROL),
     accepts(SERVICE, "/ariac/controller_manager/reload_controller_libraries",
-          "controller_manager_msgs/ReloadControllerLibraries", WITH_ARM,
+          "controller_manager_msgs/ReloadControllerLibraries", EACH_ARM,
           "Never succeeds: both always run.", handler="reload_controller_libraries", source=CONTROL),
-    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_CUP,
+    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, EACH_CUP,
          "Whether the suction is on, and whether a part is attached.", handler="gripper_state", source=GRIPPER),
-    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_CUP,
+    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", EACH_CUP,
           "Switches the suction on or off; always succeeds.", handler="control_gripper", source=GRIPPER),
 )
 
@@ -264,7 +274,7 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Endpoint, ...]:
         mode = IN_COMPETITION.get(row.name) if competition else None
         if mode is not CompetitionMode.ABSENT:
             served = row if mode is None else replace(row, handler=handlers[mode])
-            endpoints += [served.of(subject) for subject in row.where.subjects(trial)]
+            endpoints += [_of(served, subject) for subject in row.where.subjects(trial)]
     for camera in trial.sensors:
         if isinstance(camera, PictureCameraConfig):
             endpoints += camera_rows(trial, camera)
@@ -277,6 +287,13 @@ def camera_rows(trial: Trial, camera: PictureCameraConfig) -> list[Endpoint]:
     rate = Fraction(repr(camera.rate))
     found = (row for row in PICTURES if camera.name in row.where.subjects(trial))
     return [replace(row.of(camera.name), rate=rate, node=NODE) for row in found]
+
+
+def _of(row: Endpoint, subject: str | None) -> Endpoint:
+    """Return a row for a subject; a namespace that its name has no place for comes behind `/ariac`."""
+    if subject is None or "{" in row.name:
+        return row.of(subject)
+    return replace(row, name=row.name.replace(ARIAC, f"{ARIAC}/{subject}", 1), subject=subject)
 
 
 def _refuse_clashes(endpoints: Iterable[Endpoint]) -> None:

@@ -160,10 +160,9 @@ class HandlingRecord:
         self._parts: dict[str, _History] = {}
         self._fates: dict[str, tuple[Fate | None, ...]] = {}
 
-    @property
-    def held(self) -> str | None:
-        """Name of the part in the gripper, or None."""
-        return next((name for name, each in self._parts.items() if each.taken is not None), None)
+    def is_held(self, name: str) -> bool:
+        """Return whether a part is in a gripper."""
+        return name in self._parts and self._parts[name].taken is not None
 
     def fates(self, kit_type: str) -> tuple[Fate | None, ...]:
         """Return the fates found when this kit was judged, one for each ordered part; empty if it was not judged."""

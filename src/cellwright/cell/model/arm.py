@@ -6,13 +6,13 @@ from typing import Any
 
 from cellwright.cell.model import arm_looks
 from cellwright.config.arm import ArmSettings, JointGains
+from cellwright.config.layout.arms import Arm
 from cellwright.config.robot.model import Link
 from cellwright.config.ur10 import FIGURES, GRIPPER, UR10, WRIST_3_T_TOOL
 from cellwright.engine.shapes import Visuals
 from cellwright.mechanism.chain import add_chain, give_mass
 from cellwright.mechanism.drives import Drive, add_drive
 from cellwright.util.errors import UnknownNameError
-from cellwright.util.pose import Pose
 
 CUP_GEOM = "vacuum_gripper_cup"
 
@@ -32,16 +32,17 @@ def check_joints(joints: Collection[str], *names: str) -> None:
             raise UnknownNameError("arm joint", name, joints)
 
 
-def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float, rail_pose: Pose) -> None:
-    """Add rail, arm and cup to a model specification, before everything else: the solver prefers the long tree first.
+def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float, arm: Arm) -> Any:
+    """Add rail, arm and cup to a model specification; return the body of the rail.
 
     Args:
         spec: model specification.
         visuals: receives what is only seen of it.
         settings: servo profile and gains.
         contact_time: time constant [s] of the cup's contacts.
-        rail_pose: frame of the rail, `linear_arm_actuator`, in the world.
+        arm: the arm.
     """
+    prefix = arm.prefix
 
     def fill(body: Any, link: Link) -> None:
         if link.inertial is None:
@@ -52,18 +53,20 @@ def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: fl
         if settings.servo == "precise":
             body.gravcomp = 1.0
         if link.name == GRIPPER:
-            arm_looks.dress_cup(spec, visuals, body, CUP_GEOM, CUP_FACE_GEOM, contact_time)
+            arm_looks.dress_cup(spec, visuals, body, prefix + CUP_GEOM, prefix + CUP_FACE_GEOM, contact_time)
             return
         arm_looks.dress_link(spec, visuals, body, link.name)
         if link.name == "base_link":
-            body.add_site(name="base", quat=(0.0, 0.0, 0.0, 1.0))
+            body.add_site(name=f"{prefix}base", quat=(0.0, 0.0, 0.0, 1.0))
         elif link.name == "wrist_3_link":
             for name, pose in WRIST_3_T_TOOL.items():
-                body.add_site(name=name, pos=pose.position, quat=pose.quaternion)
+                body.add_site(name=prefix + name, pos=pose.position, quat=pose.quaternion)
 
-    joints = add_chain(spec.worldbody, UR10, fill, pose=rail_pose)
+    joints = add_chain(spec.worldbody, UR10, fill, pose=arm.pose, body_of=lambda link: prefix + link)
     for name, drive in drives_of(settings).items():
+        joints[name].name = prefix + name
         add_drive(spec, joints[name], drive)
+    return spec.body(prefix + UR10.root)
 
 
 def drives_of(settings: ArmSettings) -> dict[str, Drive]:

@@ -79,7 +79,8 @@ def dress_link(spec: Any, visuals: Visuals, body: Any, link: str) -> None:
         shape = solid
         if not isinstance(shape, Shape):
             name = f"{link} {number}"
-            shapes.add_mesh(spec, name, shape.mesh)
+            if spec.mesh(name) is None:  # arms of one cell share their meshes
+                shapes.add_mesh(spec, name, shape.mesh)
             shape = mesh(name, colours.ARM_GREY, shape.pose)
         add_shape(body, shape, Role.BOTH, Touch.ROBOT)
     visuals.add(body.name, *SEEN[link])
@@ -95,7 +96,8 @@ def dress_cup(spec: Any, visuals: Visuals, gripper: Any, name: str, face: str, c
     The geom `face` is the plain disc. It collides with nothing and is invisible: distances to it show what such a disc
     would touch.
     """
-    shapes.add_mesh(spec, shapes.CUP, shapes.lofted(_CUP_SECTIONS, 24))
+    if spec.mesh(shapes.CUP) is None:
+        shapes.add_mesh(spec, shapes.CUP, shapes.lofted(_CUP_SECTIONS, 24))
     cup = add_shape(gripper, mesh(shapes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)
     cup.friction[0] = 0.1
     cup.priority = 1

@@ -1,7 +1,7 @@
 """Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
-from cellwright.cell.model.arm import add_arm, check_joints
+from cellwright.cell.model.arms import add_arms
 from cellwright.cell.model.bins import add_bin
 from cellwright.cell.model.clones import clone_name, first_bodies
 from cellwright.cell.model.furniture import add_housing
-from cellwright.cell.model.own_arm import add_own_arm
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.cell.model.shelf import shelf_slot
 from cellwright.cell.model.tray import add_fixed_tray
-from cellwright.config.layout.arm_models import home_of, moving_links
+from cellwright.config.layout.arm_models import home_of, joints_of, moving_links
 from cellwright.config.layout.layout import Layout
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.config.ur10 import GRIPPER
@@ -91,7 +90,7 @@ class WorldPart:
         name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint, unless it is a clone.
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
-        grip: id of the weld to the gripper; None without an arm.
+        grips: id of the weld to each gripper, by the name of its arm.
         locks: id of the weld to the tray of each AGV, by the AGV's number.
         start: its pose when a run begins, in the world frame.
         pooled: true if it waits on the shelf until it is put into play.
@@ -104,7 +103,7 @@ class WorldPart:
     qpos: int
     dof: int
     geoms: tuple[int, ...]
-    grip: int | None
+    grips: Mapping[str, int]
     locks: Mapping[int, int]
     start: Pose
     pooled: bool
@@ -127,7 +126,7 @@ class World:
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
         own_types: the trial's user-defined part types, by name.
-        arm_links: links that the joints of arms move, by their names in the engine.
+        arm_links: frames of the links that the joints of arms move, by the names of the links in the engine.
     """
 
     model: Any
@@ -176,14 +175,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     spec.compiler.degree = False
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
-    if trial.arms:
-        named = (*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
-        check_joints(trial.joints, *named)
-    for arm in trial.arms:
-        if arm.is_original:
-            add_arm(spec, visuals, trial.settings.arm, contact_time(timestep), arm.pose)
-        else:
-            add_own_arm(spec, visuals, arm, trial.arm_models[arm.name], contact_time(timestep))
+    add_arms(spec, visuals, trial, contact_time(timestep))
     for agv in trial.carriers:
         add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
@@ -212,8 +204,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
     if len(everything) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
     model = _compiled(spec, trial.name, has_clones=bool(clones))
-    agvs = [each.number for each in trial.carriers]
-    located = tuple(_locate(model, part, slot, agvs) for part, slot in zip(planned, slots, strict=True))
+    located = tuple(_locate(model, part, slot, trial) for part, slot in zip(planned, slots, strict=True))
     own_bodies = len(everything) - len(clones)
     qpos, ctrl = first_pose(model, trial)
     return World(
@@ -225,9 +216,7 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         initial_qpos=qpos,
         initial_ctrl=ctrl,
         own_types=own,
-        arm_links={
-            name: name.removeprefix(arm.prefix) for arm in trial.arms for name in moving_links(arm, trial.arm_models)
-        },
+        arm_links={name: arm.frame_of(name) for arm in trial.arms for name in moving_links(arm, trial.arm_models)},
     )
 
 
@@ -297,22 +286,27 @@ def _kind(kinds: Mapping[str, PartType], name: str) -> PartType:
 
 
 def _add_holds(spec: Any, part: str, trial: Trial, time: float) -> None:
-    """Add the inactive welds that can hold a part: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
+    """Add the inactive welds that can hold a part: those of the grippers, and `lockN|PART` to the tray of AGV N."""
     for arm in trial.arms:
         if arm.tool.kind == "vacuum":
-            add_weld(spec, grip_name(part), arm.prefix + GRIPPER, part, time)
+            add_weld(spec, grip_name(part, arm.namespace), arm.prefix + GRIPPER, part, time)
     for agv in trial.carriers:
         add_weld(spec, f"lock{agv.number}|{part}", agv.tray_link, part, time)
 
 
-def _locate(model: Any, part: _Planned, slot: Pose, agvs: Sequence[int]) -> WorldPart:
-    """Look up the addresses of a part in a compiled model with AGVs of these numbers."""
+def _locate(model: Any, part: _Planned, slot: Pose, trial: Trial) -> WorldPart:
+    """Look up the addresses of a part in the compiled model of a trial."""
     body = model.body(part.name).id
     joint = model.joint(part.name)
     first = int(model.body_geomadr[body])
     geoms = range(first, first + int(model.body_geomnum[body]))
 
-    locks = {number: int(model.equality(f"lock{number}|{part.name}").id) for number in agvs}
+    locks = {each.number: int(model.equality(f"lock{each.number}|{part.name}").id) for each in trial.carriers}
+    grips = {
+        arm.name: weld
+        for arm in trial.arms
+        if (weld := find_weld(model, grip_name(part.name, arm.namespace))) is not None
+    }
     return WorldPart(
         name=part.name,
         type=part.kind.name,
@@ -320,7 +314,7 @@ def _locate(model: Any, part: _Planned, slot: Pose, agvs: Sequence[int]) -> Worl
         qpos=int(joint.qposadr[0]),
         dof=int(joint.dofadr[0]),
         geoms=tuple(geom for geom in geoms if model.geom_contype[geom]),
-        grip=find_weld(model, grip_name(part.name)),
+        grips=grips,
         locks=locks,
         start=part.start or slot,
         pooled=part.start is None,
@@ -333,7 +327,8 @@ def first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[n
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)
     for arm in trial.arms:
-        for name, position in {**home_of(arm, trial.joints), **trial.initial_joint_states}.items():
+        for name, usual in home_of(arm, joints_of(arm, trial.arm_models)).items():
+            position = trial.initial_joint_states.get(arm.start_prefix + name, usual)
             qpos[model.joint(arm.prefix + name).qposadr[0]] = position
             ctrl[model.actuator_ctrladr[model.actuator(arm.prefix + name).id]] = position
     return qpos, ctrl

@@ -8,7 +8,7 @@ import mujoco
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.arm_looks import dress_cup
 from cellwright.cell.model.own_models import form_of
-from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, home_of
+from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, home_of, joints_of
 from cellwright.config.layout.arms import Arm
 from cellwright.config.models.model import UserModel
 from cellwright.config.robot.model import Link
@@ -42,14 +42,14 @@ def arm_problems(trial: Trial) -> list[str]:
             reason = " ".join(str(error).split())
             problems.append(f"cell.arms.{arm.name}: the engine cannot build this arm: {reason}")
         chain = chain_of(model.robot, arm.tip)
-        home = home_of(arm, trial.joints)
+        home = home_of(arm, joints_of(arm, trial.arm_models))
         if fault := home_fault(chain, [home[joint.name] for joint in chain.joints]):
             problems.append(f"cell.arms.{arm.name}.home: {fault}")
     return problems
 
 
-def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_time: float) -> None:
-    """Add an arm to a model specification, before everything else: the solver prefers the long tree first.
+def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_time: float) -> Any:
+    """Add an arm to a model specification; return the body of its mount.
 
     Its weight is compensated, and its links do not touch each other.
 
@@ -86,3 +86,4 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
     joints = add_chain(spec.worldbody, robot, fill, pose=arm.pose)
     for name, drive in stiff_drives(robot, arm.bandwidth).items():
         add_drive(spec, joints[name], drive)
+    return spec.body(robot.root)

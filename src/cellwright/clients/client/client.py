@@ -4,34 +4,24 @@ import contextlib
 import json
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from cellwright.clients.client.arm import ClientArm
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.pictures import LatestPicture, picture_topics
 from cellwright.clients.client.session import Latest, NodeClient
-from cellwright.config import arm
 from cellwright.config.layout.data import layout_from_data
 from cellwright.config.layout.layout import Layout
 from cellwright.middleware.messages import osrf_gear
-from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
-from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
-from cellwright.middleware.messages.standard import JointTrajectory, String
+from cellwright.middleware.messages.conversions import NANOSECONDS
+from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
-
-ARM_JOINTS = tuple(sorted(arm.ARM_JOINTS))
-"""The arm's joints in the order of joint states (alphabetical)."""
-
-ARRIVED = 0.01
-"""Tolerance [rad; m for the rail] within which an arm at rest has arrived. The original's soft servos give way to
-the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup. Finals teams waited for 9 mrad.
-"""
+from cellwright.util.errors import CellwrightError, UnknownNameError
 
 AWAKE = 0.05
 """Time [s] before the end of `idle` at which the client listens again: joint states come every 0.02 s."""
 
-_STOPPED = 0.02
 _PREFIX = "/ariac/"
 _STATUS_TOPIC = "/cellwright/intention"
 _PART_TYPES = "/cellwright/part_types"
@@ -42,8 +32,8 @@ _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "
 log = logging.getLogger(__name__)
 
 
-class Client(NodeClient):
-    """Client of the kit-building cell.
+class Client(NodeClient, ClientArm):
+    """Client of the kit-building cell, and of its arm if it has one. `arm` returns one of several.
 
     It subscribes from the start to the competition's state, orders, score, joint states and the gripper. The
     first call that reads a sensor subscribes to it.
@@ -58,14 +48,13 @@ class Client(NodeClient):
     """
 
     def __init__(self, transport: Transport) -> None:
-        super().__init__(transport)
+        NodeClient.__init__(self, transport)
         self.orders: list[osrf_gear.Order] = []
         """Every order announced so far (osrf_gear/Order), in order of announcement."""
         self._state = self.latest("/ariac/competition_state")
         self._score = self.latest("/ariac/current_score")
-        self.joint_states = self.latest("/ariac/joint_states")
-        """Newest joint states (sensor_msgs/JointState)."""
-        self._gripper = self.latest("/ariac/gripper/state")
+        ClientArm.__init__(self, self, _PREFIX.rstrip("/"))
+        self._arms: dict[str, ClientArm] = {}
         self._sensors: dict[str, Latest] = {}
         self._cameras: dict[str, LatestPicture] = {}
         self.subscribe("/ariac/orders", self.orders.append, passive=True)
@@ -169,91 +158,21 @@ class Client(NodeClient):
         with contextlib.suppress(CellwrightError):  # a cell of another make, say
             self.publish(_STATUS_TOPIC, String(text))
 
-    def joint_arrays(self) -> JointArrays:
-        """Return the newest joint states as arrays with their names; a UsageError before the first message."""
-        if self.joint_states.message is None:
-            raise UsageError("no joint states have come yet; let time pass first, such as by joint_states.wait()")
-        return joint_arrays(self.joint_states.message)
+    def arm(self, namespace: str) -> ClientArm:
+        """Return an arm with its gripper by its namespace, which is the arm's name unless the cell says otherwise.
 
-    @property
-    def joint_positions(self) -> Mapping[str, float]:
-        """Newest joint positions [rad; m for the rail]; empty before the first message."""
-        message = self.joint_states.message
-        return {} if message is None else dict(zip(message.name, map(float, message.position), strict=True))
-
-    @property
-    def joint_velocities(self) -> Mapping[str, float]:
-        """Newest joint velocities [rad/s; m/s for the rail]; empty before the first message."""
-        message = self.joint_states.message
-        return {} if message is None else dict(zip(message.name, map(float, message.velocity), strict=True))
-
-    def send_arm(
-        self,
-        waypoints: Sequence[Sequence[float]],
-        times: Sequence[float] | None = None,
-        *,
-        velocities: Sequence[Sequence[float]] | None = None,
-        joints: Sequence[str] = ARM_JOINTS,
-    ) -> None:
-        """Send the arm along joint waypoints, without waiting.
-
-        Args:
-            waypoints: positions [rad; m for the rail] in the order of `joints`; an empty list brings the arm to rest.
-            times: time of each waypoint [s] from now; 1, 2, 3, … by default.
-            velocities: velocities at the waypoints [rad/s; m/s]; without them the path between is straight.
-            joints: names of the joints of each waypoint.
+        The first call for an arm subscribes to its joint states and its gripper.
 
         Raises:
-            UsageError: the numbers of positions, times, velocities and joints do not match.
-            RejectedCommandError: the arm refuses them, and continues its motion.
+            UnknownNameError: there is no such arm. In ROS, where one may appear later, that is only logged.
         """
-        times = [float(number + 1) for number in range(len(waypoints))] if times is None else times
-        if len(times) != len(waypoints) or (velocities is not None and len(velocities) != len(waypoints)):
-            raise UsageError("times, and velocities if given, must have one entry for each waypoint")
-        if not all(map(math.isfinite, times)):
-            raise UsageError(f"times must be finite (got {list(times)})")
-        self.publish("/ariac/arm/command", trajectory_message(joints, waypoints, times, velocities))
-
-    def move_arm(
-        self,
-        waypoints: Sequence[Sequence[float]],
-        times: Sequence[float] | None = None,
-        *,
-        joints: Sequence[str] = ARM_JOINTS,
-        timeout: float = 5.0,
-        tolerance: float = ARRIVED,
-    ) -> bool:
-        """Send the arm along joint waypoints and wait until it rests at the last one.
-
-        Arguments as for `send_arm`.
-
-        Args:
-            waypoints: at least one.
-            times: as for `send_arm`.
-            joints: as for `send_arm`.
-            timeout: wait after the time of the last waypoint [s].
-            tolerance: largest distance to the last waypoint [rad; m for the rail].
-
-        Returns:
-            True if the arm came to rest within `tolerance` of the last waypoint.
-
-        Raises:
-            UsageError: no waypoint, or the numbers of positions, times and joints do not match.
-            RejectedCommandError: the arm refuses them, and continues its motion.
-        """
-        if not len(waypoints):
-            raise UsageError("a motion needs at least one waypoint")
-        self.send_arm(waypoints, times, joints=joints)
-        self.sleep(float(len(waypoints)) if times is None else times[-1])
-        goal = dict(zip(joints, waypoints[-1], strict=False))
-        return self.wait_until(lambda: self._stands_at(goal, tolerance), timeout)
-
-    def _stands_at(self, goal: Mapping[str, float], tolerance: float) -> bool:
-        positions, velocities = self.joint_positions, self.joint_velocities
-        return bool(positions) and all(
-            abs(positions[joint] - value) < tolerance and abs(velocities[joint]) < _STOPPED
-            for joint, value in goal.items()
-        )
+        if namespace not in self._arms:
+            ends = (each.removeprefix(_PREFIX).partition("/arm/state") for each in self.transport.topics())
+            arms = sorted(name for name, found, rest in ends if found and not rest)
+            if namespace not in arms:
+                self._report(UnknownNameError("arm", namespace, arms))
+            self._arms[namespace] = ClientArm(self, f"{_PREFIX}{namespace}")
+        return self._arms[namespace]
 
     def idle(self, duration: float) -> None:
         """Let `duration` seconds pass without joint states and gripper.
@@ -272,7 +191,8 @@ class Client(NodeClient):
             self.sleep(duration)
             return
         end = self.transport.now() + round(duration * NANOSECONDS)
-        paused = (self.joint_states, self._gripper)
+        arms: list[ClientArm] = [self, *self._arms.values()]
+        paused = [each for arm in arms for each in (arm.joint_states, arm.gripper)]
         for each in paused:
             each.cancel()
         try:
@@ -285,21 +205,6 @@ class Client(NodeClient):
         for each, count in zip(paused, counts, strict=True):
             if each.count == count and each.message is not None:  # a cell that runs ahead of its clients
                 each.wait_for_next(1.0)
-
-    @property
-    def gripper_enabled(self) -> bool:
-        """True if the vacuum was on in the newest message."""
-        return self._gripper.message is not None and bool(self._gripper.message.enabled)
-
-    @property
-    def gripper_attached(self) -> bool:
-        """True if something was on the cup in the newest message."""
-        return self._gripper.message is not None and bool(self._gripper.message.attached)
-
-    def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
-        """Switch the vacuum on or off."""
-        request = osrf_gear.VacuumGripperControlRequest(enable=enable)
-        return bool(self.call("/ariac/gripper/control", request).success)
 
     def control_agv(self, agv: int | str, kit_type: str) -> bool:
         """Send an AGV, by number or name, away as a kit such as `order_0_kit_0`; False unless it is ready.
@@ -370,29 +275,14 @@ class Client(NodeClient):
             plain = {each for each in below if "/" not in each and each not in _NO_SENSORS}
             firsts = {each.partition("/")[0] for each in below}
             sensors = sorted(plain | {each for each in firsts if picture_topics(f"{_PREFIX}{each}", topics)})
-            error = UnknownNameError("sensor", name, sensors)
-            if self.transport.knows_all_topics:
-                raise error
-            log.warning("%s; waiting for it", error)
+            self._report(UnknownNameError("sensor", name, sensors))
         return topic
+
+    def _report(self, error: UnknownNameError) -> None:
+        """Raise an error, or log it where the topic may appear later."""
+        if self.transport.knows_all_topics:
+            raise error
+        log.warning("%s; waiting for it", error)
 
     def _trigger(self, service: str) -> bool:
         return bool(self.call(service, TriggerRequest()).success)
-
-
-def trajectory_message(
-    joints: Sequence[str],
-    waypoints: Sequence[Sequence[float]],
-    times: Sequence[float],
-    velocities: Sequence[Sequence[float]] | None = None,
-) -> JointTrajectory:
-    """Return a trajectory_msgs/JointTrajectory that begins on arrival; arguments as for `Client.send_arm`."""
-    points = [
-        trajectory_point(
-            positions,
-            () if velocities is None else velocities[index],
-            time_from_start=round(times[index] * NANOSECONDS),
-        )
-        for index, positions in enumerate(waypoints)
-    ]
-    return joint_trajectory(joints, points)

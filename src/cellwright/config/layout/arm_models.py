@@ -75,7 +75,7 @@ def arm_model(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
 
 def chain_in_engine(arm: Arm, models: Mapping[str, ArmModel]) -> RobotModel:
     """Return an arm with its mount and its tool, by the names that it has in the engine."""
-    return UR10 if arm.is_original else arm_model(arm, models[arm.name], arm.prefix)
+    return UR10.prefixed(arm.prefix) if arm.is_original else arm_model(arm, models[arm.name], arm.prefix)
 
 
 def moving_links(arm: Arm, models: Mapping[str, ArmModel]) -> list[str]:
@@ -88,7 +88,7 @@ def moving_links(arm: Arm, models: Mapping[str, ArmModel]) -> list[str]:
 
 
 def joints_of(arm: Arm, models: Mapping[str, ArmModel]) -> dict[str, Limits]:
-    """Return the joints that an arm's controller moves with their limits, by their names in messages, base first."""
+    """Return the joints that an arm's controller moves with their limits, by their own names, base first."""
     robot = UR10 if arm.is_original else arm_model(arm, models[arm.name], "")
     return {joint.name: joint.limits for joint in robot.driven}
 
@@ -96,7 +96,7 @@ def joints_of(arm: Arm, models: Mapping[str, ArmModel]) -> dict[str, Limits]:
 def home_of(arm: Arm, joints: Mapping[str, Limits]) -> Mapping[str, float]:
     """Return the posture in which a run begins [rad; m], by joint: at 0, or the nearest limit, by default."""
     if arm.is_original:
-        return INITIAL_POSITIONS
+        return {**INITIAL_POSITIONS, **arm.home}
     return {name: arm.home.get(name, min(max(0.0, each.lower), each.upper)) for name, each in joints.items()}
 
 

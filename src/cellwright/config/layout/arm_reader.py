@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cellwright.config.layout.arm_models import ArmModel
-from cellwright.config.layout.arms import Arm, Mount, MountKind, original_mount
+from cellwright.config.layout.arms import MAX_ARMS, Arm, Mount, MountKind, original_mount
 from cellwright.config.layout.values import Named, turned
 from cellwright.config.models.files import FileReference
 from cellwright.config.parsing.reader import Read, Reader
@@ -19,28 +19,36 @@ from cellwright.config.robot.cell_needs import missing_for_cell
 from cellwright.config.robot.collision_shapes import CollisionShapes
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf_file import package_folders
+from cellwright.config.ur10 import UR10
 from cellwright.util.errors import CellwrightError, DescriptionError, did_you_mean
 
 _HEIGHTS: Mapping[MountKind, float] = {"rail": 0.9, "pedestal": 0.5, "table": 0.7, "floor": 0.0}
 """Default height of each mount [m]."""
-_OF_OTHERS = ("tip", "tool", "home", "limits", "bandwidth", "collision")
+_OF_OTHERS = ("tip", "tool", "limits", "bandwidth", "collision")
 """Entries that an arm with a model of its own has; those of 2017's arm are fixed."""
 
 
 def read_arms(found: Sequence[Named], reader: Reader) -> tuple[tuple[Arm, ...], dict[str, ArmModel]]:
     """Return the arms, and the models of those that have their own, by name; those with errors are left out."""
-    arms, models = [], {}
+    if len(found) > MAX_ARMS:
+        reader.problems.error(found[MAX_ARMS].entry, f"a cell has at most {MAX_ARMS} arms (got {len(found)})")
+    arms, models, owners = [], {}, dict[str, str]()
     for each in found:
         values = dict(each.values)
         mount: Mount = values["mount"]
-        if "model" not in values:
-            if _is_original(each, mount, reader):
-                arms.append(Arm(each.name, original_mount(mount.pose)))
+        arm: Arm | None = None
+        if "model" in values:
+            if (read := _own(each, reader)) is not None:
+                arm, models[each.name] = read
+        elif _is_original(each, mount, reader):
+            arm = Arm(each.name, original_mount(mount.pose), home=values.get("home", {}))
+            _check_home(arm, UR10, each.table, reader)
+        if arm is None:
             continue
-        read = _own(each, reader)
-        if read is not None:
-            arms.append(read[0])
-            models[each.name] = read[1]
+        namespace = values.get("namespace", each.name if len(found) > 1 else "")
+        if (owner := owners.setdefault(namespace, each.name)) != each.name:
+            reader.problems.error(each.table.entries.get("namespace", each.entry), f"{owner} has this namespace")
+        arms.append(replace(arm, namespace=namespace, names=values.get("names", arm.names)))
     return tuple(arms), models
 
 

@@ -9,6 +9,8 @@ from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.layout.surroundings import Block, Structure
 from cellwright.util.pose import Pose, Vector3
 
+MAX_ARMS = 8
+"""Maximum number of arms in a cell: the engine tells them apart by bits."""
 ORIGINAL = "ur10"
 """Model of the arm of 2017: a UR10 on a rail, with its cup."""
 
@@ -17,6 +19,7 @@ MountKind: TypeAlias = Literal["floor", "pedestal", "table", "rail"]
 
 Axis: TypeAlias = Literal["x", "y"]
 ToolKind: TypeAlias = Literal["vacuum", "none"]
+JointNames: TypeAlias = Literal["plain", "prefixed"]
 
 _PEDESTAL = 0.24
 """Edge of a pedestal [m]."""
@@ -100,6 +103,8 @@ class Arm:
         tool: what it holds parts with.
         home: posture in which a run begins [rad; m], by joint; other joints at 0.
         bandwidth: angular frequency of its drives [rad/s].
+        namespace: namespace of its topics and services below `/ariac`; empty for those without one.
+        names: names of its joints in messages: `plain`, or `prefixed` by the arm's name.
     """
 
     name: str
@@ -109,6 +114,8 @@ class Arm:
     tool: Tool = field(default_factory=Tool)
     home: dict[str, float] = field(default_factory=dict, hash=False)
     bandwidth: float = 80.0
+    namespace: str = ""
+    names: JointNames = "plain"
 
     @property
     def is_original(self) -> bool:
@@ -123,7 +130,26 @@ class Arm:
     @property
     def prefix(self) -> str:
         """Prefix of its links and joints in the engine; those of 2017's arm have none."""
-        return "" if self.is_original else f"{self.name}/"
+        return "" if self.is_original and not self.namespace else f"{self.name}/"
+
+    @property
+    def start_prefix(self) -> str:
+        """Prefix of its joints in the postures that a run begins in, which name those of all arms."""
+        return f"{self.name}/" if self.namespace else ""
+
+    @property
+    def joint_prefix(self) -> str:
+        """Prefix of its joints in messages."""
+        return f"{self.name}_" if self.names == "prefixed" else ""
+
+    @property
+    def frame_prefix(self) -> str:
+        """Prefix of its frames, and of its links and joints in the robot description of all arms."""
+        return f"{self.name}_" if self.namespace else ""
+
+    def frame_of(self, link: str) -> str:
+        """Return the frame of a link, by the link's name in the engine."""
+        return self.frame_prefix + link.removeprefix(self.prefix)
 
     def moved(self, by: Pose) -> Arm:
         """Return the arm moved by a pose of the world."""

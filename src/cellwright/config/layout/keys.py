@@ -6,7 +6,8 @@ Lengths are in m, angles in rad; all places are in the frame of the cell, which 
 from typing import get_args
 
 from cellwright.config.layout.arm_reader import by_name, mounted
-from cellwright.config.layout.arms import Axis, MountKind, Tool, ToolKind
+from cellwright.config.layout.arms import Axis, JointNames, MountKind, Tool, ToolKind
+from cellwright.config.layout.names import read_namespace
 from cellwright.config.layout.values import (
     block,
     floor_line,
@@ -172,6 +173,8 @@ ARM = Keys(
         "limits": by_name(section(JOINT_LIMITS, dict)),
         "bandwidth": quantity(5.0, 200.0, "rad/s"),
         "collision": section(COLLISION, CollisionShapes),
+        "namespace": read_namespace,
+        "names": one_of(get_args(JointNames), "names of joints"),
     },
     strict="entry",
     texts="cell-arms",

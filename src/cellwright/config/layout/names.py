@@ -7,7 +7,8 @@ from typing import Final
 from cellwright.config.arm import ARM_FRAMES
 from cellwright.config.layout.basing import PACKAGED
 from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Entry
+from cellwright.config.parsing.schema import accepts
+from cellwright.config.parsing.tree import Entry, YamlNode
 
 MAX_LENGTH: Final = 60
 """Maximum length of a name [characters]."""
@@ -31,6 +32,16 @@ _OF_BELT = ("conveyor_{}", "population_{}")
 """Names of the body and the devices of a belt, by its name."""
 _ARM = "arm"
 """Name of the arm's device, which an arm may have, and nothing else."""
+
+
+@accepts({"type": "string", "pattern": f"^{_NAME.pattern}$"})
+def read_namespace(reader: Reader, node: YamlNode) -> str | None:
+    """Return a namespace of topics below `/ariac`."""
+    name = reader.name(node)
+    if name is not None and (not _NAME.fullmatch(name) or len(name) > MAX_LENGTH or name in RESERVED):
+        reader.problems.error(node, f"must be letters, digits and _, and no name of the cell's own (got {name!r})")
+        return None
+    return name
 
 
 class NameCheck:

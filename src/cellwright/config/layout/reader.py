@@ -83,8 +83,6 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
         return None
     values = keys.CELL.read(section, reader)
     named: Sequence[Named] = values.get("arms", ())
-    if len(named) > 1:
-        reader.problems.error(named[1].entry, f"one arm is supported (the other is {named[0].name}); leave one out")
     arms, models = read_arms(named, reader)
     layout = _layout(values, arms, reader)
     _check_names(section, reader, types)

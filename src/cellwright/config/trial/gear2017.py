@@ -165,8 +165,7 @@ def _read(
     types = PART_TYPES | own.get("part_models", {}).keys()
     cell = _cell(root, reader, types, overrides)
     layout = cell.layout
-    if cell.arm_models:
-        _refuse_original_drives(root, reader)
+    _refuse_original_drives(root, cell, reader)
     _check_part_types(root, layout, reader)
     registry = parts.PartRegistry(reader, options, aliases, types, layout)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
@@ -225,14 +224,18 @@ def _read(
     return trial if cell.moved_by == Pose() else moved(trial, cell.moved_by), time_limit, tuple(faulty)
 
 
-def _refuse_original_drives(root: Table, reader: Reader) -> None:
-    """Refuse settings of the drives of 2017's arm where the arm has a model of its own."""
+def _refuse_original_drives(root: Table, cell: Cell, reader: Reader) -> None:
+    """Refuse settings of 2017's arm where an arm has a model of its own, and one posture for several arms."""
     own = root.get(OWN)
     arm = own.get("arm") if isinstance(own, Table) else None
+    if not isinstance(arm, Table):
+        return
     for name in ("servo", "gains", "dry_friction", "initial_joint_states"):
-        if isinstance(arm, Table) and name in arm.entries:
+        if cell.arm_models and name in arm.entries:
             message = "is of the UR10 of 2017; the entry of an arm with a model has home and bandwidth"
             reader.problems.error(arm.entries[name], message)
+        elif name == "initial_joint_states" and name in arm.entries and any(a.namespace for a in cell.layout.arms):
+            reader.problems.error(arm.entries[name], "the arms have namespaces; give each its home in cell: arms:")
 
 
 def _by_time(belt: Sequence[BeltPart], short: Sequence[BeltPart]) -> Sequence[BeltPart]:

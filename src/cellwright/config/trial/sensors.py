@@ -37,12 +37,8 @@ MAX_SENSORS = 500
 ARM_TYPES = ("ur10",)
 CAMERA_PREFIX = "logical_camera"
 
-RESERVED_NAMES = frozenset(
-    {
-        *("arm/command", "arm/state", "competition_state", "current_score", "gripper/state"),
-        *("joint_states", "orders", "trays"),
-    }
-)
+_OF_ARMS = ("arm/command", "arm/state", "gripper/state", "joint_states")
+RESERVED_NAMES = frozenset({*_OF_ARMS, "competition_state", "current_score", "orders", "trays"})
 """Topics of every cell, which sensors must not be named after."""
 
 SENSOR = Keys({"type": any_name(SENSOR_TYPES), "pose": Reader.pose}, texts="sensors")
@@ -91,6 +87,7 @@ def reserved_names(layout: Layout) -> frozenset[str]:
         (f"{each.name}/state" for each in layout.stations),
         (f"quality_control_sensor_{each.number}" for each in layout.carriers),
         (f"{each}/state" for each in flows),
+        (f"{arm.namespace}/{topic}" for arm in layout.arms if arm.namespace for topic in _OF_ARMS),
     )
 
 

@@ -245,8 +245,9 @@ class Trial:
 
     @property
     def joints(self) -> Mapping[str, Limits]:
-        """Joints of the arm with their limits, by name, base first; none without an arm."""
-        return joints_of(self.arms[0], self.arm_models) if self.arms else {}
+        """Joints of all arms with their limits, base first; arms in a namespace put `ARM/` before the names."""
+        found = ((each.start_prefix, joints_of(each, self.arm_models)) for each in self.arms)
+        return {f"{prefix}{name}": limits for prefix, joints in found for name, limits in joints.items()}
 
     @property
     def carriers(self) -> tuple[Carrier, ...]:

@@ -161,7 +161,8 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: 
     """Put every row of a table on a bus.
 
     A row's handler is a method of one of the `handlers`. For a service or an incoming topic it is called with each
-    request or message: `handler(row, message, node)`. For an outgoing topic it is called once: `handler(output)`.
+    request or message: `handler(row, message, node)`. For an outgoing topic it is called once: `handler(output)`. An
+    object with an attribute `subject` handles rows of that subject alone.
 
     Raises:
         UsageError: a row names a handler that does not exist.
@@ -171,7 +172,14 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: 
         if row.kind is EndpointKind.ACTION:
             bus.actions[row.name] = row.type  # its topics have rows of their own
             continue
-        handler = next((getattr(each, row.handler) for each in found if hasattr(each, row.handler)), None)
+        handler = next(
+            (
+                getattr(each, row.handler)
+                for each in found
+                if hasattr(each, row.handler) and getattr(each, "subject", row.subject) == row.subject
+            ),
+            None,
+        )
         if handler is None:
             raise UsageError(f"{row.name}: no handler is named {row.handler!r}")
         if row.direction is Direction.OUT:

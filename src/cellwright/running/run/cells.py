@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.competition import is_done
-from cellwright.cell.controllers import ControllerManager
+from cellwright.cell.controllers import HARDWARE, ControlledArm, ControllerManager
 from cellwright.cell.interface.rows import CONTROLLER_NAMES
 from cellwright.cell.kitting.effects import Effect
+from cellwright.config.layout.arms import Arm
 from cellwright.config.parsing.sources import Sources
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.snapshot import read_checkpoint
@@ -89,9 +90,13 @@ class CellTarget(Target):
             refused={},
             entities=EntityServices(cell),
         )
-        if cell.arm is not None:
+        if cell.arms:
             rate = round(1 / cell.simulation.clock.timestep)
-            manager = ControllerManager(rate, cell.arm.joints, lambda: self.ros_parameters()["ariac"]["arm"])
+            arms = {
+                each.namespace or HARDWARE: ControlledArm(cell.arms[each.name].joints, partial(self._controller, each))
+                for each in cell.trial.arms
+            }
+            manager = ControllerManager(rate, arms)
             for name, handler in manager.services.items():
                 served.server.offer(name, handler)
 
@@ -121,7 +126,7 @@ class CellTarget(Target):
         if self._control is not None:
             self._control.over = ""
         self._collisions = None
-        if cell.arm is not None:
+        if cell.arms:
             self._collisions = CollisionWatch(cell, self._keep_collision)
             run.callback(self._collisions.end)
             subscribe(cell.simulation.on_rewind, self._collisions.rewind, run)
@@ -209,6 +214,12 @@ class CellTarget(Target):
     def panel(self, _request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
         return self._cell_panel.panel()
+
+    def _controller(self, arm: Arm) -> Mapping[str, Any]:
+        """Return the parameters of an arm's controller in ROS 1."""
+        cell = self.ros_parameters()["ariac"]
+        found: Mapping[str, Any] = (cell[arm.namespace] if arm.namespace else cell)["arm"]
+        return found
 
     def ros_parameters(self) -> dict[str, Any]:
         """Parameters for the parameter server of ROS 1."""

@@ -1,4 +1,4 @@
-"""Collisions of a cell's arm during a run."""
+"""Collisions of a cell's arms during a run."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.devices.arm import Arm
 from cellwright.config.layout.arm_models import chain_in_engine, moving_links
 from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS
@@ -29,11 +30,11 @@ MAX_SHOWN = 20
 
 @dataclass(slots=True)
 class Collision:
-    """A contact of a link of the arm with an obstacle; the suction cup's own contacts do not count.
+    """A contact of a link of an arm with an obstacle; a suction cup's own contacts do not count.
 
     Attributes:
-        link: name of the link.
-        obstacle: name of the body that it hit, such as `camera frame 2`, `bin8` or a part.
+        link: frame of the link.
+        obstacle: name of the body that it hit, such as `camera frame 2`, `bin8`, a part or a link of another arm.
         begin: simulation time [s].
         end: simulation time [s] of the last check at which they touched.
         deviation: largest distance [m] of the tool from its setpoint meanwhile.
@@ -62,8 +63,23 @@ class Collision:
         return text + (held_up if self.deviation > MIN_DEVIATION else "")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Watched:
+    """Arm under watch.
+
+    Attributes:
+        arm: its device.
+        joints: addresses of its joints in `qpos`.
+        tool: body of its last link in the engine.
+    """
+
+    arm: Arm
+    joints: list[int]
+    tool: int
+
+
 class CollisionWatch:
-    """Collision monitor of a cell's arm; it does not affect the run.
+    """Collision monitor of a cell's arms; it does not affect the run.
 
     Args:
         on_collision: called with each collision that is over.
@@ -75,15 +91,17 @@ class CollisionWatch:
         self._open: dict[tuple[int, int], Collision] = {}
         self.collisions: list[Collision] = []
         """Collisions that are over, in the order of their ends."""
+        self._links: dict[int, _Watched] = {}
+        """The arm of each link, by the link's body in the engine."""
         model = cell.simulation.model
-        (arm,) = cell.trial.arms
-        self._prefix = arm.prefix
-        robot = chain_in_engine(arm, cell.trial.arm_models)
-        # the cup's own contacts do not count
-        links = [name for name in moving_links(arm, cell.trial.arm_models) if name != arm.prefix + GRIPPER]
-        self._links = [int(model.body(name).id) for name in links]
-        self._joints = [int(model.joint(joint.name).qposadr[0]) for joint in robot.driven]
-        self._tool = int(model.body(robot.joints[-1].child).id)
+        for arm in cell.trial.arms:
+            robot = chain_in_engine(arm, cell.trial.arm_models)
+            joints = [int(model.joint(joint.name).qposadr[0]) for joint in robot.driven]
+            watched = _Watched(cell.arms[arm.name], joints, int(model.body(robot.joints[-1].child).id))
+            # the cup's own contacts do not count
+            links = [name for name in moving_links(arm, cell.trial.arm_models) if name != arm.prefix + GRIPPER]
+            self._links |= {int(model.body(name).id): watched for name in links}
+        self._link_ids = [*self._links]
         self._setpoint: mujoco.MjData | None = None
         self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
 
@@ -119,21 +137,22 @@ class CollisionWatch:
         touching: set[tuple[int, int]] = set()
         if data.ncon:
             bodies = simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
-            for one, other in bodies[np.isin(bodies, self._links).any(axis=1)].tolist():
+            for one, other in bodies[np.isin(bodies, self._link_ids).any(axis=1)].tolist():
                 touching.add((one, other) if one in self._links else (other, one))
         now = simulation.time
         if self._open:
             self._close(now)
-        if touching:
-            deviation = self._deviation()
-            for link, body in touching:
-                names = self._name(link).removeprefix(self._prefix), _shown(self._name(body))
-                open_ = self._open.setdefault((link, body), Collision(*names, now, now))
-                open_.end, open_.deviation = now, max(open_.deviation, deviation)
+        deviations = {arm.tool: self._deviation(arm) for arm in {self._links[link] for link, _ in touching}}
+        for link, body in touching:
+            names = self._name(link), _shown(self._name(body))
+            open_ = self._open.setdefault((link, body), Collision(*names, now, now))
+            open_.end, open_.deviation = now, max(open_.deviation, deviations[self._links[link].tool])
 
     def _name(self, body: int) -> str:
-        part = self._cell.parts.by_body.get(body)
-        return str(self._cell.simulation.model.body(body).name) if part is None else part.name
+        if (part := self._cell.parts.by_body.get(body)) is not None:
+            return part.name
+        name = str(self._cell.simulation.model.body(body).name)
+        return self._cell.world.arm_links.get(name, name)
 
     def _close(self, now: float) -> None:
         for pair in [pair for pair, collision in self._open.items() if now - collision.end > GAP]:
@@ -142,17 +161,16 @@ class CollisionWatch:
                 self.collisions.append(collision)
                 self._on_collision(collision)
 
-    def _deviation(self) -> float:
-        """Return the distance [m] of the gripper link from its setpoint."""
-        cell = self._cell
-        assert cell.arm is not None
-        model = cell.simulation.first_model  # the arm is the same in all
+    def _deviation(self, watched: _Watched) -> float:
+        """Return the distance [m] of an arm's tool from its setpoint."""
+        simulation = self._cell.simulation
+        model = simulation.first_model  # the arms are the same in all
         if self._setpoint is None:
             self._setpoint = mujoco.MjData(model)
-        self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
+        self._setpoint.qpos[watched.joints] = watched.arm.following().desired.positions
         mujoco.mj_kinematics(model, self._setpoint)
-        cell.simulation.refresh()
-        offset = cell.simulation.data.xpos[self._tool] - self._setpoint.xpos[self._tool]
+        simulation.refresh()
+        offset = simulation.data.xpos[watched.tool] - self._setpoint.xpos[watched.tool]
         return float(np.linalg.norm(offset))
 
 

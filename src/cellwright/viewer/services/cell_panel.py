@@ -93,9 +93,15 @@ class CellPanel:
             "agvs": [_sender(each) for each in cell.agvs.values()],
             "fixed_trays": [_sender(each) for each in cell.senders.values() if isinstance(each, FixedTray)],
             "belts": [self._belt(name) for name in cell.conveyors],
-            "gripper": None
-            if cell.gripper is None
-            else {"enabled": cell.gripper.enabled, "attached": cell.gripper.attached, "part": cell.gripper.part},
+            "grippers": [
+                {
+                    "name": each.name.replace("_", " "),
+                    "enabled": each.enabled,
+                    "attached": each.attached,
+                    "part": each.part,
+                }
+                for each in cell.grippers.values()
+            ],
             "intention": {"text": intention.text, "node": intention.node, "time": intention.time / 1e9}
             if intention.text
             else None,

@@ -120,16 +120,15 @@ def evidence_html(panel: Panel) -> str:
 
 
 def floor_html(panel: Panel) -> str:
-    """Belt, gripper, AGVs, and collisions of the arm, the newest first."""
-    gripper = panel["gripper"]
+    """Belts, grippers, AGVs, and collisions of arms, the newest first."""
     parts = [widgets.dim("state at the end of the run")] if _is_over(panel) else []
     for belt in panel["belts"]:
         come = "" if belt["population"] is None else ", parts arriving" if belt["population"] else ", no parts arriving"
         parts.append(widgets.row(widgets.text(belt["name"]), f"{belt['power']:g} %{come}"))
-    if gripper is not None:
+    for gripper in panel["grippers"]:
         held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
         suction = "on" if gripper["enabled"] else "off"
-        parts.append(widgets.row("gripper", f"suction {suction}, holds {widgets.text(held)}"))
+        parts.append(widgets.row(widgets.text(gripper["name"]), f"suction {suction}, holds {widgets.text(held)}"))
     states = [(_label(each), widgets.text(each["state"].replace("_", " "))) for each in _senders(panel)]
     parts += [widgets.row(widgets.text(label), state) for label, state in states]
     floor = widgets.block(*parts)

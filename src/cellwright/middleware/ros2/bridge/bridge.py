@@ -61,7 +61,7 @@ class Bridge:
     Args:
         address: host and port of the server.
         node: absolute name of the node.
-        names: other names in ROS 2 for names of the cell.
+        names: other names in ROS 2 for names of the cell, both with `{arm}` for a part that is the same.
         arguments: rclpy's.
         is_restarted: another bridge may have been killed, whose node the graph still has for some time.
     """
@@ -131,7 +131,7 @@ class Bridge:
         self._parameters = NodeParameters(ros, self._link, parameters, state.get("speed"))
         self._describe(ros, description_of(parameters))
         topics = [*(each.name for each in self._publications), *self._commands]
-        names_here = [name for each in topics for name in self._names.get(each, [each])]
+        names_here = [name for each in topics for name in self._named({"name": each})]
         self._watch = GraphWatch(ros, self._loop, names_here, NAMESAKE_PATIENCE if self._is_restarted else 0.0)
         ros.start()
         if not self._link.welcome["lockstep"]:
@@ -205,7 +205,14 @@ class Bridge:
 
     def _named(self, described: dict[str, Any]) -> list[str]:
         """Return the names in ROS 2 of what WELCOME describes."""
-        return self._names.get(described["name"], [described["name"]])
+        name = described["name"]
+        if name in self._names:
+            return self._names[name]
+        for pattern, others in self._names.items():
+            found = re.fullmatch(re.escape(pattern).replace(r"\{arm\}", "([^/]+)"), name)
+            if found is not None:
+                return [other.replace("{arm}", found[1]) for other in others]
+        return [name]
 
     def _describe(self, ros: RosNode, description: str) -> None:
         """Publish the robot's description for programs of ROS 2, which expect a latched topic."""

@@ -66,8 +66,10 @@ class Timeline:
         self._held: list[dict[str, Any]] = []
         self._senders: dict[str, list[dict[str, Any]]] = {name: [] for name in cell.senders}
         cell.competition.on_effect.append(self._take_effect)
-        if cell.gripper is not None:
-            cell.gripper.on_change.append(self._take_grip)
+        self._lasting: dict[str, dict[str, Any]] = {}
+        """What each gripper holds, by the gripper's name."""
+        for gripper in cell.grippers.values():
+            gripper.on_change.append(self._take_grip)
 
     def look(self) -> None:
         """Read the states of AGVs and fixed trays."""
@@ -104,12 +106,15 @@ class Timeline:
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
         now = self._cell.simulation.time
-        if self._held and self._held[-1]["end"] is None:
-            if gripper.attached and gripper.part == self._held[-1]["part"]:
+        lasting = self._lasting.get(gripper.name)
+        if lasting is not None:
+            if gripper.part == lasting["part"]:
                 return
-            self._held[-1]["end"] = now
-        if gripper.attached and gripper.part is not None:
-            self._held.append({"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)})
+            self._lasting.pop(gripper.name)["end"] = now
+        if gripper.part is not None:
+            held = {"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)}
+            self._lasting[gripper.name] = held
+            self._held.append(held)
 
 
 def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
