@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cellwright import load_trial
+from cellwright.cell.checks.clearance import place_reaches
 from cellwright.cli.cell.new import start
 from cellwright.viewer.cell_map import draw_map
 
@@ -14,4 +15,6 @@ draw_map(replace(load_trial("lesson"), name="2017", sensors=(), bin_parts=()), H
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "mine.yaml"
     file.write_bytes(start())
-    draw_map(load_trial(file), HERE / "own-cell.svg")
+    trial = load_trial(file)
+draw_map(trial, HERE / "own-cell.svg")
+draw_map(trial, HERE / "own-cell-reach.svg", [*place_reaches(trial)])

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.config.trial.difficulty import difficulties
+from cellwright.cell.checks.difficulty import difficulties
 from cellwright.config.trial.gear2017 import TOP_LEVEL, load_trial, resolved
 from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled

@@ -26,6 +26,7 @@ COMMANDS = [
     "cell",
     "cell new",
     "cell schema",
+    "cell reach",
     "plot",
     "trials",
     "robot",

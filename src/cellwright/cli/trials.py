@@ -9,13 +9,13 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from cellwright.cell.checks.difficulty import difficulties
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
 from cellwright.cli.parameters import flag
 from cellwright.cli.tables import FOLD, RIGHT, print_table, table
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
-from cellwright.config.trial.difficulty import difficulties
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.util import plugins as plugins

@@ -15,12 +15,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 
+from cellwright.cell.checks.clearance import PlaceReach
 from cellwright.cell.checks.obstacles import AGV_SIZE, Obstacle, obstacles, world_path
-from cellwright.cell.checks.reach import in_reach
 from cellwright.cell.checks.sight import TYPE, corners, looked_at
-from cellwright.cell.checks.surfaces import points_on, surfaces_in
+from cellwright.cell.checks.surfaces import surfaces_in
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.footprints import PART_TYPES, footprint
 from cellwright.config.layout.layout import Belt
@@ -30,13 +29,14 @@ from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from cellwright.viewer.map_places import Point, Span, corners_of, edges, shared_area, span
+from cellwright.viewer.map_reach import fields
 
 SUFFIXES = (".png", ".svg")
 """Kinds of files that a map can be."""
 
 INK, MUTED, EDGE = "#22313d", "#5c6b77", "#53626d"
 BIN, BELT, TRAY, STRUCTURE, PART = "#bcd3e2", "#4b5a55", "#f4f1ea", "#8d979e", "#e9b95a"
-RAIL, ARROW, OUT, SIGHT = "#1f5f8b", "#a03020", "#c0392b", "#7a4fa0"
+RAIL, ARROW, SIGHT = "#1f5f8b", "#a03020", "#7a4fa0"
 ON_BELT = "#e3d3f5"
 """Colour of names on a belt, which is dark."""
 _OVERHEAD = 1.44
@@ -46,14 +46,24 @@ _MARGIN = 0.55
 _LARGEST, _SCALE = 15.0, 1.35
 """Longest side of a map [inches], and inches to a metre where that is not exceeded."""
 
+_ENTRY = 1.9
+"""Width of an entry of the legend [inches]."""
 _LETTER, _LINE = 0.62, 1.25
 """Width of a letter and height of a line, as shares of the size of a text."""
+_ARM = 0.1
+"""Radius of the circle that stands for an arm [m]."""
 _BESIDE = 0.03
 """Distance of a name from what it names [m]."""
 
 
-def draw_map(trial: Trial, path: Path) -> None:
+def draw_map(trial: Trial, path: Path, places: Sequence[PlaceReach] = ()) -> None:
     """Write a map of the cell of a trial as a PNG or SVG file.
+
+    Args:
+        trial: the trial.
+        path: the file.
+        places: reach of the arms over the places, which the map then shows in place of parts and views: at each point
+            that of the arm that can do most. Without, fields that are out of reach are marked.
 
     Raises:
         UsageError: the name of the file ends in another suffix.
@@ -63,21 +73,27 @@ def draw_map(trial: Trial, path: Path) -> None:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     draw_map(cellwright.load_trial("lesson"), Path(folder) / "lesson.svg")
     """
+    check_suffix(path)
+    with mpl.rc_context({"font.family": "DejaVu Sans", "svg.fonttype": "none", "svg.hashsalt": "cell"}):
+        figure = _Map(trial, places).draw()
+        figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix.lower() == ".svg" else {})
+
+
+def check_suffix(path: Path) -> None:
+    """Raise a `UsageError` if a map cannot be a file of this name."""
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"{path}: a map is a PNG or SVG file; give a name that ends in {' or '.join(SUFFIXES)}")
-    with mpl.rc_context({"font.family": "DejaVu Sans", "svg.fonttype": "none", "svg.hashsalt": "cell"}):
-        figure = _Map(trial).draw()
-        figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix.lower() == ".svg" else {})
 
 
 class _Map:
     """Drawing of one map; heights decide what covers what."""
 
-    def __init__(self, trial: Trial) -> None:
+    def __init__(self, trial: Trial, places: Sequence[PlaceReach] = ()) -> None:
         self._trial = trial
         self._obstacles = obstacles(trial)
         self._surfaces = surfaces_in(trial)
-        self._knows_reach = bool(trial.arms) and all(arm.is_original for arm in trial.arms)
+        self._places = places
+        self._fields = [*fields(trial, places)]
         (left, right), (bottom, top) = self._bounds()
         scale = min(_SCALE, _LARGEST / max(left - right, top - bottom))
         self._metre = 72.0 * scale
@@ -98,12 +114,14 @@ class _Map:
         self._things()
         self._belts()
         self._reach()
-        self._parts()
+        if not self._places:
+            self._parts()
         self._furniture()
         self._carriers()
         self._arms()
         self._names()
-        self._sensors()
+        if not self._places:
+            self._sensors()
         self._structure_names()
         return self._figure
 
@@ -137,18 +155,18 @@ class _Map:
         start, height = left - 0.15, bottom + 0.12
         axes.plot((start, start - 1.0), (height, height), color=INK, lw=2.5, zorder=12, solid_capstyle="butt")
         self._text(height + 0.1, start - 0.5, "1 m")
-        if self._knows_reach and self._surfaces:
-            axes.plot([], [], "s", ms=7, color=OUT, alpha=0.35, label="out of reach, tool down")
-        if any(each.type == TYPE for each in self._trial.sensors):
+        for mark in dict.fromkeys(mark for mark, _, _ in self._fields):
+            axes.plot([], [], "s", ms=7, color=mark.colour, alpha=mark.opacity, label=mark.meaning)
+        if any(each.type == TYPE for each in self._trial.sensors) and not self._places:
             axes.plot([], [], "s", ms=7, color=SIGHT, alpha=0.3, label="view of a logical camera")
         if self._trial.carriers:
             axes.plot([], [], "--", color=ARROW, lw=1.2, label="path of an AGV")
         if any(each.wall for each in self._trial.layout.belts):
             axes.plot([], [], color=ARROW, lw=3, label="parts leave here")
         if axes.get_legend_handles_labels()[1]:
-            axes.legend(
-                loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize=7.5, frameon=False, borderaxespad=0.2
-            )
+            columns = max(2, min(4, int((self._figure.get_figwidth() - 0.5) / _ENTRY)))
+            style = {"ncols": columns, "fontsize": 7.5, "frameon": False, "borderaxespad": 0.2}
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), **style)
 
     def _floor(self) -> None:
         for line in self._trial.layout.floor_lines:
@@ -200,18 +218,8 @@ class _Map:
         return max(seen or points, key=lambda point: min(math.dist(point, each) for each in taken))
 
     def _reach(self) -> None:
-        if not self._knows_reach:
-            return
-        for surface in self._surfaces:
-            reached = in_reach(surface, self._trial.layout)
-            rows, columns = reached.shape
-            size = (surface.size[0] / rows, surface.size[1] / columns)
-            # strips along y, so that the picture has few shapes
-            for row in range(rows):
-                for begin, end in _runs(~reached[row]):
-                    x, y, _ = (points_on(surface)[row, begin] + points_on(surface)[row, end - 1]) / 2
-                    middle = Pose((float(x), float(y), 0.0), surface.middle.quaternion)
-                    self._rectangle(middle, (size[0], size[1] * (end - begin)), OUT, 6.0, lw=0.0, alpha=0.3)
+        for mark, middle, size in self._fields:
+            self._rectangle(middle, size, mark.colour, 6.0, lw=0.0, alpha=mark.opacity)
 
     def _parts(self) -> None:
         trial = self._trial
@@ -282,9 +290,10 @@ class _Map:
         for arm in self._trial.arms:
             (low_x, low_y, _), (high_x, high_y, _) = arm.mount.ends
             middle = arm.pose.position[1], arm.pose.position[0]
-            self._axes.add_patch(Circle(middle, 0.1, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
+            self._axes.add_patch(Circle(middle, _ARM, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
             if arm.mount.kind != "rail":
-                self._text(middle[1], middle[0], arm.name, color=RAIL, va="bottom", xytext=(0, 8))
+                x, y, _ = arm.pose.position
+                self._label(arm.name, 1.0, [((x + sign * _ARM, y), (sign, 0)) for sign in (1, -1)], color=RAIL)
                 continue
             self._line(((low_x, low_y), (high_x, high_y)), RAIL, 5.0, alpha=0.5, zorder=7)
             x, y, _ = arm.pose.transform((0.0, RAIL_LIMIT / 2, 0.0)) if arm.is_original else arm.mount.ends[1]
@@ -318,8 +327,8 @@ class _Map:
             self._text(*tray.pose.transform((0.0, -0.3 * tray.size[1], 0.0))[:2], tray.name, 1.1, weight="bold")
 
     def _structure_names(self) -> None:
-        """Write the name of each structure beside or above one of its ends."""
-        seen = set()
+        """Write the name of each structure beside or above one of its ends; what carries an arm goes by its name."""
+        seen = {f"{arm.name}_{arm.mount.kind}" for arm in self._trial.arms}
         for each in self._obstacles:
             if each.key.startswith("cell.structure") and each.name not in seen:
                 seen.add(each.name)
@@ -371,9 +380,3 @@ class _Map:
     def _polygon(self, points: Iterable[Point], face: Any, order: float, **more: Any) -> None:
         style = {"facecolor": face, "edgecolor": EDGE, "lw": 0.4, "zorder": order, **more}
         self._axes.add_patch(Polygon([(y, x) for x, y in points], **style))
-
-
-def _runs(mask: NDArray[np.bool_]) -> Iterable[tuple[int, int]]:
-    """Yield the stretches of a mask that are true, each as its begin and the index behind its end."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

@@ -34,8 +34,8 @@ def test_findings_name_the_description_and_the_reason() -> None:
     assert found.keys() == {
         *("cell.bins.half", "cell.bins.far", "cell.bins.near", "cell.carriers.agv1.path", "sensors.eye")
     }
-    assert found["cell.bins.half"] == "50% is out of reach of the arm, tool down; move it nearer to the arm's rail"
-    assert found["cell.bins.far"] == "out of reach of the arm, tool down; move it nearer to the arm's rail"
+    assert found["cell.bins.half"] == "50% is out of reach of the arm, tool down; move it nearer"
+    assert found["cell.bins.far"] == "out of reach of the arm, tool down; move it nearer"
     assert found["cell.bins.near"] == "overlaps half by 0.30 m; move one of them"
     assert found["cell.carriers.agv1.path"].startswith("runs into post at [-1.")
 

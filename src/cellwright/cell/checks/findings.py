@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from cellwright.cell.checks.obstacles import blocked_paths, obstacles, overlaps
-from cellwright.cell.checks.reach import share_out_of_reach
+from cellwright.cell.checks.reach import reaches, share_out_of_reach
 from cellwright.cell.checks.sight import blind_cameras
 from cellwright.cell.checks.surfaces import surfaces_in
 from cellwright.config.layout.basing import CELL
@@ -68,19 +68,17 @@ def _warning(finding: Finding, places: Mapping[str, Place]) -> Problem:
 
 def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
     layout = trial.layout
-    # the reach of other arms is not known here
-    if not trial.arms or not all(arm.is_original for arm in trial.arms):
-        return
     original = gear2017().moved(layout.frame)
     accepted = surfaces_in(Trial("", layout=original)) if layout.arms == original.arms else ()
-    for surface in found:
-        share = 0.0 if surface in accepted else share_out_of_reach(surface, layout)
+    judged = [surface for surface in found if surface not in accepted] if trial.arms else []
+    arms = reaches(trial) if judged else ()
+    whom = "the arm" if len(arms) == 1 else "all arms"
+    for surface in judged:
+        share = share_out_of_reach(surface, arms)
         if share > _NOTEWORTHY:
             part = "of its width is" if surface.is_belt else "is"
-            message = f"{share:.0%} {part} out of reach of the arm, tool down; move it nearer to the arm's rail"
-            if share > _ALL:
-                message = "out of reach of the arm, tool down; move it nearer to the arm's rail"
-            yield Finding(surface.key, message)
+            much = "" if share > _ALL else f"{share:.0%} {part} "
+            yield Finding(surface.key, f"{much}out of reach of {whom}, tool down; move it nearer")
 
 
 def _ways(trial: Trial) -> Iterator[Finding]:

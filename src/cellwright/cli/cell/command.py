@@ -3,11 +3,12 @@
 import typer
 
 from cellwright.cli.cell.new import new
+from cellwright.cli.cell.reach import reach
 from cellwright.cli.cell.schema import schema
 
 app = typer.Typer(
     name="cell",
-    help="""Write the file of a cell or a trial.
+    help="""Write the file of a cell or a trial, and see what its arms reach.
 
     Begin with `cellwright cell new mine.yaml`. An editor that has the schema completes and explains entries.
     `cellwright check mine.yaml --map mine.svg` judges the whole file, and draws the cell.""",
@@ -16,5 +17,5 @@ app = typer.Typer(
     rich_markup_mode="markdown",
 )
 
-for command in (new, schema):
+for command in (new, schema, reach):
     app.command()(command)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from cellwright.cell.checks.difficulty import PartSupply, difficulties, ordered_types, supply
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.difficulty import PartSupply, difficulties, ordered_types, supply
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 

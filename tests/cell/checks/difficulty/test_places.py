@@ -2,8 +2,12 @@
 
 import pytest
 
-from cellwright.config.trial.difficulty import is_within_reach, place_of
+from cellwright.cell.checks.difficulty import is_within_reach, place_of
+from cellwright.cell.checks.reach import reaches
+from cellwright.config.trial.trial import Trial
 from tests.support.places import BIN_CENTRES, BIN_PART_HEIGHT, LAYOUT
+
+ARMS = reaches(Trial("", has_arm=True))
 
 
 @pytest.mark.parametrize(
@@ -24,7 +28,7 @@ def test_place_of_point_names_surface_below(point: tuple[float, float, float], p
 
 @pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
 def test_near_bins_are_within_reach(name: str) -> None:
-    assert is_within_reach((*BIN_CENTRES[name], BIN_PART_HEIGHT), LAYOUT)
+    assert is_within_reach((*BIN_CENTRES[name], BIN_PART_HEIGHT), LAYOUT, ARMS)
 
 
 @pytest.mark.parametrize(
@@ -40,4 +44,4 @@ def test_near_bins_are_within_reach(name: str) -> None:
     ],
 )
 def test_points_within_arm_length_are_within_reach(point: tuple[float, float, float], reached: bool) -> None:
-    assert is_within_reach(point, LAYOUT) == reached
+    assert is_within_reach(point, LAYOUT, ARMS) == reached

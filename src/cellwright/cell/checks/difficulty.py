@@ -1,24 +1,17 @@
-"""Difficulty of a trial: its demands on a program, and the places within the arm's reach.
+"""Difficulty of a trial: its demands on a program, and the places where parts fall that are within reach."""
 
-Figures: the cell's published models and the UR10's kinematic constants (m, world frame).
-"""
-
-import math
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from cellwright.config.arm import RAIL_LIMIT
+import numpy as np
+
+from cellwright.cell.checks.reach import Reach, reaches
 from cellwright.config.layout.layout import Layout, is_on_plate
 from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
-from cellwright.util.pose import Pose, Vector3
+from cellwright.util.pose import Vector3
 
-_SHOULDER_RISE = 1.1273 - 0.9
-"""Height of the shoulder over the rail's frame [m]."""
-_ARM_LENGTH = 0.612 + 0.5723
-_WRIST_LENGTH = 0.1157
-_HAND_LENGTH = 0.11
 _UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
 DifficultyKind: TypeAlias = Literal[
     "several_kits",
@@ -41,23 +34,15 @@ def place_of(point: Vector3, layout: Layout) -> str:
     return _surface_under(point, layout)[0]
 
 
-def is_within_reach(point: Vector3, layout: Layout) -> bool:
-    """Return whether a UR10 on a rail can lower its cup, pointing down, to an object that fell at a point of the world.
+def is_within_reach(point: Vector3, layout: Layout, arms: Iterable[Reach]) -> bool:
+    """Return whether some arm can lower its tool, pointing down, to an object that fell at a point of the world.
 
-    The object comes to rest on the surface under the point. Upper arm and forearm, both stretched, must span the
-    distance from the shoulder to the wrist. The hand keeps the wrist above the object, and bends once more towards it.
-    Obstacles are ignored, so a point may be out of reach all the same.
+    The object comes to rest on the surface under the point. Obstacles are ignored, so a point may be out of reach all
+    the same.
     """
+    x, y, _ = point
     _, top = _surface_under(point, layout)
-    return any(_reaches(arm.pose, point, top) for arm in layout.arms if arm.is_original)
-
-
-def _reaches(rail: Pose, point: Vector3, top: float) -> bool:
-    """Return whether an arm reaches an object at a height [m] under a point of the world."""
-    x, y, _ = rail.inverse().transform(point)
-    beside = math.hypot(x, max(abs(y) - RAIL_LIMIT, 0.0))
-    below = rail.position[2] + _SHOULDER_RISE - (top + _HAND_LENGTH)
-    return math.hypot(max(beside - _WRIST_LENGTH, 0.0), below) <= _ARM_LENGTH
+    return any(bool(arm.mask(np.array((x, y, top)))) for arm in arms)
 
 
 def _surface_under(point: Vector3, layout: Layout) -> tuple[str, float]:
@@ -174,23 +159,24 @@ def _pose_difficulties(trial: Trial) -> Iterator[Difficulty]:
 def _drop_difficulties(trial: Trial) -> Iterator[Difficulty]:
     ordered = ordered_types(trial)
     grouped: dict[tuple[DifficultyKind, str, str], list[str]] = {}
-    for region in trial.drop_regions:
-        if region.type not in ordered:
-            continue
-        kind, where = _drop_kind(region, trial.layout)
+    regions = [region for region in trial.drop_regions if region.type in ordered]
+    # a trial without an arm is one to which each program adds its own: the usual one
+    arms = reaches(replace(trial, has_arm=True)) if regions else ()
+    for region in regions:
+        kind, where = _drop_kind(region, trial.layout, arms)
         places = grouped.setdefault((kind, region.type, where), [])
         places.append(place_of(region.centre, trial.layout))
     for (kind, part_type, where), places in grouped.items():
         yield Difficulty(kind, f"{part_type} dropped over {_listed(sorted(set(places)))}, {where}")
 
 
-def _drop_kind(region: DropRegion, layout: Layout) -> tuple[DifficultyKind, str]:
+def _drop_kind(region: DropRegion, layout: Layout, arms: Iterable[Reach]) -> tuple[DifficultyKind, str]:
     """Return the place where a part falls, as a kind of demand and in words."""
     point = region.destination.position
     place = place_of(point, layout)
     if place.startswith("AGV"):
         return "dropped_on_tray", "onto the tray"
-    if not is_within_reach(point, layout):
+    if not is_within_reach(point, layout, arms):
         return "dropped_out_of_reach", "out of reach"
     return "dropped_in_reach", f"onto {place}"
 
