@@ -67,9 +67,9 @@ def place_reaches(trial: Trial) -> Iterator[PlaceReach]:
 
     Example:
         >>> import cellwright
-        >>> found = place_reaches(cellwright.load_trial("final01+kitter_sensors"))
-        >>> next(round(each.clear, 2) for each in found if each.surface.name == "bin6")
-        0.99
+        >>> first = next(place_reaches(cellwright.load_trial("lesson")))
+        >>> first.arm, first.surface.name, round(first.reached, 1)
+        ('arm', 'bin1', 0.5)
     """
     contacts = _Contacts(trial)
     for arm, reach in zip(trial.arms, reaches(trial), strict=True):
