@@ -8,7 +8,7 @@ from cellwright.cell.checks.clearance import PlaceReach, State, place_reaches
 from cellwright.config.layout.surroundings import Block, Structure
 from cellwright.config.trial.trial import Trial
 from cellwright.util.pose import Pose
-from tests.cell.arm_cells import PEDESTAL, ur5_cell
+from tests.cell.arm_cells import PEDESTAL, TWO_UR5, ur5_cell
 from tests.cell.checks.odd import SMALL, trial_with
 
 BELT = PEDESTAL.replace(
@@ -80,3 +80,13 @@ def test_parts_of_the_demo_tray_are_left_out() -> None:
     trial = trial_with(replace(SMALL, bins=()))
     full = replace(trial, options=replace(trial.options, fill_demo_tray=True))
     assert np.array_equal(measured(full)["table"].states, measured(trial)["table"].states)
+
+
+def test_each_arm_has_its_own_reach_and_minds_the_other() -> None:
+    trial = ur5_cell(TWO_UR5)
+    found = {each.arm: each for each in place_reaches(trial)}
+    assert [*found] == ["arm1", "arm2"]
+    assert all(each.reached == 1.0 for each in found.values())
+    # the other arm is at home, with its cup over the bin
+    alone = measured(replace(trial, layout=replace(trial.layout, arms=trial.layout.arms[:1])))["bin1"]
+    assert alone.clear > found["arm1"].clear

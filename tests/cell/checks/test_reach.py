@@ -137,6 +137,7 @@ def test_point_is_out_of_reach_only_if_no_arm_reaches_it() -> None:
     far = Reach(replace(UR5.arm, mount=FixedMount(Pose((9.0, 0.0, 0.5)))))
     assert not in_reach(surface, [far]).any()
     assert in_reach(surface, [far, UR5]).all()
+    assert in_reach(surface, [UR5, far]).all()
     assert in_reach(surface, [far, UR5]).shape == points_on(surface).shape[:2]
 
 

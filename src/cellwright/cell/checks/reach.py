@@ -87,7 +87,7 @@ class Reach:
         """Return which points the tool reaches; the last axis is x, y, z in the world [m]."""
         flat = points.reshape(-1, 3)
         reached: Mask = np.zeros(len(flat), dtype=np.bool_)
-        for _, base in self._places(flat):
+        for _, base in self._places(flat) if len(flat) else ():
             near = np.linalg.norm(flat - base - self._root, axis=1) <= self.arm.chain.reach
             left = np.flatnonzero(near & ~reached)
             reached[left] = self._fitting(flat[left] - base)
