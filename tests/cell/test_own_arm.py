@@ -5,7 +5,6 @@ import math
 import pytest
 
 from cellwright import Cell, Client
-from cellwright.clients.agents.kitter.workplace import Workplace
 from cellwright.config.layout.arm_models import home_of
 from cellwright.mechanism.solvers import solver_of
 from cellwright.motion.chain import chain_of
@@ -90,11 +89,6 @@ def test_reset_begins_in_other_joints_within_the_models_limits() -> None:
     assert cell.arm.read().positions[2] == pytest.approx(1.0)
     with pytest.raises(UsageError, match=r"elbow_joint must be within the joint's limits"):
         cell.reset(joints={"elbow_joint": 9.0})
-
-
-def test_kitter_refuses_an_arm_that_it_does_not_know() -> None:
-    with pytest.raises(UsageError, match=r"kitter works with the UR10 of 2017 on its rail .*send_arm"):
-        Workplace(ur5_cell().layout)
 
 
 def test_servo_profile_of_2017_is_refused_for_another_arm() -> None:

@@ -11,15 +11,15 @@ from typing import Any
 
 import pytest
 
-from cellwright.clients.agents.kitter.motion import folded, near_posture, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import grip_pose
-from cellwright.clients.agents.kitter.workplace import rail_beside
+from cellwright.clients.agents.kitter.ur10_on_rail import folded, near_posture, station_posture
 from cellwright.clients.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.ur10 import INITIAL_POSITIONS
 from cellwright.motion import Joints, tool_down
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import ARM
 from tests.ros1.ground import Ground
 from tests.support.places import BIN_CENTRES, BIN_SURFACE
 from tests.support.waiting import wait_until
@@ -70,7 +70,7 @@ def goals_all_over_the_rail(count: int) -> list[list[float]]:
 def pick(x: float, y: float) -> dict[str, Any]:
     """Return the path to a gear in a bin: above it, down onto it, and up again."""
     x, y, grip = grip_pose(Catalogue().figures("gear_part"), Pose((x, y, BIN_SURFACE)), 0, 0.0).position
-    rail = rail_beside(x, y)
+    rail = ARM.rail_beside(x, y)
     above = station_posture(tool_down(x, y, 0.95), rail, INITIAL)
     assert above is not None
     down: list[Joints] = [above]

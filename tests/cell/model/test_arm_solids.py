@@ -11,13 +11,13 @@ import pytest
 from numpy.typing import NDArray
 
 from cellwright.cell.model.arm_solids import FOOT, SOLID, Solid
-from cellwright.clients.agents.kitter.motion import near_posture, station_posture
-from cellwright.clients.agents.kitter.workplace import rail_beside
+from cellwright.clients.agents.kitter.ur10_on_rail import near_posture, station_posture
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.ur10 import INITIAL_POSITIONS
 from cellwright.engine.shapes import Circle, Shape, Touch, lofted
 from cellwright.motion import Joints, tool_down
 from tests.cell.model.bench import Bench, cell
+from tests.clients.agents.kitter.places import ARM
 from tests.conftest import DATA
 from tests.support.places import BIN_CENTRES, BIN_SURFACE
 
@@ -114,7 +114,7 @@ def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
     rest = Joints(*(INITIAL_POSITIONS[name] for name in ARM_JOINTS))
     for name, (x, y) in BIN_CENTRES.items():
         for corner in ((x + side, y + end) for side in (-0.25, 0.25) for end in (-0.25, 0.25)):
-            rail = rail_beside(*corner) + rail_offset
+            rail = ARM.rail_beside(*corner) + rail_offset
             way = [station_posture(tool_down(*corner, 0.95), rail, rest)]
             for height in (0.90, 0.85, 0.80, BIN_SURFACE + 0.017):  # the last lays the cup onto a gear
                 if way[-1] is not None:

@@ -1,13 +1,14 @@
 """Layout as plain data, and back."""
 
 import json
+import math
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.config.layout.data import layout_data, layout_from_data
+from cellwright.config.layout.data import layout_data, layout_from_data, plain, value_of
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Layout
 from cellwright.util.errors import UsageError
@@ -19,6 +20,12 @@ from tests.support.places import LAYOUT
 def test_any_layout_comes_back_from_json_as_it_was(layout: Layout) -> None:
     # by text, in which NaN is NaN, and 1 is not 1.0
     assert repr(layout_from_data(json.loads(json.dumps(layout_data(layout))))) == repr(layout)
+
+
+@pytest.mark.parametrize("number", [math.inf, -math.inf])
+def test_infinite_numbers_are_texts_since_json_has_none(number: float) -> None:
+    assert plain((number, 1.0)) == [str(number), 1.0]
+    assert value_of(tuple[float, ...], plain((number, 1.0)), "numbers") == (number, 1.0)
 
 
 def test_2017_comes_back_with_the_same_text() -> None:

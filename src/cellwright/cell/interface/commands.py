@@ -12,7 +12,10 @@ from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
 from cellwright.cell.model.solids import solids
-from cellwright.config.layout.data import layout_data
+from cellwright.config.layout.arm_models import chain_in_engine
+from cellwright.config.layout.data import layout_data, plain
+from cellwright.config.trial.trial import Trial
+from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS, seconds
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.mechanism.trajectory_controller import check_count
@@ -24,6 +27,7 @@ from cellwright.middleware.messages.conversions import floats, nanoseconds
 from cellwright.middleware.messages.standard import JointTrajectory as JointTrajectoryMessage
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.motion.chain import chain_of
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 
 NOT_ALLOWED = "not allowed in a competition"
@@ -44,6 +48,23 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
     return json.dumps(found, sort_keys=True)
 
 
+def layout_json(trial: Trial) -> str:
+    """Return a cell's layout as a JSON object, with the `chains` of its arms by their names in the layout.
+
+    A chain goes from the frame of the arm's mount to the frame of its cup, or to its tip if it holds nothing. Its
+    joints have their names in messages, and its links those of their frames.
+    """
+    chains = {}
+    for arm in trial.arms:
+        robot = chain_in_engine(arm, trial.arm_models)
+        chain = chain_of(robot, arm.prefix + (GRIPPER if arm.tool.kind == "vacuum" else arm.tip))
+        joints = (replace(each, name=arm.joint_prefix + each.name.removeprefix(arm.prefix)) for each in chain.joints)
+        links = {arm.frame_of(name): link for name, link in chain.links.items()}
+        chains[arm.name] = plain(replace(chain, joints=tuple(joints), links=links))
+    layout = replace(trial.layout, carriers=trial.carriers)
+    return json.dumps({**layout_data(layout), "chains": chains}, allow_nan=False)
+
+
 class CellCommands:
     """Handlers of the topics and services that clients send to.
 
@@ -54,7 +75,7 @@ class CellCommands:
         self._cell = cell
         self._own_types = part_types_json(world.own_types)
         self._solids = cache(lambda: json.dumps(solids(world)))
-        self._layout = cache(lambda: json.dumps(layout_data(replace(cell.trial.layout, carriers=cell.trial.carriers))))
+        self._layout = cache(lambda: layout_json(cell.trial))
 
     def start_competition(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Start the trial."""

@@ -134,7 +134,7 @@ TRIAL = (
           "Shapes of the arm's links and of what they must not hit, but for parts, as a JSON object in `message`.",
           handler="solids"),
     accepts(SERVICE, "/cellwright/layout", "std_srvs/Trigger", ALWAYS,
-          "Places and sizes of bins, belts, trays, AGVs and the arm's rail, as a JSON object in `message`.",
+          "Places of bins, belts, trays, AGVs and arms, and the arms' chains of joints, as a JSON object in `message`.",
           handler="layout"),
 )
 

@@ -1,18 +1,16 @@
 """A client of the kit-building cell: its orders, arm, gripper, AGVs and sensors by name."""
 
 import contextlib
-import json
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from cellwright.clients.client.arm import ClientArm
+from cellwright.clients.client.description import CellDescription
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.pictures import LatestPicture, picture_topics
-from cellwright.clients.client.session import Latest, NodeClient
-from cellwright.config.layout.data import layout_from_data
-from cellwright.config.layout.layout import Layout
+from cellwright.clients.client.session import Latest
 from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.conversions import NANOSECONDS
 from cellwright.middleware.messages.standard import String
@@ -24,15 +22,12 @@ AWAKE = 0.05
 
 _PREFIX = "/ariac/"
 _STATUS_TOPIC = "/cellwright/intention"
-_PART_TYPES = "/cellwright/part_types"
-_SOLIDS = "/cellwright/solids"
-_LAYOUT = "/cellwright/layout"
 _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
 
 log = logging.getLogger(__name__)
 
 
-class Client(NodeClient, ClientArm):
+class Client(CellDescription, ClientArm):
     """Client of the kit-building cell, and of its arm if it has one. `arm` returns one of several.
 
     It subscribes from the start to the competition's state, orders, score, joint states and the gripper. The
@@ -48,7 +43,7 @@ class Client(NodeClient, ClientArm):
     """
 
     def __init__(self, transport: Transport) -> None:
-        NodeClient.__init__(self, transport)
+        CellDescription.__init__(self, transport)
         self.orders: list[osrf_gear.Order] = []
         """Every order announced so far (osrf_gear/Order), in order of announcement."""
         self._state = self.latest("/ariac/competition_state")
@@ -101,54 +96,6 @@ class Client(NodeClient, ClientArm):
         """Return the places of a type's parts, such as `bin7` or `belt`; none for an unknown type."""
         request = osrf_gear.GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
-
-    def layout(self) -> Layout:
-        """Return the layout of the cell: places and sizes of its bins, belts, trays, AGVs and the arm's rail.
-
-        Lengths are in m, poses in the world. It says nothing of parts and orders.
-
-        Example:
-            >>> from cellwright import Cell, Client, Trial
-            >>> layout = Client.in_process(Cell(Trial("2017's cell"))).layout()
-            >>> layout.bin("bin7").surface, [each.name for each in layout.carriers]
-            (0.725, ['agv1', 'agv2'])
-
-        Raises:
-            CellwrightError: the server is no cell, or the cell's version is another one.
-        """
-        return layout_from_data(json.loads(self.call(_LAYOUT, TriggerRequest()).message))
-
-    def part_types(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return the part types of the trial's own, by name; empty where there are none.
-
-        Each has its `mass` [kg] and `tops`: its shape seen from above, first as modelled, then with each of the five
-        other sides up. The frame of a top has the part's origin and z up; `turn` is the quaternion (w, x, y, z) of that
-        frame in the part's. A top has these values, lengths in m:
-
-        - `centre_of_mass`;
-        - the box (`lower`, `upper`), and the `radius` of the floor plan about the middle of that box;
-        - `spots` that the cup can stand on, the best first: their `position`, and the `radius` of the flat disc.
-
-        Raises:
-            CellwrightError: the server has no such service: it is no cell.
-        """
-        answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
-        return {str(name): dict(values) for name, values in answer.items()}
-
-    def solids(self) -> Mapping[str, list[Mapping[str, Any]]]:
-        """Return the shapes of the arm and of what it must not hit, but for parts, by frame: its links, and "world".
-
-        Those of AGVs are where they stand at their load points. A shape has the `body` that it belongs to, its `type`,
-        and its `position` [m] and `quaternion` (w, x, y, z) in the frame. The meaning of its `size` [m] depends on the
-        type: radius of a sphere; radius and half length of a capsule or cylinder along z; half axes of an ellipsoid;
-        half edges of a box. A plane is the half space below its z = 0. A mesh has `vertices` [m] in its own frame, and
-        is their convex hull, whose surface are the `triangles` between them, counter-clockwise seen from outside.
-
-        Raises:
-            CellwrightError: the server has no such service: it is no cell.
-        """
-        answer = json.loads(self.call(_SOLIDS, TriggerRequest()).message)
-        return {str(frame): list(shapes) for frame, shapes in answer.items()}
 
     def set_status(self, text: str) -> None:
         """Announce the next action in a line, for the viewer's panel and recordings.

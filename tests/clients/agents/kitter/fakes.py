@@ -20,7 +20,7 @@ from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
 from cellwright.util.pose import Pose
-from tests.clients.agents.kitter.places import BELT, BELT_SPEED, STATIONS, WORKPLACE
+from tests.clients.agents.kitter.places import ARM, BELT, BELT_SPEED, STATIONS, WORKPLACE
 
 TRAY = STATIONS[1].world_T_tray
 
@@ -277,7 +277,8 @@ class FakeHand:
 
 
 class FakeArm:
-    joints = SimpleNamespace(rail=0.0)
+    joints = (0.0,) * 7
+    postures = ARM
 
     def travel(self, _goal: Pose, _rail: float) -> bool:
         return True

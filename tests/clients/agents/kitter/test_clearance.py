@@ -20,15 +20,15 @@ from cellwright.clients.agents.kitter.clearance import (
     Obstacle,
     places_along,
 )
-from cellwright.clients.agents.kitter.motion import SHOULDER_OFFSET, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.workplace import rail_beside
+from cellwright.clients.agents.kitter.ur10_on_rail import SHOULDER_OFFSET, station_posture
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import Trial
 from cellwright.motion import Joints, link_poses, tool_down
 from cellwright.util.pose import Pose
 from tests.clients.agents.kitter.distances import LINKS, LinkDistances
+from tests.clients.agents.kitter.places import ARM, clearance_of
 
 PRESENT = Joints(0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0)
 FLOOR_OF_BIN = 0.725
@@ -62,7 +62,7 @@ def client(cell: Cell) -> Client:
 
 @pytest.fixture(scope="module")
 def clearance(client: Client) -> Clearance:
-    return Clearance(client.solids(), Pose())
+    return clearance_of(client)
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +188,7 @@ def test_places_along_keep_ends_and_are_close(start: Joints, changes: list[list[
     path = [list(start)]
     for change in changes:
         path.append([at + by for at, by in zip(path[-1], change, strict=True)])
-    found = places_along(path)
+    found = places_along(path, ARM.figures.steps)
     assert found[0] == pytest.approx(path[0])
     assert found[-1] == pytest.approx(path[-1])
     largest = np.abs(np.diff(found, axis=0)).max(axis=0)
@@ -211,39 +211,41 @@ def distance_to(path: Sequence[Sequence[float]], place: Any) -> float:
 
 
 def test_places_along_rest_are_its_ends() -> None:
-    assert places_along([PRESENT, PRESENT]).tolist() == [list(PRESENT)] * 2
-    assert places_along([PRESENT]).tolist() == [list(PRESENT)] * 2
+    assert places_along([PRESENT, PRESENT], ARM.figures.steps).tolist() == [list(PRESENT)] * 2
+    assert places_along([PRESENT], ARM.figures.steps).tolist() == [list(PRESENT)] * 2
 
 
 def test_rail_goes_elsewhere_if_something_is_in_the_way(client: Client, real: LinkDistances) -> None:
     """At its usual place the forearm would hit the wall of the next bin."""
-    blind, arm = KitterArm(client), KitterArm(client, Clearance(client.solids(), Pose()))
-    above, goal, usual = tool_down(-0.3, 0.45, 0.95), tool_down(-0.3, 0.45, 0.745), rail_beside(-0.3, 0.45)
-    assert blind.clear_rail(above, goal, usual) == usual
-    place = arm.clear_rail(above, goal, usual)
-    assert place is not None
-    assert place != usual
-    for rail, is_clear in ((usual, False), (place, True)):
+    blind, arm = KitterArm(client, client, ARM), KitterArm(client, client, ARM, clearance_of(client))
+    above, goal, usual = tool_down(-0.3, 0.45, 0.95), tool_down(-0.3, 0.45, 0.745), ARM.rail_beside(-0.3, 0.45)
+    unseen, clear = blind.clear_posture(above, goal, usual), arm.clear_posture(above, goal, usual)
+    assert unseen is not None
+    assert clear is not None
+    assert unseen[0] == usual != clear[0]
+    for rail, is_clear in ((usual, False), (clear[0], True)):
         joints = station_posture(goal, rail, PRESENT)
         assert joints is not None
         assert (min(real.at(joints, 0.05).values(), default=0.05) >= PLANNED_CLEARANCE - 1e-4) is is_clear
 
 
 def test_rail_stays_at_usual_place_if_nothing_is_in_the_way(client: Client) -> None:
-    arm = KitterArm(client, Clearance(client.solids(), Pose()))
-    assert arm.clear_rail(tool_down(-0.3, 0.23, 0.95), tool_down(-0.3, 0.23, 0.745), 0.4) == 0.4
+    arm = KitterArm(client, client, ARM, clearance_of(client))
+    posture = arm.clear_posture(tool_down(-0.3, 0.23, 0.95), tool_down(-0.3, 0.23, 0.745), 0.4)
+    assert posture is not None
+    assert posture[0] == 0.4
 
 
 def test_place_that_no_rail_reaches_has_none(client: Client) -> None:
-    arm = KitterArm(client, Clearance(client.solids(), Pose()))
+    arm = KitterArm(client, client, ARM, clearance_of(client))
     in_wall = tool_down(-0.3, 0.55, 0.95), tool_down(-0.3, 0.55, 0.745)
-    assert arm.clear_rail(*in_wall, rail_beside(-0.3, 0.55)) is None
-    assert arm.clear_rail(tool_down(-1.3, 0.23, 0.95), tool_down(-1.3, 0.23, 0.745), 0.4) is None
+    assert arm.clear_posture(*in_wall, ARM.rail_beside(-0.3, 0.55)) is None
+    assert arm.clear_posture(tool_down(-1.3, 0.23, 0.95), tool_down(-1.3, 0.23, 0.745), 0.4) is None
 
 
 def test_arm_does_not_move_into_obstacle(client: Client) -> None:
-    arm = KitterArm(client, Clearance(client.solids(), Pose()))
-    assert arm.travel(tool_down(-0.3, 0.49, 0.95), rail_beside(-0.3, 0.49))
+    arm = KitterArm(client, client, ARM, clearance_of(client))
+    assert arm.travel(tool_down(-0.3, 0.49, 0.95), ARM.rail_beside(-0.3, 0.49))
     here, now = arm.joints, client.time
     arm.line(tool_down(-0.3, 0.49, 0.74), 0.3)
     assert client.time == now

@@ -10,7 +10,7 @@ from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.agents.kitter.supply import ATTEMPTS, BELT_HORIZON, Supply, bin_cell
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
-from tests.clients.agents.kitter.places import BELT, BELT_SPEED, WORKPLACE
+from tests.clients.agents.kitter.places import ARM, BELT, BELT_SPEED, WORKPLACE
 
 
 def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
@@ -24,7 +24,7 @@ def supply(*coming: TrackedBeltPart, reachable: float | None = -0.5) -> Supply:
     return Supply(
         cast("Client", SimpleNamespace(time=0.0)),
         cast("CellView", view),
-        cast("KitterArm", SimpleNamespace(joints=SimpleNamespace(rail=0.0))),
+        cast("KitterArm", SimpleNamespace(joints=(0.0,) * 7, postures=ARM)),
         cast("Manipulator", SimpleNamespace(meeting_place=lambda *_: reachable)),
     )
 

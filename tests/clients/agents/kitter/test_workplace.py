@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from cellwright.clients.agents.kitter.workplace import BeltPlace, Workplace, rail_beside
+from cellwright.clients.agents.kitter.workplace import BeltPlace
 from cellwright.config.layout.layout import Bin, Layout, Tray
 from cellwright.util.pose import Pose
-from tests.clients.agents.kitter.places import BELT, STATIONS, WORKPLACE
+from tests.clients.agents.kitter.places import ARM, BELT, STATIONS, WORKPLACE, workplace
 from tests.support.places import LAYOUT
 
 TURNED = Pose.from_rpy((2.0, 1.0, 0.0), (0.0, 0.0, math.pi / 2))
@@ -40,7 +40,7 @@ def test_moved_cell_is_the_same_to_the_arm(by: Pose) -> None:
         bins=tuple(replace(each, surface=each.surface + height) for each in moved.bins),
         carriers=tuple(replace(each, surface=each.surface + height) for each in moved.carriers),
     )
-    there = Workplace(moved)
+    there = workplace(moved)
     for one, other in zip(there.stations.values(), STATIONS.values(), strict=True):
         assert one.world_T_tray.position == pytest.approx(other.world_T_tray.position, abs=1e-9)
         assert one.world_T_tray.yaw == pytest.approx(other.world_T_tray.yaw)
@@ -66,16 +66,17 @@ def test_belt_moves_a_pose_with_its_speed() -> None:
 
 
 def test_belt_past_the_end_of_the_rail_is_worked_where_the_arm_reaches() -> None:
-    (belt,) = Workplace(along_x(0.3)).belts
+    there = workplace(along_x(0.3))
+    (belt,) = there.belts
     assert -0.8 < belt.first < 0.3 < belt.last < 1.4
-    assert belt.rail(0.3) == pytest.approx(rail_beside(0.3, -2.9))
+    assert there.rail_along(belt, 0.3) == pytest.approx(ARM.rail_beside(0.3, -2.9))
 
 
 def test_parts_are_taken_before_the_belt_loses_them() -> None:
     whole = replace(LAYOUT.belts[0], centre=Pose((1.21, 2.0, 0.8), LAYOUT.belts[0].centre.quaternion), wall=None)
     short = replace(whole, size=(4.0, *whole.size[1:]))  # ends at y = 0
     walled = replace(short, wall=Pose((1.21, 0.8, 1.4), whole.centre.quaternion))
-    (dropping,), (stopping,) = (Workplace(replace(LAYOUT, belts=(each,))).belts for each in (short, walled))
+    (dropping,), (stopping,) = (workplace(replace(LAYOUT, belts=(each,))).belts for each in (short, walled))
     # along the travel, which is -y: 0.3 m for the arm to follow it, and a part's length
     assert -0.51 < dropping.last < -0.39
     assert dropping.last - stopping.last == pytest.approx(0.8, abs=0.11)  # places are 0.1 m apart
@@ -83,8 +84,8 @@ def test_parts_are_taken_before_the_belt_loses_them() -> None:
 
 def test_belt_out_of_reach_is_left_out_and_no_belt_is_none() -> None:
     belt = replace(LAYOUT.belts[0], centre=Pose((5.0, 0.0, 0.8)), size=(2.0, 0.5, 0.2))
-    assert Workplace(replace(LAYOUT, belts=(belt,))).belts == ()
-    assert Workplace(replace(LAYOUT, belts=())).belts == ()
+    assert workplace(replace(LAYOUT, belts=(belt,))).belts == ()
+    assert workplace(replace(LAYOUT, belts=())).belts == ()
 
 
 def test_belts_in_opposite_directions_have_windows_from_their_upstream_end() -> None:
@@ -96,15 +97,16 @@ def test_belts_in_opposite_directions_have_windows_from_their_upstream_end() -> 
         centre=Pose((-0.6, 3.0, 0.8), (math.sqrt(0.5), 0, 0, math.sqrt(0.5))),
         wall=None,
     )
-    belts = Workplace(replace(LAYOUT, belts=(there, back))).belts
+    place = workplace(replace(LAYOUT, belts=(there, back)))
+    belts = place.belts
     assert [(each.first, each.last) for each in belts] == [(-1.7, 1.8)] * 2
     assert belts[1].point(0.5) == pytest.approx((-0.6, 0.5))
-    assert belts[1].rail(0.5) == pytest.approx(0.5 + 0.163941 + 0.15)
+    assert place.rail_along(belts[1], 0.5) == pytest.approx(0.5 + 0.163941 + 0.15)
 
 
 def test_fixed_tray_is_a_station_without_quality_sensor() -> None:
     tray = Tray(3, "side_tray", Pose.from_rpy((1.1, 0.4, 0.0), (0.0, 0.0, math.pi / 2)), size=(0.4, 0.6), surface=0.9)
-    place = Workplace(replace(LAYOUT, carriers=(), trays=(tray,))).stations[3]
+    place = workplace(replace(LAYOUT, carriers=(), trays=(tray,))).stations[3]
     assert (place.name, place.location, place.title) == ("side_tray", "side_tray", "side_tray")
     assert not place.has_quality_sensor
     assert (*place.half, place.surface, place.rail) == pytest.approx((0.2, 0.3, 0.9, 0.4 - 0.163941))
@@ -117,7 +119,7 @@ def test_turned_bin_covers_its_own_rectangle() -> None:
     turned = Bin(
         "bin1", Pose.from_rpy((-0.6, 0.0, 0.0), (0.0, 0.0, math.pi / 4)), Pose(), size=(0.8, 0.2), surface=0.95
     )
-    place = Workplace(replace(LAYOUT, bins=(turned,)))
+    place = workplace(replace(LAYOUT, bins=(turned,)))
     assert place.bin_at(-0.6 + 0.25, 0.25) is not None
     assert place.bin_at(-0.6 - 0.25, 0.25) is None
     assert place.highest == 0.95
@@ -126,4 +128,4 @@ def test_turned_bin_covers_its_own_rectangle() -> None:
 def test_parts_are_dropped_where_nothing_is() -> None:
     assert WORKPLACE.drop_places[0] == (-0.15, 2.2, 1.5)
     box = Bin("bin1", Pose((-0.15, 2.2, 0.0)), Pose(), size=(0.6, 0.6))
-    assert (-0.15, 2.2, 1.5) not in Workplace(replace(LAYOUT, bins=(box,))).drop_places
+    assert (-0.15, 2.2, 1.5) not in workplace(replace(LAYOUT, bins=(box,))).drop_places

@@ -6,7 +6,7 @@ has no such error.
 
 import logging
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from cellwright.clients.agents.kitter.clearance import (
@@ -21,20 +21,16 @@ from cellwright.clients.agents.kitter.motion import (
     TimedPose,
     at_height,
     facing_down,
-    folded,
     following_path,
-    near_posture,
-    on_rail,
-    side_posture,
-    station_posture,
     straight_path,
     velocities_along,
 )
+from cellwright.clients.agents.kitter.postures import Heights, Knots, Postures
 from cellwright.clients.client import Client
-from cellwright.config.arm import ARM_JOINTS
+from cellwright.clients.client.arm import ClientArm
 from cellwright.config.layout.layout import Belt
 from cellwright.middleware.messages.conversions import NANOSECONDS, nanoseconds
-from cellwright.motion import JointMotion, Joints, forward, move
+from cellwright.motion.solver import Vector
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -42,22 +38,14 @@ JOINT_STATES_TIMEOUT = 1.0  # [s]
 
 log = logging.getLogger(__name__)
 
-RAIL, PAN = 0, 1
-
 CUP_FACE = 0.005
 """Distance [m] of the cup's face below the gripper link."""
-
-OTHER_STATION = 0.8
-"""Difference in pan [rad] from which two poses belong to different stations."""
 
 SETTLING = 0.7
 """Approximate time [s] to come to an exact stop."""
 
-SAFE_HEIGHT = 0.95
-"""Height [m] of the gripper link between stations, with one of the parts of 2017 on the cup."""
-
 SAFE_DISTANCE = 0.19
-"""Distance [m] of that height from the highest surface of bins and trays, if these are higher than those of 2017."""
+"""Least distance [m] of the tool between stations from the highest surface of bins and trays."""
 
 MAX_HEIGHT_2017 = 0.0724
 """Distance [m] that the tallest part of 2017 hangs below the cup; a taller one raises the arm by the difference."""
@@ -65,40 +53,60 @@ MAX_HEIGHT_2017 = 0.0724
 RISING = 0.5
 """Rising speed of the tool [m/s]."""
 
-RAIL_CHOICES = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.4, -0.4)
-"""Distances [m] of the rail from the usual place that are tried when something is in the way."""
-
 MAX_SAG = 0.03
 """Largest error of a joint [rad] from sag alone."""
 
 
 class KitterArm:
-    """The arm of a cell, whose bins and trays have surfaces up to the height `highest` [m].
+    """An arm of a cell, whose bins and trays have surfaces up to the height `highest` [m].
+
+    Args:
+        client: the client.
+        device: the arm's topics and services.
+        postures: its postures.
+        clearance: its distances to what it must not hit.
+        highest: height of the highest surface [m].
 
     Raises:
         UsageError: no joint states arrive within a second.
     """
 
-    def __init__(self, client: Client, clearance: Clearance | None = None, highest: float = 0.0) -> None:
+    def __init__(
+        self,
+        client: Client,
+        device: ClientArm,
+        postures: Postures,
+        clearance: Clearance | None = None,
+        highest: float = 0.0,
+    ) -> None:
         self._client = client
-        self._higher = max(0.0, highest + SAFE_DISTANCE - SAFE_HEIGHT)
+        self._device = device
+        self.postures = postures
+        self._figures = postures.figures
+        self._higher = max(0.0, highest + SAFE_DISTANCE - self.heights.travel)
         self._clearance = clearance
-        self._states = client.joint_states
+        self._states = device.joint_states
         if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
             raise UsageError("no joint positions: nothing is published on /ariac/joint_states; give the cell an arm")
-        self._commanded = list(self.joints)
+        self._commanded = self.joints
         self.load: Load | None = None
         """The part on the cup."""
 
     @property
-    def joints(self) -> Joints:
-        """Positions from the last joint states [m for the rail; rad]."""
-        return Joints.of(self._client.joint_positions)
+    def joints(self) -> Vector:
+        """Positions from the last joint states [m for a rail; rad]."""
+        positions = self._device.joint_positions
+        return tuple(positions[name] for name in self._figures.joints)
+
+    @property
+    def heights(self) -> Heights:
+        """Heights of the tool."""
+        return self._figures.heights
 
     @property
     def tool(self) -> Pose:
         """world_T_gripper from the last joint states."""
-        return forward(self.joints)
+        return self.postures.tool(self.joints)
 
     @property
     def tool_time(self) -> float:
@@ -106,62 +114,72 @@ class KitterArm:
         return nanoseconds(self._states.message.header.stamp) / NANOSECONDS
 
     @property
+    def is_holding(self) -> bool:
+        """True if something was on the cup in the newest message."""
+        return self._device.gripper_attached
+
+    def grip(self, enable: bool) -> None:  # noqa: FBT001
+        """Switch the vacuum on or off."""
+        self._device.control_gripper(enable)
+
+    @property
     def safe(self) -> float:
         """Height [m] of the gripper link between stations with the present load."""
-        return SAFE_HEIGHT + self._extra
+        return self.heights.travel + self._extra
 
     @property
     def _extra(self) -> float:
         """Extra height [m] for high bins and trays, and for a tall part on the cup."""
         return self._higher + (0.0 if self.load is None else max(0.0, self.load.kind.height - MAX_HEIGHT_2017))
 
-    def clear_rail(self, above: Pose, goal: Pose, rail: float) -> float | None:
-        """Return a place of the rail [m], near `rail`, from which the tool can go from one pose down to another.
+    def clear_posture(self, above: Pose, goal: Pose, rail: float) -> Vector | None:
+        """Return a posture, with the rail near `rail` [m], from which the tool can go down from a pose to another.
 
-        None if one of them is out of reach, or something is in the way. The arm is in the posture of the stations.
+        None if one of them is out of reach, or something is in the way. The arm is in a usual posture.
         """
-        for aside in RAIL_CHOICES:
-            place = on_rail(rail + aside)
-            start = station_posture(above, place, self._commanded)
-            path = (
-                []
-                if start is None
-                else [start, *self._joints_along((pose for _, pose in straight_path(above, goal, 1.0)), start)]
-            )
-            if path and forward(path[-1]).position[2] < goal.position[2] + 0.001:
-                obstacle = self._obstacle(path, touches=True, least=PLANNED_CLEARANCE)
-                if obstacle is None:
-                    return place
-                log.debug("%.1f s: with the rail at %.2f, %s", self._client.time, place, obstacle)
+        for place in self.postures.rails(goal, rail):
+            for start in self.postures.usual(above, place, self._commanded):
+                path = [start, *self._joints_along((pose for _, pose in straight_path(above, goal, 1.0)), start)]
+                if self.postures.tool(path[-1]).position[2] < goal.position[2] + 0.001:
+                    obstacle = self._obstacle(path, touches=True, least=PLANNED_CLEARANCE)
+                    if obstacle is None:
+                        return start
+                    log.debug("%.1f s: with the rail at %.2f, %s", self._client.time, place, obstacle)
         return None
 
-    def travel(self, goal: Pose, rail: float) -> bool:
-        """Move to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach."""
+    def travel(self, goal: Pose, rail: float, start: Vector | None = None) -> bool:
+        """Move to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach.
+
+        With `start` the arm takes that posture there.
+        """
         if self.tool.position[2] < self.safe - 0.05:
             self.rise(self.safe)
-        for stops in self._ways(goal, rail):
-            if self._move(*stops):
-                return self.settle(goal)
+        postures = self.postures.usual(goal, rail, self._commanded)
+        if start is not None:
+            posture = self.postures.again(goal, start, self._commanded)
+            postures = iter(() if posture is None else (posture,))
+        for posture in postures:
+            for stops in self.postures.ways(self._commanded, posture, self._extra):
+                if self._move(*stops):
+                    return self.settle(goal)
         return False
 
     def travel_time(self, goal: Pose, rail: float) -> float:
         """Return the approximate duration [s] of `travel`; infinite if the pose is out of reach."""
-        stops = next(self._ways(goal, rail), None)
+        start = self._commanded
+        posture = next(self.postures.usual(goal, rail, start), None)
+        stops = None if posture is None else next(self.postures.ways(start, posture, self._extra), None)
         if stops is None:
             return math.inf
         rising = max(0.0, self.safe - 0.05 - self.tool.position[2]) / RISING
-        return (
-            rising
-            + SETTLING
-            + sum(move(Joints(*a), Joints(*b)).duration for a, b in pairwise([self._commanded, *stops]))
-        )
+        return rising + SETTLING + sum(self.postures.motion(a, [b]).times[-1] for a, b in pairwise([start, *stops]))
 
     def reaches_sideways(self, goals: Iterable[Pose], rail: float) -> bool:
         """Return whether tool poses with the cup facing sideways are in reach, with the rail at `rail` [m].
 
         Nothing may be in the way there; the cup is empty.
         """
-        found = [side_posture(goal, rail, self._commanded) for goal in goals]
+        found = [self.postures.sideways(goal, rail, self._commanded) for goal in goals]
         postures = [joints for joints in found if joints is not None]
         if len(postures) < len(found):
             return False
@@ -172,14 +190,15 @@ class KitterArm:
 
         What it holds by the side may swing against the forearm.
         """
-        joints = side_posture(goal, rail, self._commanded)
+        joints = self.postures.sideways(goal, rail, self._commanded)
         if joints is None or self._clearance is None:
             return joints is not None
-        return not self._clearance.obstacle(places_along([joints, _rolled(joints, math.pi)]), load)
+        path = places_along([joints, self.postures.rolled(joints, math.pi)], self._figures.steps)
+        return not self._clearance.obstacle(path, load)
 
     def turn_sideways(self, goal: Pose, rail: float) -> bool:
         """Move to a tool pose with the cup facing sideways, in one sweep; False if it is out of reach."""
-        joints = side_posture(goal, rail, self._commanded)
+        joints = self.postures.sideways(goal, rail, self._commanded)
         if joints is None:
             return False
         return self._move(joints) and self.settle(goal)
@@ -189,16 +208,16 @@ class KitterArm:
 
         False if something is in the way.
         """
-        return self._move(_rolled(Joints(*self._commanded), angle))
+        return self._move(self.postures.rolled(self._commanded, angle))
 
     def settle(self, goal: Pose) -> bool:
         """Correct the arm, at most three times, to within a millimetre of a pose; False if it is out of reach."""
         for _ in range(3):
-            joints = near_posture(goal, self._commanded[RAIL], self._commanded)
+            joints = self.postures.step(goal, self._commanded)
             if joints is None:
                 return False
-            off = [want - have for want, have in zip(joints, self.joints, strict=True)]
-            if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off[1:])) < 0.005:
+            off = self._soft(want - have for want, have in zip(joints, self.joints, strict=True))
+            if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off)) < 0.005:
                 return True
             sags = (max(-MAX_SAG, min(MAX_SAG, each)) for each in self._sags())
             self._move([want + sag for want, sag in zip(joints, sags, strict=True)], touches=True)
@@ -229,80 +248,66 @@ class KitterArm:
 
         It is 0 if something is in the way down.
         """
-        sags, near, rail = self._sags(), self.joints, self._commanded[RAIL]
+        sags = self._sags()
+        near = tuple(
+            have if soft else sent
+            for have, sent, soft in zip(self.joints, self._commanded, self._figures.is_soft, strict=True)
+        )
         timed = list(path)
-        way = self._joints_along((pose for _, pose in timed), near._replace(rail=rail))
+        way = self._joints_along((pose for _, pose in timed), near)
         points = [[want + sag for want, sag in zip(joints, sags, strict=True)] for joints in way]
         times = [time for time, _ in timed[: len(points)]]
         goes_down = timed[-1][1].position[2] < self.tool.position[2]
         if not points or (is_checked and goes_down and self._is_blocked([near, *way], touches=True)):
             return 0.0
-        self._send(points, times, velocities_along(self._commanded, points, times))
+        self._send(Knots(times, points, velocities_along(self._commanded, points, times)))
         return times[-1]
 
-    def _joints_along(self, poses: Iterable[Pose], near: Joints) -> list[Joints]:
+    def _joints_along(self, poses: Iterable[Pose], near: Vector) -> list[Vector]:
         """Return joints along tool poses with the rail at rest, from those near to others on, as far as in reach."""
-        found: list[Joints] = []
+        found: list[Vector] = []
         for pose in poses:
-            joints = near_posture(pose, near.rail, near)
+            joints = self.postures.step(pose, near)
             if joints is None:
                 log.info("%.1f s: %s is out of reach", self._client.time, pose.position)
                 break
             found.append(near := joints)
         return found
 
-    def _ways(self, goal: Pose, rail: float) -> Iterator[list[list[float]]]:
-        """Yield joint positions to stop at on the way to a tool pose, the shortest way first; none if out of reach."""
-        posture = station_posture(goal, rail, self._commanded)
-        if posture is None:
-            return
-        joints = list(posture)
-        if abs(joints[PAN] - self._commanded[PAN]) < OTHER_STATION:
-            yield [joints]
-        for higher in (0.0, 0.1, 0.2):
-            extra = self._extra + higher
-            yield [folded(self._commanded, self._commanded, extra), folded(joints, self._commanded, extra), joints]
+    def _soft(self, values: Iterable[float]) -> list[float]:
+        """Return the values of the joints whose servos give way to weight, and 0 for the others."""
+        return [value if soft else 0.0 for value, soft in zip(values, self._figures.is_soft, strict=True)]
 
     def _sags(self) -> list[float]:
-        """Return the distance of each joint from its command [m; rad]; 0 for the rail."""
-        return [0.0, *(sent - have for sent, have in zip(self._commanded[1:], self.joints[1:], strict=True))]
+        """Return the distance of each joint from its command [m; rad]; 0 for a rail."""
+        return self._soft(sent - have for sent, have in zip(self._commanded, self.joints, strict=True))
 
-    def _obstacle(self, path: Sequence[Joints], *, touches: bool = False, least: float = CLEARANCE) -> Obstacle | None:
+    def _obstacle(
+        self, path: Sequence[Sequence[float]], *, touches: bool = False, least: float = CLEARANCE
+    ) -> Obstacle | None:
         if self._clearance is None:
             return None
-        return self._clearance.obstacle(places_along(path), self.load, touches=touches, least=least)
-
-    def _motion(self, *stops: Sequence[float]) -> JointMotion:
-        """Return the motion to joint positions, with a rest at each."""
-        motion = JointMotion.hold(Joints(*self._commanded), 0.0)
-        for joints in stops:
-            motion = motion.then(move(motion.end, Joints(*joints)))
-        return motion
+        places = places_along(path, self._figures.steps)
+        return self._clearance.obstacle(places, self.load, touches=touches, least=least)
 
     def _move(self, *stops: Sequence[float], touches: bool = False) -> bool:
         """Move to joint positions, with a rest at each, and wait until there; False if something is in the way."""
-        motion = self._motion(*stops)
+        motion = self.postures.motion(self._commanded, stops)
         if self._is_blocked(motion.positions, touches=touches):
             return False
-        self._client.send_arm(**motion.command())
-        self._commanded = list(motion.end)
-        self._client.idle(motion.duration)
+        # the controller begins at its own target for the time of the first knot
+        kept = slice(min(1, len(motion.times) - 1), None)
+        self._send(Knots(motion.times[kept], motion.positions[kept], motion.velocities[kept]))
+        self._client.idle(motion.times[-1])
         return True
 
-    def _is_blocked(self, path: Sequence[Joints], *, touches: bool) -> bool:
+    def _is_blocked(self, path: Sequence[Sequence[float]], *, touches: bool) -> bool:
         obstacle = self._obstacle(path, touches=touches)
         if obstacle is not None:
             log.info("%.1f s: not moved: %s", self._client.time, obstacle)
         return obstacle is not None
 
-    def _send(
-        self, points: Sequence[Sequence[float]], times: Sequence[float], velocities: Sequence[Sequence[float]]
-    ) -> None:
-        self._client.send_arm(points, times, velocities=velocities, joints=ARM_JOINTS)
-        self._commanded = list(points[-1])
-
-
-def _rolled(joints: Joints, angle: float) -> Joints:
-    """Return joints with the tool turned by an angle [rad], or by its opposite within the range of the wrist."""
-    sign = -1.0 if abs(joints.wrist_3 + angle) > abs(joints.wrist_3 - angle) else 1.0
-    return joints._replace(wrist_3=joints.wrist_3 + sign * angle)
+    def _send(self, motion: Knots) -> None:
+        times, points, velocities = motion
+        self._device.send_arm(points, times, velocities=velocities, joints=self._figures.joints)
+        self._commanded = tuple(points[-1])

@@ -7,7 +7,7 @@ from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import KitTask, OrderBook, Task, is_known_faulty, strays
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.supply import Supply
-from cellwright.clients.agents.kitter.workplace import TrayPlace, rail_beside
+from cellwright.clients.agents.kitter.workplace import TrayPlace
 
 KEEPING_HORIZON = 8.0
 """Time [s] within which a part that no order has yet must arrive to be kept."""
@@ -73,7 +73,11 @@ class Choice:
         is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
         way = [
             min(
-                (abs(rail_beside(*p.world_T_part.position[:2]) - station.rail) for p in lying if p.type == each),
+                (
+                    abs(self._view.workplace.rail_beside(*p.world_T_part.position[:2]) - station.rail)
+                    for p in lying
+                    if p.type == each
+                ),
                 default=0.0,
             )
             for each in types
@@ -109,7 +113,7 @@ class Choice:
         """
         wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
         lying = sum(each.type == part.type for each in self._view.parts_in_bins())
-        way = abs(rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
+        way = abs(self._view.workplace.rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
         failures = self._supply.failures(part.world_T_part)
         return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)
 

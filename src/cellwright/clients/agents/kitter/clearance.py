@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.clients.agents.kitter.part_figures import PartFigures
-from cellwright.motion import Joints, link_poses
+from cellwright.clients.agents.kitter.postures import Postures
+from cellwright.motion.chain import Chain
+from cellwright.motion.solver import Vector
 from cellwright.util.pose import Pose
 
 CLEARANCE = 0.010
@@ -18,20 +20,14 @@ CLEARANCE = 0.010
 PLANNED_CLEARANCE = 0.014
 """Least distance [m] of places that are chosen: the servos need some of it."""
 
-_GRIPPER, _LOAD, _RAIL = "vacuum_gripper_link", "load", "linear_arm_actuator"
-_ARM, _CELL, _BEAM = 1, 2, 4
-"""Bits of contact: links and load, the cell, and the beam of the rail, which carries the lowest links."""
-
-_AXES = ((0, 1, 0), (0, 0, 1), (0, 1, 0), (0, 1, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0))
-"""Axes of the joints in the frames of the links that they move, from the rail on."""
+_LOAD = "load"
+_ARM, _CELL, _CARRIER = 1, 2, 4
+"""Bits of contact: links and load, the cell, and what carries the arm, which its lowest links touch."""
 
 _LEVEL = 0.7
 """Vertical part of a contact's normal from which it is with a surface that things lie on, and not with a wall."""
 
 Array: TypeAlias = "NDArray[np.float64]"
-
-_STEPS = np.array((0.05, 0.1, 0.06, 0.06, 0.15, 0.15, 0.3))
-"""Largest motion of each joint [m for the rail; rad] between two places of a path that are looked at: about 5 cm."""
 
 
 class Load(NamedTuple):
@@ -57,15 +53,24 @@ class Clearance:
 
     Args:
         solids: shapes by frame, as `Client.solids` returns them.
-        arm_T_world: pose of the world in the arm's frame.
+        chain: the arm, from the frame of its mount to its cup, as `Client.chains` returns it.
+        postures: its postures.
     """
 
-    def __init__(self, solids: Mapping[str, Sequence[Mapping[str, Any]]], arm_T_world: Pose) -> None:
+    def __init__(self, solids: Mapping[str, Sequence[Mapping[str, Any]]], chain: Chain, postures: Postures) -> None:
         self._solids = solids
-        self._arm_T_world = arm_T_world
-        self._links = [name for name in solids if name != "world"]
+        self._chain = chain
+        self._postures = postures
+        self._gripper = postures.figures.gripper
+        self._links = [name for name in solids if name in chain.links]
+        # The engine leaves out parent and child; links two joints apart meet at the short link between them.
+        self._joined = {*zip(self._links, self._links[2:], strict=False)}
         self._loads: list[PartFigures] = []
         self._build()
+        near = self._near_each_other(postures.figures.home)
+        if near:
+            self._joined |= near
+            self._build()
 
     def obstacle(
         self,
@@ -88,7 +93,7 @@ class Clearance:
                 self._model.body_pos[body] = load.gripper_T_part.position
                 self._model.body_quat[body] = load.gripper_T_part.quaternion
             first = self._model.body_geomadr[body]
-            self._model.geom_conaffinity[first : first + len(kind.outline)] = _CELL | _BEAM | _ARM if is_held else 0
+            self._model.geom_conaffinity[first : first + len(kind.outline)] = _CELL | _CARRIER | _ARM if is_held else 0
         for joints in path:
             found = self._nearest(joints, least, touches=touches)
             if found is not None:
@@ -104,49 +109,74 @@ class Clearance:
         for contact in data.contact[: data.ncon] if data.ncon else ():
             if contact.dist >= least:
                 continue
-            names = [self._names[geom] for geom in contact.geom]
+            names = self._names_of(contact)
             # The cup may only meet what is below it: the normal of such a contact is nearly vertical.
-            is_meant = _LOAD in names or (_GRIPPER in names and abs(contact.frame[2]) > _LEVEL)
+            is_meant = _LOAD in names or (self._gripper in names and abs(contact.frame[2]) > _LEVEL)
             if touches and is_meant:
                 continue
-            return Obstacle(float(contact.dist), *sorted(names, key=lambda name: name not in (*self._links, _LOAD)))
+            return Obstacle(float(contact.dist), *names)
         return None
+
+    def _near_each_other(self, home: Sequence[float]) -> set[tuple[str, str]]:
+        """Return the links that are near each other at home, or near what carries the arm: each with the other."""
+        self._data.qpos[:] = home
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_collision(self._model, self._data)
+        own = (*self._links, *self._postures.figures.carriers)
+        pairs = [self._names_of(contact) for contact in self._data.contact[: self._data.ncon]]
+        return {(one, other) for one, other in pairs if one in own and other in own}
+
+    def _names_of(self, contact: Any) -> tuple[str, str]:
+        """Return what comes near to what, a link or the load first."""
+        one, other = (self._names[geom] for geom in contact.geom)
+        return (one, other) if one in (*self._links, _LOAD) else (other, one)
 
     def _build(self) -> None:
         """Make a model of the cell around the chain of the arm's links; its positions are those of the joints."""
         spec = mujoco.MjSpec()
         names: dict[str, str] = {}
+        frame_T_world, carriers = self._postures.world_T_frame.inverse(), self._postures.figures.carriers
         for each in self._solids["world"]:
-            here = _in_frame(self._arm_T_world, each)
-            names[_add(spec, spec.worldbody, here, _BEAM if here["body"] == _RAIL else _CELL, 0)] = here["body"]
-        parent, world_T_parent = spec.worldbody, Pose()
-        axes = dict(zip(self._links, _AXES, strict=False))
-        for name, world_T_link in link_poses(Joints(*(0.0,) * 7)).items():
-            parent_T_link = world_T_parent.inverse() @ world_T_link
-            parent = parent.add_body(name=name, pos=parent_T_link.position, quat=parent_T_link.quaternion)
-            world_T_parent = world_T_link
-            if name in axes:
-                is_rail = name == self._links[0]
-                kind = mujoco.mjtJoint.mjJNT_SLIDE if is_rail else mujoco.mjtJoint.mjJNT_HINGE
-                parent.add_joint(type=kind, axis=axes[name])
-            reach = _ARM | _CELL | (0 if name in self._links[:2] else _BEAM)
-            for shape in self._solids[name]:
-                names[_add(spec, parent, shape, _ARM, reach)] = name
-        for number, kind in enumerate(self._loads):
-            body = parent.add_body(name=f"{_LOAD}{number}")
-            for disc in kind.outline:
-                size = [disc.radius, kind.height / 2]
-                place = [disc.x, disc.y, kind.top - kind.height / 2]
-                shape = {"type": "cylinder", "size": size, "position": place, "quaternion": [1.0, 0.0, 0.0, 0.0]}
-                names[_add(spec, body, shape, 0, _CELL | _BEAM | _ARM)] = _LOAD
-            spec.add_exclude(bodyname1=body.name, bodyname2="wrist_2_link")
-        # The engine leaves out parent and child; links two joints apart meet at the short link between them.
-        for one, other in zip(self._links, self._links[2:], strict=False):
-            spec.add_exclude(bodyname1=one, bodyname2=other)
+            here = _in_frame(frame_T_world, each)
+            bit = _CARRIER if here["body"] in carriers else _CELL
+            names[_add(spec, spec.worldbody, here, bit, 0)] = here["body"]
+        base = self._postures.frame_T_base
+        body, origin = spec.worldbody.add_body(pos=base.position, quat=base.quaternion), (0.0, 0.0, 0.0)
+        # the lowest links are those that a rail and the first joint behind it move
+        lowest = 2 if self._chain.joints[0].is_prismatic else 1
+        standing = {one for one, other in self._joined if other in carriers}
+        for number, joint in enumerate(self._chain.joints, start=1):
+            body = body.add_body(pos=np.subtract(joint.point, origin))
+            kind = mujoco.mjtJoint.mjJNT_SLIDE if joint.is_prismatic else mujoco.mjtJoint.mjJNT_HINGE
+            body.add_joint(type=kind, axis=joint.axis)
+            # the engine takes no moving body without mass; only distances are computed
+            body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
+            origin = joint.point
+            for name in (each for each in self._links if self._chain.links[each].joints == number):
+                pose = self._chain.links[name].pose
+                link = body.add_body(name=name, pos=np.subtract(pose.position, origin), quat=pose.quaternion)
+                touched = _ARM | _CELL | (0 if number <= lowest or name in standing else _CARRIER)
+                for shape in self._solids[name]:
+                    names[_add(spec, link, shape, _ARM, touched)] = name
+                if name == self._gripper:
+                    self._add_loads(spec, link, names)
+        for one, other in self._joined:
+            if other in self._links:
+                spec.add_exclude(bodyname1=one, bodyname2=other)
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
         self._names = [names[self._model.geom(number).name] for number in range(self._model.ngeom)]
         self._load_bodies = {kind: self._model.body(f"{_LOAD}{each}").id for each, kind in enumerate(self._loads)}
+
+    def _add_loads(self, spec: Any, gripper: Any, names: dict[str, str]) -> None:
+        """Add a body to the gripper for each kind of load."""
+        for number, kind in enumerate(self._loads):
+            body = gripper.add_body(name=f"{_LOAD}{number}")
+            for disc in kind.outline:
+                size = [disc.radius, kind.height / 2]
+                place = [disc.x, disc.y, kind.top - kind.height / 2]
+                shape = {"type": "cylinder", "size": size, "position": place, "quaternion": [1.0, 0.0, 0.0, 0.0]}
+                names[_add(spec, body, shape, 0, _CELL | _CARRIER | _ARM)] = _LOAD
 
 
 def _in_frame(frame_T_world: Pose, shape: Mapping[str, Any]) -> dict[str, Any]:
@@ -172,14 +202,14 @@ def _add(spec: Any, body: Any, shape: Mapping[str, Any], contype: int, conaffini
     return str(geom.name)
 
 
-def places_along(path: Sequence[Sequence[float]]) -> Array:
-    """Return places of a path of joint positions, shape (n, 7), that are close enough to each other to look at.
+def places_along(path: Sequence[Sequence[float]], steps: Vector) -> Array:
+    """Return places of a path of joint positions, shape (n, joints), including both ends.
 
-    Both ends are among them.
+    No joint moves farther between two of them than in `steps` [rad; m].
     """
     knots = np.array(path, dtype=float)
     # A stretch gets as many steps as the joint needs that moves farthest, measured in its own steps.
-    steps = np.max(np.abs(np.diff(knots, axis=0)) / _STEPS, axis=1, initial=0.0)
-    marks = np.concatenate(([0.0], np.cumsum(steps)))
+    counts = np.max(np.abs(np.diff(knots, axis=0)) / np.array(steps), axis=1, initial=0.0)
+    marks = np.concatenate(([0.0], np.cumsum(counts)))
     places = np.linspace(0.0, marks[-1], max(2, math.ceil(marks[-1]) + 1))
     return np.stack([np.interp(places, marks, column) for column in knots.T], axis=1)

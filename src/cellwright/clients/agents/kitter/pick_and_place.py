@@ -10,8 +10,9 @@ from cellwright.clients.agents.kitter.clearance import Load
 from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, at_height
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
 from cellwright.clients.agents.kitter.perception import TrackedBeltPart
-from cellwright.clients.agents.kitter.workplace import FOLLOWED, BeltPlace, TrayPlace
+from cellwright.clients.agents.kitter.workplace import FOLLOWED, BeltPlace, TrayPlace, Workplace
 from cellwright.clients.client import Client
+from cellwright.motion.solver import Vector
 from cellwright.util.pose import Pose
 
 log = logging.getLogger(__name__)
@@ -28,8 +29,8 @@ BELT_TIME_MARGIN = 0.5
 """Time [s] by which the arm is there before the part."""
 WAITING_PLACE = 0.15
 """Distance [m] along the belt, from where parts are first taken, at which the arm waits for it to bring something."""
-WAITING_HEIGHT, WAITING_DISTANCE = 1.0, 0.09
-"""Height [m] of the gripper then; over a higher belt, its distance from the belt."""
+WAITING_DISTANCE = 0.09
+"""Least distance [m] of the gripper from the belt then."""
 SUCTION_TIMEOUT = 0.35
 """Longest wait [s] of the cup on the part."""
 CUP_SPACE = 0.042
@@ -65,20 +66,14 @@ class Manipulator:
         client: the client.
         arm: the arm.
         catalogue: figures of the part types.
-        drop_places: places on the floor for parts to throw away, as `Workplace.drop_places` has them.
+        workplace: places of the cell.
     """
 
-    def __init__(
-        self,
-        client: Client,
-        arm: KitterArm,
-        catalogue: Catalogue,
-        drop_places: Sequence[tuple[float, float, float]] = (),
-    ) -> None:
+    def __init__(self, client: Client, arm: KitterArm, catalogue: Catalogue, workplace: Workplace) -> None:
         self._client = client
         self._arm = arm
         self._catalogue = catalogue
-        self._drop_places = drop_places
+        self._workplace = workplace
 
     def from_rest(
         self,
@@ -99,18 +94,18 @@ class Manipulator:
         approach = self._approach(part_type, world_T_part, rail, attempt, neighbours)
         if approach is None:
             return None
-        hover, z, place = approach
-        if not arm.travel(hover, place):
+        hover, z, posture = approach
+        if not arm.travel(hover, rail, posture):
             return None
-        client.control_gripper(True)
+        arm.grip(True)
         if not arm.line(at_height(hover, z + PICK_APPROACH_HEIGHT), 0.35):
             return self._kept(None)
         arm.press(at_height(hover, z - PRESS_DEPTH), PRESS_SPEED)
         client.wait_until(
-            lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
+            lambda: arm.is_holding, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
         )
         held = None
-        if client.gripper_attached:
+        if arm.is_holding:
             held = self._loaded(Held(part_type, arm.tool.inverse() @ world_T_part, is_turned))
         arm.rise(max(arm.safe, z + 0.15))
         return self._kept(held)
@@ -122,7 +117,7 @@ class Manipulator:
     def can_put_down(self, held: Held, world_T_part: Pose, rail: float) -> bool:
         """Return whether a held part can be put down at a pose; arguments as for `put_down`."""
         goal = self._release(held, world_T_part)
-        return self._arm.clear_rail(self._above(goal), goal, rail) is not None
+        return self._arm.clear_posture(self._above(goal), goal, rail) is not None
 
     def _release(self, held: Held, world_T_part: Pose) -> Pose:
         """Return the gripper's pose that brings a held part to a place, higher if the part hangs askew."""
@@ -137,11 +132,11 @@ class Manipulator:
 
     def _approach(
         self, part_type: str, world_T_part: Pose, rail: float, attempt: int, neighbours: Sequence[Disc] = ()
-    ) -> tuple[Pose, float, float] | None:
+    ) -> tuple[Pose, float, Vector] | None:
         """Return how to come to a part at rest by the first grip for which there is room; None if there is none.
 
-        That is the gripper's pose above it, the gripper's height [m] with the cup's face on the part, and the rail's
-        place [m]. Grips at which the cup keeps off `neighbours` come first.
+        That is the gripper's pose above it, the gripper's height [m] with the cup's face on the part, and the posture
+        above it. Grips at which the cup keeps off `neighbours` come first.
         """
         kind = self._catalogue.figures(part_type)
 
@@ -156,10 +151,10 @@ class Manipulator:
         ]
         for above in sorted(grips, key=overlap):
             z = above.position[2]
-            hover = at_height(above, max(z + 0.1, 0.9))
-            place = self._arm.clear_rail(hover, above, rail)
-            if place is not None:
-                return hover, z, place
+            hover = at_height(above, max(z + 0.1, self._arm.heights.hover))
+            posture = self._arm.clear_posture(hover, above, rail)
+            if posture is not None:
+                return hover, z, posture
         return None
 
     def meeting_place(self, part: TrackedBeltPart) -> float | None:
@@ -169,7 +164,7 @@ class Manipulator:
         for _ in range(4):
             arrival = (
                 self._client.time
-                + self._arm.travel_time(self.belt_hover(part, along), belt.rail(along))
+                + self._arm.travel_time(self.belt_hover(part, along), self._workplace.rail_along(belt, along))
                 + BELT_TIME_MARGIN
             )
             if not math.isfinite(arrival):
@@ -182,8 +177,11 @@ class Manipulator:
     def await_belt(self, belt: BeltPlace) -> None:
         """Go to where the arm waits for a belt to bring something."""
         x, y = belt.point(min(belt.first + WAITING_PLACE, belt.last))
-        height = max(WAITING_HEIGHT, belt.belt.surface + WAITING_DISTANCE)
-        self._arm.travel(Pose.from_rpy((x, y, height), (0.0, 0.0, 0.0)), y + belt.belt.direction[1] * FOLLOWED)
+        dx, dy, _ = belt.belt.direction
+        height = max(self._arm.heights.waiting, belt.belt.surface + WAITING_DISTANCE)
+        postures = self._arm.postures
+        rail = postures.rail_at(x, y) + postures.rail_shift(dx * FOLLOWED, dy * FOLLOWED)
+        self._arm.travel(Pose.from_rpy((x, y, height), (0.0, 0.0, 0.0)), rail)
 
     def belt_hover(self, part: TrackedBeltPart, along: float) -> Pose:
         """Return the gripper's pose from which it waits for a part at a place along the belt [m]."""
@@ -199,18 +197,18 @@ class Manipulator:
         client, arm = self._client, self._arm
         hover = self.belt_hover(part, along)
         z = hover.position[2] - BELT_HOVER
-        if not arm.travel(hover, part.belt.rail(along)):
+        if not arm.travel(hover, self._workplace.rail_along(part.belt, along)):
             return None
         meet = part.time_at(along)
         if client.time > meet - 0.05:
             log.info("%.1f s: too late for it by %.2f s", client.time, client.time - meet)
             return None
         client.idle(max(0.0, meet - FOLLOW_LEAD - client.time))
-        client.control_gripper(True)
+        arm.grip(True)
         arm.follow(hover, z + PICK_APPROACH_HEIGHT / 2, z - PRESS_DEPTH, part.belt.belt)
-        client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
+        client.wait_until(lambda: arm.is_holding, FOLLOW_TIME)
         held = None
-        if client.gripper_attached:
+        if arm.is_holding:
             held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.is_turned))
         arm.rise(z + 0.12)
         return self._kept(held)
@@ -221,7 +219,7 @@ class Manipulator:
 
     def _kept(self, held: Held | None) -> Held | None:
         """Return the held part if the cup still holds it."""
-        if held is not None and self._client.gripper_attached:
+        if held is not None and self._arm.is_holding:
             return held
         self.let_go()
         return None
@@ -238,12 +236,12 @@ class Manipulator:
         goal = self._release(held, world_T_part)
         z = goal.position[2]
         hover = self._above(goal)
-        place = arm.clear_rail(hover, goal, rail)
-        if place is None or not arm.travel(hover, place):
+        posture = arm.clear_posture(hover, goal, rail)
+        if posture is None or not arm.travel(hover, rail, posture):
             log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
             self.throw_away(held)
             return False
-        if not client.gripper_attached:
+        if not arm.is_holding:
             return False
         if not arm.line(at_height(goal, z + PLACE_APPROACH_HEIGHT), 0.35):
             self.throw_away(held)
@@ -251,8 +249,8 @@ class Manipulator:
         arm.settle(at_height(goal, z + PLACE_APPROACH_HEIGHT))
         arm.line(goal, 0.1)
         client.sleep(0.1)
-        was_held = client.gripper_attached
-        client.control_gripper(False)
+        was_held = arm.is_holding
+        arm.grip(False)
         client.sleep(0.1)
         on_release()
         arm.rise(arm.safe)
@@ -287,23 +285,23 @@ class Manipulator:
         if not arm.turn_sideways(raised(ready, TURNING_HEIGHT), rail) or not arm.line(ready, 0.35):
             return False
         arm.settle(ready)
-        client.control_gripper(True)
+        arm.grip(True)
         arm.line(beside(at_side, PICK_APPROACH_HEIGHT), 0.2)
         arm.press(beside(at_side, -PRESS_DEPTH), PRESS_SPEED)
         client.wait_until(
-            lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
+            lambda: arm.is_holding, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
         )
-        was_held = client.gripper_attached
+        was_held = arm.is_holding
         if was_held:
             arm.line(raised(at_side, TURNING_HEIGHT), 0.35)
             is_rolled = arm.roll(math.pi)
             rolled = at_side @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi)) if is_rolled else at_side
             arm.settle(raised(rolled, TURNING_HEIGHT))
-            was_held = is_rolled and client.gripper_attached
+            was_held = is_rolled and arm.is_holding
             arm.line(rolled, 0.2)
             arm.settle(rolled)
             ready = beside(rolled, SIDE_RETREAT)
-        client.control_gripper(False)
+        arm.grip(False)
         client.sleep(0.3)
         on_release()
         arm.line(ready, 0.2)
@@ -312,14 +310,16 @@ class Manipulator:
 
     def throw_away(self, held: Held) -> None:
         """Drop a held part out of the way, on the floor; where it is if no place on the floor is in reach."""
-        any(self._arm.travel(Pose.from_rpy((x, y, 1.0), (0.0, 0.0, 0.0)), rail) for x, y, rail in self._drop_places)
+        height = self._arm.heights.waiting
+        places = self._workplace.drop_places
+        any(self._arm.travel(Pose.from_rpy((x, y, height), (0.0, 0.0, 0.0)), rail) for x, y, rail in places)
         self.let_go()
         self._client.sleep(0.2)
         log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
 
     def let_go(self) -> None:
         """Switch the vacuum off; the cup is empty then."""
-        self._client.control_gripper(False)
+        self._arm.grip(False)
         self._arm.load = None
 
 

@@ -34,7 +34,7 @@ from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator, pose_on_tray
 from cellwright.clients.agents.kitter.supply import ATTEMPTS, Supply
-from cellwright.clients.agents.kitter.workplace import TrayPlace, rail_beside
+from cellwright.clients.agents.kitter.workplace import TrayPlace
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -206,7 +206,8 @@ class Strategy:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
         self._set_status("fetching a %s at (%.3f, %.3f)", task.type, *self._view.workplace.in_world(x, y))
-        rail = rail_beside(x, y) if self._view.workplace.bin_at(x, y) else kit.station.rail
+        workplace = self._view.workplace
+        rail = workplace.rail_beside(x, y) if workplace.bin_at(x, y) else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
         held = self._hand.from_rest(
             task.type,

@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import KitTask
-from cellwright.clients.agents.kitter.motion import BASE_X
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.client import Client
@@ -77,8 +76,7 @@ class Supply:
             key=lambda part: (
                 self.failures(part.world_T_part),
                 part.is_turned != is_turned,
-                round(abs(part.world_T_part.position[1] - self._arm.joints.rail), 1),
-                abs(part.world_T_part.position[0] - BASE_X),
+                self._arm.postures.way_to(self._arm.joints, *part.world_T_part.position[:2]),
             ),
             default=None,
         )

@@ -11,17 +11,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from cellwright.clients.agents.kitter.motion import BASE_X, RAIL_END, SHOULDER_OFFSET, on_rail, station_posture
+from cellwright.clients.agents.kitter.postures import Postures
 from cellwright.config.layout.layout import Belt, Bin, Layout, Station
-from cellwright.motion import Joints, arm_frame
-from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
 SQUARE = 1e-4
 """Difference [rad] up to which a tray counts as at a right angle to the rail: the original's models are rounded."""
-
-FIRST_ALONG, LAST_ALONG = -1.7, 1.8
-"""Places [m] along a belt beside the rail, from the rail's middle on, between which parts are taken from it."""
 
 FOLLOWED = 0.3
 """Length [m] of the way on which the arm follows a part on the belt."""
@@ -31,16 +26,6 @@ _PART = 0.1
 _STEP = 0.1
 _HOVER = 0.1
 """Height [m] of the gripper above the belt for which its reach is computed."""
-_ARM_LENGTH = 1.4
-"""Distance [m] from the rail beyond which nothing is in reach."""
-_USUAL = Joints(0.0, math.pi, -1.1, 1.5, 3.7, -math.pi / 2, 0.0)
-
-DROP_PLACES = tuple(
-    (x, y, math.copysign(rail, y))
-    for y, rail in ((2.2, 1.5), (-2.2, 1.5), (1.2, 0.6), (-1.2, 0.6), (0.3, 0.2))
-    for x in (-0.15, 0.75, -0.45, 1.05)
-)
-"""Places x, y [m] beside the rail where a part can be dropped on the floor, and the rail's place [m] for each."""
 _DROP_MARGIN = 0.25
 
 
@@ -155,11 +140,6 @@ class BeltPlace:
         way = self.belt.speed * time
         return Pose((x + dx * way, y + dy * way, z), pose.quaternion)
 
-    def rail(self, along: float) -> float:
-        """Return the rail's place [m] for a part that is met at a place and followed from there."""
-        # 0.15 m at the speed of 2017's belt: in the middle of the way
-        return rail_beside(*self.point(along)) + self.belt.direction[1] * (self.belt.speed * 0.15 / 0.2)
-
     def is_crossed_by(self, world_T_beam: Pose) -> bool:
         """Return whether a beam runs across the belt, low enough to meet flat parts."""
         dx, dy, _ = world_T_beam.rotate((1.0, 0.0, 0.0))
@@ -178,20 +158,12 @@ class Workplace:
 
     Args:
         layout: the layout of the cell, in the world, as `Client.layout` returns it.
-
-    Raises:
-        UsageError: the cell has no place for an arm, or another arm than a UR10 on a rail.
+        postures: those of the arm.
     """
 
-    def __init__(self, layout: Layout) -> None:
-        if not layout.arms:
-            raise UsageError("the cell has no arm; give it one in its section cell: arms, or leave the agent out")
-        if not layout.arms[0].is_original:
-            raise UsageError(
-                f"kitter works with the UR10 of 2017 on its rail (the cell's arm is {layout.arms[0].model}); "
-                "write an agent for it, with Client.send_arm"
-            )
-        self._world_T_arm = arm_frame(layout.arms[0].pose)
+    def __init__(self, layout: Layout, postures: Postures) -> None:
+        self.postures = postures
+        self._world_T_arm = postures.world_T_frame
         self.arm_T_world = self._world_T_arm.inverse()
         """Pose of the world in the arm's frame."""
         local = layout.moved(self.arm_T_world)
@@ -199,9 +171,10 @@ class Workplace:
         self.bins: tuple[Bin, ...] = tuple(replace(each, surface=each.surface - lower) for each in local.bins)
         self.bin_areas = [Area.over(each.pose, each.size, each.surface, 0.3) for each in self.bins]
         self.stations: Mapping[int, TrayPlace] = {
-            each.number: _tray_place(each, lower, has_quality_sensor=each in local.carriers) for each in local.stations
+            each.number: self._tray_place(each, lower, has_quality_sensor=each in local.carriers)
+            for each in local.stations
         }
-        found = (_within_reach(each) for each in local.belts)
+        found = (self._within_reach(each) for each in local.belts)
         self.belts: tuple[BeltPlace, ...] = tuple(each for each in found if each is not None)
         """The belts that the arm reaches."""
 
@@ -213,8 +186,8 @@ class Workplace:
 
     @property
     def drop_places(self) -> list[tuple[float, float, float]]:
-        """Those of the `DROP_PLACES` that have nothing under them."""
-        return [(x, y, rail) for x, y, rail in DROP_PLACES if not self._is_used(x, y)]
+        """Places to drop a part on the floor that have nothing under them: x, y [m], and the rail's place."""
+        return [(x, y, rail) for x, y, rail in self.postures.figures.drop_places if not self._is_used(x, y)]
 
     def in_world(self, x: float, y: float) -> tuple[float, float]:
         """Return x, y [m] of a point in the world."""
@@ -224,6 +197,17 @@ class Workplace:
         """Return the bin over which a point is; None if it is over none."""
         return next((each for each in self.bins if each.covers(x, y)), None)
 
+    def rail_beside(self, x: float, y: float) -> float:
+        """Return the rail's usual place for work at a point [m], which may be beyond its end."""
+        return self.postures.rail_beside(x, y)
+
+    def rail_along(self, belt: BeltPlace, along: float) -> float:
+        """Return the rail's place [m] for a part that is met at a place of a belt and followed from there."""
+        # 0.15 m at the speed of 2017's belt: in the middle of the way
+        dx, dy, _ = belt.belt.direction
+        way = belt.belt.speed * 0.15 / 0.2
+        return self.rail_beside(*belt.point(along)) + self.postures.rail_shift(dx * way, dy * way)
+
     def _is_used(self, x: float, y: float) -> bool:
         corners = [(x + _DROP_MARGIN * i, y + _DROP_MARGIN * j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
         covers = [each.covers for each in self.bins]
@@ -231,56 +215,46 @@ class Workplace:
         covers += [each.covers for each in self.stations.values()]
         return any(each(*corner) for each in covers for corner in corners)
 
+    def _tray_place(self, station: Station, lower: float, *, has_quality_sensor: bool) -> TrayPlace:
+        x, y, _ = station.tray_frame.position
+        yaw = station.tray_frame.yaw
+        quarters = round(yaw / (math.pi / 2))
+        if abs(yaw - quarters * math.pi / 2) < SQUARE:
+            yaw = (2 if quarters == -2 else quarters) * (math.pi / 2)
+        return TrayPlace(
+            station.number,
+            station.name,
+            f"{station.name}_load_point" if has_quality_sensor else station.name,
+            Pose.from_rpy(station.tray_frame.position, (0.0, 0.0, yaw)),
+            self.postures.on_rail(self.rail_beside(x, y)),
+            (station.plate[0] / 2, station.plate[1] / 2),
+            station.surface - lower,
+            has_quality_sensor,
+        )
 
-def rail_beside(x: float, y: float) -> float:
-    """Return the rail's place [m], which may be beyond its end, from which the arm points straight at x, y [m]."""
-    return y + SHOULDER_OFFSET if x < BASE_X else y - SHOULDER_OFFSET
+    def _within_reach(self, belt: Belt) -> BeltPlace | None:
+        """Return a belt with the longest stretch on which the arm can follow parts; None if there is none."""
+        place = BeltPlace(belt)
+        middle = belt.along(belt.centre.position)
+        count = math.ceil(belt.size[0] / _STEP)
+        marks = [middle + belt.size[0] * (index / count - 0.5) for index in range(count + 1)]
+        best: list[float] = []
+        stretch: list[float] = []
+        for mark in marks:
+            stretch = (
+                [*stretch, mark] if mark + FOLLOWED <= place.end - _PART and self._is_in_reach(place, mark) else []
+            )
+            best = max(best, stretch, key=len)
+        if not best:
+            return None
+        first, last = best[0], best[-1]
+        if abs(belt.direction[1]) > 0.99:
+            lowest, highest = self.postures.figures.belt_ends
+            first, last = max(first, lowest), min(last, highest)
+        return BeltPlace(belt, first, last) if first < last else None
 
-
-def _tray_place(station: Station, lower: float, *, has_quality_sensor: bool) -> TrayPlace:
-    x, y, _ = station.tray_frame.position
-    yaw = station.tray_frame.yaw
-    quarters = round(yaw / (math.pi / 2))
-    if abs(yaw - quarters * math.pi / 2) < SQUARE:
-        yaw = (2 if quarters == -2 else quarters) * (math.pi / 2)
-    return TrayPlace(
-        station.number,
-        station.name,
-        f"{station.name}_load_point" if has_quality_sensor else station.name,
-        Pose.from_rpy(station.tray_frame.position, (0.0, 0.0, yaw)),
-        on_rail(rail_beside(x, y)),
-        (station.plate[0] / 2, station.plate[1] / 2),
-        station.surface - lower,
-        has_quality_sensor,
-    )
-
-
-def _within_reach(belt: Belt) -> BeltPlace | None:
-    """Return a belt with the longest stretch on which the arm can follow parts; None if there is none."""
-    place = BeltPlace(belt)
-    middle = belt.along(belt.centre.position)
-    count = math.ceil(belt.size[0] / _STEP)
-    marks = [middle + belt.size[0] * (index / count - 0.5) for index in range(count + 1)]
-    best: list[float] = []
-    stretch: list[float] = []
-    for mark in marks:
-        stretch = [*stretch, mark] if mark + FOLLOWED <= place.end - _PART and _is_in_reach(place, mark) else []
-        best = max(best, stretch, key=len)
-    if not best:
-        return None
-    first, last = best[0], best[-1]
-    if abs(belt.direction[1]) > 0.99:
-        first, last = max(first, FIRST_ALONG), min(last, LAST_ALONG)
-    return BeltPlace(belt, first, last) if first < last else None
-
-
-def _is_in_reach(place: BeltPlace, along: float) -> bool:
-    """Return whether the arm can follow a part from a place of a belt on."""
-    rail = place.rail(along)
-    for way in (0.0, FOLLOWED):
-        x, y = place.point(along + way)
-        if math.hypot(x - BASE_X, max(0.0, abs(y) - RAIL_END)) > _ARM_LENGTH:
-            return False
-        if station_posture(Pose((x, y, place.belt.surface + _HOVER)), rail, _USUAL) is None:
-            return False
-    return True
+    def _is_in_reach(self, place: BeltPlace, along: float) -> bool:
+        """Return whether the arm can follow a part from a place of a belt on."""
+        rail, height = self.rail_along(place, along), place.belt.surface + _HOVER
+        points = (place.point(along + way) for way in (0.0, FOLLOWED))
+        return all(self.postures.reaches(Pose((x, y, height)), rail) for x, y in points)

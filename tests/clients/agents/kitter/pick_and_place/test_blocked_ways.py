@@ -9,37 +9,36 @@ from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
+from tests.clients.agents.kitter.places import ARM, WORKPLACE
 
 
 class BlockedArm:
     """An arm that reaches everything, but does not go down, or does not roll; it notes what it does."""
 
     safe = 0.95
+    heights = ARM.figures.heights
     tool = Pose((0.0, 0.0, 1.0))
 
-    def __init__(self, *, goes_down: bool) -> None:
+    def __init__(self, *, goes_down: bool, is_holding: bool) -> None:
         self.goes_down = goes_down
+        self.is_holding = is_holding
         self.done: list[str] = []
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         def act(*_arguments: Any) -> Any:
             self.done.append(name)
-            return {"line": self.goes_down, "roll": False, "clear_rail": 0.0}.get(name, True)
+            return {"line": self.goes_down, "roll": False, "clear_posture": (0.0,) * 7}.get(name, True)
 
         return act
 
+    def grip(self, enable: bool) -> None:
+        self.done.append("grip" if enable else "let go")
+
 
 def blocked_hand(*, goes_down: bool, holds: bool = False) -> tuple[Manipulator, BlockedArm]:
-    arm = BlockedArm(goes_down=goes_down)
-    client = SimpleNamespace(
-        gripper_attached=goes_down or holds,
-        time=0.0,
-        control_gripper=lambda enable: arm.done.append("grip" if enable else "let go"),
-        sleep=lambda _duration: None,
-        wait_until=lambda condition, _timeout: condition(),
-    )
-    beside = [(-0.15, 2.2, 1.5)]
-    return Manipulator(cast("Client", client), cast("KitterArm", arm), Catalogue(), beside), arm
+    arm = BlockedArm(goes_down=goes_down, is_holding=goes_down or holds)
+    client = SimpleNamespace(time=0.0, sleep=lambda _duration: None, wait_until=lambda condition, _timeout: condition())
+    return Manipulator(cast("Client", client), cast("KitterArm", arm), Catalogue(), WORKPLACE), arm
 
 
 def test_cup_does_not_press_where_the_way_down_is_blocked() -> None:

@@ -6,15 +6,14 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.arm import KitterArm
-from cellwright.clients.agents.kitter.clearance import Clearance
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator
-from cellwright.clients.agents.kitter.workplace import rail_beside
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 from tests.clients.agents.kitter.distances import LINKS, LinkDistances
+from tests.clients.agents.kitter.places import ARM, WORKPLACE, clearance_of
 
 ROD = "piston_rod_part"
 
@@ -35,10 +34,10 @@ def taken(world_T_part: Pose, *others: Pose) -> tuple[Held | None, float, bool]:
     client = Client(InProcess(cell, node="/agent"))
     client.start_competition()
     client.sleep(0.5)
-    hand = Manipulator(client, KitterArm(client, Clearance(client.solids(), Pose())), Catalogue())
+    hand = Manipulator(client, KitterArm(client, client, ARM, clearance_of(client)), Catalogue(), WORKPLACE)
     distances, nearest = LinkDistances(cell, LINKS[:-1]), [0.02]
     cell.simulation.watch("links", None, lambda _index: nearest.extend(distances.now(0.02).values()))
-    rail = rail_beside(*world_T_part.position[:2])
+    rail = ARM.rail_beside(*world_T_part.position[:2])
     is_in_reach = hand.is_in_reach(ROD, world_T_part, rail)
     neighbours = [disc for pose in others for disc in Catalogue().figures(ROD).covers(pose)]
     return hand.from_rest(ROD, world_T_part, rail, neighbours=neighbours), min(nearest), is_in_reach

@@ -7,7 +7,6 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.arm import KitterArm
-from cellwright.clients.agents.kitter.clearance import Clearance
 from cellwright.clients.agents.kitter.kits import find_turning_spot
 from cellwright.clients.agents.kitter.motion import at_height, facing_down
 from cellwright.clients.agents.kitter.part_figures import Catalogue
@@ -17,7 +16,7 @@ from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import KitObject, Trial
 from cellwright.motion import face
 from cellwright.util.pose import Pose
-from tests.clients.agents.kitter.places import HALF, STATIONS, TRAY_SURFACE
+from tests.clients.agents.kitter.places import ARM, HALF, STATIONS, TRAY_SURFACE, WORKPLACE, clearance_of
 from tests.support.cells import on_tray
 
 KINDS = Catalogue()
@@ -33,9 +32,9 @@ class Scene:
         client = Client(InProcess(self.cell, node="/agent"))
         client.start_competition()
         client.sleep(0.5)
-        arm = KitterArm(client, Clearance(client.solids(), Pose()))
+        arm = KitterArm(client, client, ARM, clearance_of(client))
         self.station = STATIONS[number]
-        self.hand = Manipulator(client, arm, KINDS)
+        self.hand = Manipulator(client, arm, KINDS, WORKPLACE)
         self.lying = pose_on_tray(self.station, PULLEY, tray_T_part, drop=0.0)
         above = at_height(pose_on_tray(self.station, PULLEY, tray_T_part), 1.0)
         assert arm.travel(facing_down(above), self.station.rail)

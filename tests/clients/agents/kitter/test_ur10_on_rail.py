@@ -1,4 +1,4 @@
-"""Postures of the arm."""
+"""Postures of the UR10 on its rail."""
 
 import math
 
@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.agents.kitter.motion import (
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.pick_and_place import pose_on_tray, side_grip_pose
+from cellwright.clients.agents.kitter.ur10_on_rail import (
     FOLDED_HEIGHT,
     RAIL_END,
     closest,
@@ -18,8 +20,6 @@ from cellwright.clients.agents.kitter.motion import (
     station_pan,
     station_posture,
 )
-from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.pick_and_place import pose_on_tray, side_grip_pose
 from cellwright.motion import Joints, forward, link_poses, tool_down
 from cellwright.util.pose import Pose
 from tests.clients.agents.kitter.places import STATIONS
