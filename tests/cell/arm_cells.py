@@ -23,14 +23,7 @@ orders: {{order_0: {{tray: tray1, parts: [{{type: gear_part, xy: [0.05, 0.03]}}]
 """A UR5 on a pedestal between a bin and a tray."""
 
 
-TWO_ON_A_RAIL = """
-cell:
-  arms:
-    arm1: {mount: {kind: rail, at: [0.3, 0, 0.9]}, home: {linear_arm_actuator_joint: -1.2}}
-    arm2: {mount: {kind: rail, at: [0.3, 0, 0.9]}, home: {linear_arm_actuator_joint: 1.2}}
-  bins: {bin1: {at: [-0.3, -1.0], size: [0.6, 0.6]}, bin2: {at: [-0.3, 1.0], size: [0.6, 0.6]}}
-parts: [{type: gear_part, in: bin1, grid: [2, 2]}, {type: disk_part, in: bin2, grid: [2, 2]}]
-"""
+TWO_ON_A_RAIL = (ARMS.parent / "two_arms.yaml").read_text()
 """Two arms of 2017 on one rail, with a bin before each."""
 
 TWO_UR5 = """

@@ -1,18 +1,20 @@
-"""One scenario in one process, over the socket, over ROS 1 and over ROS 2: same orders, score and state hash."""
+"""Scenarios in one process, over the socket, over ROS 1 and over ROS 2: same orders, score and state hash."""
 
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
 import cellwright
-from cellwright.clients.client.client import Client
+from cellwright.clients.client import Client
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.socket_transport import SocketTransport
 from tests.ros1.ground import Ground as Master
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
+from tests.support.cells import JOINTS as ARM_JOINTS
 from tests.support.processes import Process
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.ros2.fixtures"]
@@ -35,18 +37,36 @@ def work(client: Client) -> list[str]:
     return seen
 
 
-def in_one_process() -> tuple[list[str], str]:
+def work_with_two(client: Client) -> list[str]:
+    """Move two arms on one rail, each by a command of its own; return what was seen of both."""
+    seen = [f"started {client.start_competition()}"]
+    arms = {name: client.arm(name) for name in ("arm1", "arm2")}
+    client.sleep(0.1)
+    for arm, rail in zip(arms.values(), (-1.0, 0.9), strict=True):
+        arm.send_arm([[rail, 3.14, -1.0, 1.51, 3.77, -1.51, 0.0]], [0.5], joints=ARM_JOINTS)
+        arm.control_gripper(rail > 0.0)
+    client.sleep(0.8)
+    for name, arm in arms.items():
+        seen += [name, f"{arm.joint_positions['linear_arm_actuator_joint']!r} {arm.gripper_enabled}"]
+    return [*seen, f"ended {client.end_competition()}"]
+
+
+Work = Callable[[Client], list[str]]
+SCENARIOS: dict[str, Work] = {"lesson": work, str(Path(__file__).parents[1] / "data" / "two_arms.yaml"): work_with_two}
+
+
+def in_one_process(trial: str) -> tuple[list[str], str]:
     """Return what a client saw, and the state hash."""
-    with cellwright.Session("lesson", options=cellwright.RunOptions(until=5.0)) as session:
+    with cellwright.Session(trial, options=cellwright.RunOptions(until=5.0)) as session:
         session.client()
-        seen = work(Client(session.transport("/agent")))
+        seen = SCENARIOS[trial](Client(session.transport("/agent")))
         return seen, str(session.result_by_now().state_hash)
 
 
-def over(transport: Callable[[], SocketTransport], cell: Process) -> tuple[list[str], str]:
+def over(transport: Callable[[], SocketTransport], cell: Process, act: Work) -> tuple[list[str], str]:
     """Return the same of a client of a served cell, which ends then."""
     with closing(transport()) as opened:
-        seen = work(Client(opened))
+        seen = act(Client(opened))
     cell.interrupt()
     return seen, cell.wait_for(r"^state hash +([0-9a-f]{64})$")[1]
 
@@ -54,15 +74,16 @@ def over(transport: Callable[[], SocketTransport], cell: Process) -> tuple[list[
 @pytest.mark.slow
 @pytest.mark.ros1
 @pytest.mark.ros2
-def test_scenario_has_same_result_over_each_transport(master: Master, domain: Ground) -> None:
-    expected = in_one_process()
-    cell = domain.cellwright("serve", "lesson", "--lockstep", "--port", "0")
-    port = int(cell.wait_for(r"^ready: lesson at 127.0.0.1:(\d+)")[1])
-    assert over(lambda: SocketTransport(("127.0.0.1", port), node="/agent"), cell) == expected
-    cell = master.serve("lesson", "--lockstep")
-    assert over(lambda: Ros1Transport(environment=master.environment), cell) == expected
-    cell = domain.serve("lesson", "--lockstep")
+@pytest.mark.parametrize("trial", SCENARIOS)
+def test_scenario_has_same_result_over_each_transport(master: Master, domain: Ground, trial: str) -> None:
+    expected, act = in_one_process(trial), SCENARIOS[trial]
+    cell = domain.cellwright("serve", trial, "--lockstep", "--port", "0")
+    port = int(cell.wait_for(r"^ready: \w+ at 127.0.0.1:(\d+)")[1])
+    assert over(lambda: SocketTransport(("127.0.0.1", port), node="/agent"), cell, act) == expected
+    cell = master.serve(trial, "--lockstep")
+    assert over(lambda: Ros1Transport(environment=master.environment), cell, act) == expected
+    cell = domain.serve(trial, "--lockstep")
     found = installation()
     assert found is not None
     environment = {**found.environment, **domain.ros}
-    assert over(lambda: Ros2Transport(found.python, environment=environment), cell) == expected
+    assert over(lambda: Ros2Transport(found.python, environment=environment), cell, act) == expected
