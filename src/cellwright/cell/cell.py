@@ -11,6 +11,7 @@ import mujoco
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
+from cellwright.cell.devices.arm_guard import ArmGuard
 from cellwright.cell.devices.collision_culling import CollisionCulling
 from cellwright.cell.devices.conveyor import BeltDevices
 from cellwright.cell.devices.kit_sender import FixedTray, KitSender
@@ -136,6 +137,7 @@ class Cell(CellDevices):
         fixed = [FixedTray(each.name, self.trays[each.number]) for each in trial.layout.trays]
         self.senders: dict[str, KitSender] = {each.name: each for each in (*self.agvs.values(), *fixed)}
         self.arms = Arm.of(trial)
+        self.arm_guard = ArmGuard.of(trial, self.arms)
         self.grippers = VacuumGripper.of(trial, self.parts)
         self.competition = Competition(
             trial,
@@ -173,7 +175,7 @@ class Cell(CellDevices):
         # Arms and cups write setpoints and read contacts of their own: their place among the devices is free.
         yield from self.arms.values()
         yield from self.grippers.values()
-        yield from filter(None, (self.demo_tray,))
+        yield from filter(None, (self.arm_guard, self.demo_tray))
         yield from self.sensors.values()
         yield from self.quality.values()
         # The competition begins by emptying its picture of the trays, which have forgotten their reports by then. In a
@@ -184,10 +186,11 @@ class Cell(CellDevices):
     def _bind(self, trial: Trial) -> None:
         """Bind the rows of the interface to their handlers, and add what plugins bring."""
         refusals = self.bus.refusals
+        if self.arm_guard:
+            self.arm_guard.on_stop.append(partial(refusals.warn, "arm_clearance"))
         arms = [(each.namespace or None, self.arms[each.name]) for each in trial.arms]
-        actions = [TrajectoryAction(arm, refusals, subject) for subject, arm in arms]
         managers = [ControllerServices(refusals, arm.joints, subject) for subject, arm in arms]
-        handlers: list[Device] = [CellPublications(self), *actions]
+        handlers: list[Device] = [CellPublications(self), *(TrajectoryAction(arm, refusals, of) for of, arm in arms)]
         # Handlers begin a run after the devices: they drop all messages of the last run, and publish the first ones.
         for each in handlers:
             self.simulation.add(each)

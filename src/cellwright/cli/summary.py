@@ -211,6 +211,7 @@ def result_document(
         "score": evidence_to_json(result.evidence)
         | {"trial_score": None if final is None else trial_score_to_json(final)},
         "collisions": [asdict(collision) for collision in result.collisions],
+        "nearest_arms": result.nearest_arms and asdict(result.nearest_arms),
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
         "pictures": list(pictures),
@@ -261,6 +262,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
         *(("finals", line) for line in _final(final)),
         *(("collision", collision.sentence()) for collision in result.collisions[:_MAX_COLLISIONS]),
         ("", f"and {more} more" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
+        ("arms", "" if result.nearest_arms is None else f"nearest: {result.nearest_arms.sentence()}"),
         ("simulated", f"{result.simulated:.1f} s in {result.wall:.1f} s: {result.real_time_factor:.1f} x real time"),
         ("state hash", result.state_hash),
         ("versions", ", ".join(f"{name} {version}" for name, version in known[:3])),

@@ -268,9 +268,13 @@ class JointTrajectoryController:
         """End the active goal and bring the joints to rest; return whether there was an active goal."""
         if self.goal is None or not self.goal.active:
             return False
-        self._stop(now)
-        self._preempt("cancelled")
+        self.halt(now, "cancelled")
         return True
+
+    def halt(self, now: int, reason: str) -> None:
+        """Bring the joints to rest, whatever they do; an active goal ends for this reason."""
+        self._stop(now)
+        self._preempt(reason)
 
     def update(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> None:
         """Check the active goal, if any, against actual positions and velocities of the joints at `now` [ns]."""

@@ -101,6 +101,10 @@ class Arm(Device):
         """End the active goal and bring the arm to rest; return whether there was one."""
         return self._with_goal(lambda: self.controller.cancel(self.simulation.now))
 
+    def halt(self, reason: str) -> None:
+        """Bring the arm to rest, whatever it does; an active goal ends for this reason."""
+        self._with_goal(lambda: self.controller.halt(self.simulation.now, reason))
+
     def read(self) -> JointReadings:
         """Return the present joint readings."""
         return JointReadings(self._positions.tolist(), self._velocities.tolist(), self._efforts.tolist())

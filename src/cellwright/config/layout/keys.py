@@ -212,6 +212,7 @@ CELL = Keys(
         "trays": section_of(TRAY),
         "carriers": section_of(CARRIER),
         "arms": section_of(ARM),
+        "arm_clearance": quantity(0.01, 1.0, "m"),
         "structure": section_of(STRUCTURE),
         "places": section_of(FRAME),
         "views": section_of(VIEW),

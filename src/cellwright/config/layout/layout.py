@@ -273,6 +273,7 @@ class Layout:
         floor_lines: lines on the floor.
         views: camera presets.
         places: named poses of the user's.
+        arm_clearance: distance [m] that a guard keeps between arms; None without a guard.
 
     The shelf is outside every view, and in line with the cell. The engine's broad phase uses boxes along the principal
     axes of all objects. A shelf to one side would skew these axes, and every flat object would fill a fat box.
@@ -295,6 +296,7 @@ class Layout:
     floor_lines: tuple[FloorLine, ...] = ()
     views: tuple[View, ...] = ()
     places: tuple[Place, ...] = ()
+    arm_clearance: float | None = None
 
     @property
     def stations(self) -> tuple[Station, ...]:

@@ -84,6 +84,8 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
     values = keys.CELL.read(section, reader)
     named: Sequence[Named] = values.get("arms", ())
     arms, models = read_arms(named, reader)
+    if "arm_clearance" in values and len(named) < 2:
+        reader.problems.error(section.entries["arm_clearance"], "the cell has no two arms; leave it out")
     layout = _layout(values, arms, reader)
     _check_names(section, reader, types)
     if not any(name in section.entries for name in NAMED_SECTIONS):
@@ -117,6 +119,7 @@ def _layout(values: dict[str, Any], arms: tuple[Arm, ...], reader: Reader) -> La
         carriers=carriers,
         arms=arms,
         shelf=values.get("shelf", SHELF),
+        arm_clearance=values.get("arm_clearance"),
         trays=tuple(_tray(number, each) for number, each in enumerate(values.get("trays", ()), first)),
         structure=(
             *(_structure(each) for each in values.get("structure", ())),

@@ -197,7 +197,8 @@ class CellTarget(Target):
         ended = cell_result(result)
         self.node.bus.refusals.flush()
         if self._collisions is not None:
-            ended = replace(ended, collisions=tuple(self._collisions.end()))
+            collisions = tuple(self._collisions.end())
+            ended = replace(ended, collisions=collisions, nearest_arms=self._collisions.nearest)
         if not restarts:
             self._cell_panel.end({"outcome": ended.word} | ended.facts("error", "state_hash", "simulated", "wall"))
             if self._control is not None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.arm import Arm
+from cellwright.cell.devices.arm_guard import FAR, ArmDistances
 from cellwright.config.layout.arm_models import chain_in_engine, moving_links
 from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS
@@ -78,6 +79,32 @@ class _Watched:
     tool: int
 
 
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """Smallest distance between two arms in a run.
+
+    Attributes:
+        distance: distance of two links [m]; negative where they overlap.
+        link: frame of a link.
+        other: frame of the other arm's.
+        time: simulation time [s].
+    """
+
+    distance: float
+    link: str
+    other: str
+    time: float
+
+    def sentence(self) -> str:
+        """Return the approach in words.
+
+        Example:
+            >>> Approach(0.034, "arm1_forearm_link", "arm2_wrist_3_link", 12.3).sentence()
+            'arm1_forearm_link 34 mm from arm2_wrist_3_link at 12.3 s'
+        """
+        return f"{self.link} {self.distance * 1e3:.0f} mm from {self.other} at {self.time:.1f} s"
+
+
 class CollisionWatch:
     """Collision monitor of a cell's arms; it does not affect the run.
 
@@ -103,6 +130,9 @@ class CollisionWatch:
             self._links |= {int(model.body(name).id): watched for name in links}
         self._link_ids = [*self._links]
         self._setpoint: mujoco.MjData | None = None
+        self._distances = ArmDistances(cell.simulation, cell.trial)
+        self.nearest: Approach | None = None
+        """Smallest distance between two arms; None with one arm."""
         self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
 
     def end(self) -> list[Collision]:
@@ -114,22 +144,26 @@ class CollisionWatch:
     def panel(self) -> dict[str, Any]:
         """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` by their ends.
 
-        Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
+        Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m]. With several
+        arms, `nearest` is their smallest distance so far.
         """
         over = [asdict(each) for each in self.collisions[-MAX_SHOWN:]]
         lasting = [asdict(each) | {"end": None} for each in self._open.values() if each.duration >= MIN_DURATION]
         latest = [each | {"deviation": round(each["deviation"], 3)} for each in (over + lasting)[-MAX_SHOWN:]]
-        return {"count": len(self.collisions) + len(lasting), "latest": latest}
+        nearest = {} if self.nearest is None else {"nearest": asdict(self.nearest)}
+        return {"count": len(self.collisions) + len(lasting), "latest": latest, **nearest}
 
     def reset(self, _stood: int = 0) -> None:
         """Forget all collisions: the run has started again."""
         self._open.clear()
-        self.collisions = []
+        self.collisions, self.nearest = [], None
 
     def rewind(self, time: int) -> None:
         """Forget all collisions after `time` [ns]: the run goes back there."""
         self._open.clear()
         self.collisions = [each for each in self.collisions if each.end <= time / NANOSECONDS]
+        if self.nearest is not None and self.nearest.time > time / NANOSECONDS:
+            self.nearest = None
 
     def _look(self, _index: int) -> None:
         simulation = self._cell.simulation
@@ -147,6 +181,11 @@ class CollisionWatch:
             names = self._name(link), _shown(self._name(body))
             open_ = self._open.setdefault((link, body), Collision(*names, now, now))
             open_.end, open_.deviation = now, max(open_.deviation, deviations[self._links[link].tool])
+
+        for pair in self._distances.pairs:
+            found = self._distances.nearest(*pair, within=FAR if self.nearest is None else self.nearest.distance)
+            if found is not None:
+                self.nearest = Approach(*found, now)
 
     def _name(self, body: int) -> str:
         if (part := self._cell.parts.by_body.get(body)) is not None:

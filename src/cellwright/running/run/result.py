@@ -15,7 +15,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.evidence import Evidence
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.engine.loop import PaceFigures
-from cellwright.running.run.collisions import Collision
+from cellwright.running.run.collisions import Approach, Collision
 
 
 class Outcome(StrEnum):
@@ -101,7 +101,8 @@ class RunResult(SessionResult):
         score: points and times.
         evidence: the score with the facts that it follows from.
         heard: number of messages of each topic that was listened to.
-        collisions: collisions of the arm's links.
+        collisions: collisions of the arms' links.
+        nearest_arms: smallest distance between two arms; None with one arm.
     """
 
     outcome: Outcome
@@ -110,6 +111,7 @@ class RunResult(SessionResult):
     evidence: Evidence
     heard: Mapping[str, int] = field(default_factory=dict)
     collisions: tuple[Collision, ...] = ()
+    nearest_arms: Approach | None = None
 
     @property
     def word(self) -> str:
