@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from cellwright.config.robot.description import description
-from cellwright.config.robot.model import JointType, RobotModel, link_poses
+from cellwright.config.models.model import ModelShape
+from cellwright.config.robot.description import description, in_first_version
+from cellwright.config.robot.model import Joint, JointType, Link, RobotModel, link_poses
 from cellwright.config.robot.robots import bundled, find_robot, load_robot
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.config.robot.urdf_file import read_text
+from cellwright.config.robot.urdf_writer import write_urdf
 from cellwright.util.errors import DescriptionError
+from cellwright.util.pose import Pose
 from tests.config.robot import small_robot, test_against_pybullet, test_urdf_damage, torso_robot
 from tests.config.robot.oracle import pose_distance
 from tests.support.urdfdom import complaints
@@ -186,6 +190,22 @@ def test_capsule_becomes_cylinder_between_spheres_of_same_extent(tmp_path: Path)
     assert sorted((shape.kind, shape.pose.position[2]) for shape in shapes) == [
         ("cylinder", 1.0), ("sphere", 0.0), ("sphere", 2.0),
     ]  # fmt: skip
+
+
+def test_urdf_in_first_version_has_the_same_poses_and_no_newer_forms(tmp_path: Path) -> None:
+    slanted = Pose.from_rpy((1.0, 2.0, 3.0), (0.3, math.pi / 2 - 1e-6, -0.4))
+    links = {name: Link(name, shapes=(ModelShape("capsule", (0.1, 0.4, 0.0), slanted),)) for name in ("a", "b")}
+    robot = RobotModel("r", "a", links, (Joint("j", JointType.FIXED, "a", "b", slanted),))
+    root = ET.fromstring(write_urdf(robot))
+    in_first_version(root)
+    text = ET.tostring(root, encoding="unicode")
+    assert not any(word in text for word in ("quat", "capsule", "version"))
+    path = tmp_path / "robot.urdf"
+    path.write_text(text)
+    assert complaints(text) == []
+    found = read_urdf(path, warn=lambda _line: None)
+    assert pose_distance(link_poses(found, {})["b"], slanted) < 1e-9
+    assert [shape.kind for shape in found.links["a"].shapes if shape.is_touched] == ["cylinder", "sphere", "sphere"]
 
 
 def test_text_that_is_no_longer_xml_is_refused(tmp_path: Path) -> None:

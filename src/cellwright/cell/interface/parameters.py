@@ -5,7 +5,6 @@ are those of the simulated arm. The description is always valid for an XML reade
 frames with one name the later one counts, as in the frame tree itself.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -21,31 +20,17 @@ from cellwright.cell.model.arm_solids import SOLID
 from cellwright.config.arm import JointTolerance
 from cellwright.config.layout.arm_models import arm_model, joints_of
 from cellwright.config.layout.arms import Arm
+from cellwright.config.robot.description import in_first_version
 from cellwright.config.robot.model import Inertial, Limits
-from cellwright.config.robot.urdf_writer import add_robot
+from cellwright.config.robot.urdf_writer import add_robot, rpy_of
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import FIGURES, GRIPPER, GRIPPER_JOINT, RAIL, UR10, WRIST_3_T_GRIPPER
 from cellwright.engine.shapes import Shape
 from cellwright.util.pose import Pose, Vector3
 
-_GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] counts as being at it
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _TINY_LIMIT = 1e-6  # [rad]; URDF readers take equal limits for none, or refuse them
 Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str, Parameter]"]
-
-
-def rpy_of(pose: Pose) -> Vector3:
-    """Return roll, pitch, yaw [rad] from which a URDF reader reconstructs the rotation of `pose`.
-
-    Where the pitch is +-pi/2, a rotation determines only the sum or the difference of roll and yaw: roll is 0 there.
-    """
-    forward, left = pose.rotate((1.0, 0.0, 0.0)), pose.rotate((0.0, 1.0, 0.0))
-    level = math.hypot(forward[0], forward[1])
-    pitch = math.atan2(-forward[2], level)
-    if level < _GIMBAL_LOCK:
-        return (0.0, pitch, math.atan2(-left[0], left[1]))
-    roll = math.atan2(left[2], pose.rotate((0.0, 0.0, 1.0))[2])
-    return (roll, pitch, math.atan2(forward[1], forward[0]))
 
 
 def add_link(
@@ -55,7 +40,7 @@ def add_link(
     solid: Sequence[Shape] = (),
     seen: Sequence[Shape] = (),
     inertial: Inertial | None = None,
-) -> None:
+) -> Element:
     """Add a link with collision and visual shapes, and with mass and inertia.
 
     Args:
@@ -64,6 +49,9 @@ def add_link(
         solid: shapes for collision, which are drawn too.
         seen: shapes that are only drawn.
         inertial: mass and inertia along the link's axes; None for a link without mass.
+
+    Returns:
+        The element of the link.
     """
     element = SubElement(parent, "link", name=name)
     if inertial is not None:
@@ -74,12 +62,13 @@ def add_link(
     for shape in (*solid, *seen):
         for kind, sizes, pose in _urdf_forms(shape):
             visual = SubElement(element, "visual")
-            _add_form(visual, kind, sizes, pose)
+            add_form(visual, kind, sizes, pose)
             material = SubElement(visual, "material", name="rgb_" + "_".join(f"{each:.3g}" for each in shape.colour))
             SubElement(material, "color", rgba=_number_text(shape.colour))
     for shape in solid:
         for kind, sizes, pose in _urdf_forms(shape):
-            _add_form(SubElement(element, "collision"), kind, sizes, pose)
+            add_form(SubElement(element, "collision"), kind, sizes, pose)
+    return element
 
 
 def add_joint(parent: Element, kind: str, name: str, before: str, behind: str, pose: Pose) -> Element:
@@ -125,7 +114,8 @@ def _urdf_forms(shape: Shape) -> list[tuple[str, dict[str, str], Pose]]:
     return forms
 
 
-def _add_form(element: Element, kind: str, sizes: dict[str, str], pose: Pose) -> None:
+def add_form(element: Element, kind: str, sizes: dict[str, str], pose: Pose) -> None:
+    """Add place and form to a visual or a collision shape: a kind of geometry in URDF, with its attributes."""
     _add_origin(element, pose)
     SubElement(SubElement(element, "geometry"), kind, sizes)
 
@@ -162,6 +152,7 @@ def robot_description(trial: Trial, only: Arm | None = None) -> str:
             joints = tuple(replace(each, name=name) for each, name in zip(chain.joints, names, strict=True))
             add_robot(robot, replace(chain, joints=joints))
             add_joint(robot, "fixed", f"{chain.root}_base_joint", "world", chain.root, arm.pose)
+    in_first_version(robot)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
 

@@ -19,6 +19,7 @@ from cellwright.config.robot import urdf_file
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import JointType, Link, RobotModel
 from cellwright.config.robot.urdf_numbers import Numbers
+from cellwright.config.robot.urdf_writer import rpy_of
 from cellwright.util.pose import Pose
 
 _NO_LIMIT = 1e9  # [rad; m; N m; N; rad/s; m/s]; urdfdom reads no infinite number
@@ -67,6 +68,17 @@ def description(text: str, robot: RobotModel, path: Path) -> str:
         _mend_numbers(element)
         _mend_joint(element)
     return tostring(root, encoding="unicode")
+
+
+def in_first_version(root: Element) -> None:
+    """Turn a URDF 1.2 into 1.0, which all readers know: roll, pitch, yaw for quaternions, cylinders for capsules."""
+    root.attrib.pop("version", None)
+    for link in root.findall("link"):
+        for place, owner in reversed(list(enumerate(link))):
+            if (capsule := owner.find("geometry/capsule")) is not None:
+                _replace_capsule(link, place, owner, capsule)
+    for owner in root.iter():
+        _mend_origin(owner)
 
 
 def _parsed(text: str, path: Path) -> Element:
@@ -165,9 +177,7 @@ def _mend_shapes(link: Element, finder: MeshFinder) -> None:
         if form.tag == "mesh":
             form.attrib["filename"] = _found(form.attrib["filename"].strip(), finder)
         elif form.tag == "capsule":
-            link.remove(owner)
-            for number, part in enumerate(_parts_of_capsule(owner, form)):
-                link.insert(place + number, part)
+            _replace_capsule(link, place, owner, form)
 
 
 def _is_usable(form: Element) -> bool:
@@ -187,8 +197,14 @@ def _found(reference: str, finder: MeshFinder) -> str:
     return found.resolve().as_uri()
 
 
+def _replace_capsule(link: Element, place: int, owner: Element, form: Element) -> None:
+    """Replace a shape with a capsule, which urdfdom lacks, by three shapes: a cylinder between two spheres."""
+    link.remove(owner)
+    for number, part in enumerate(_parts_of_capsule(owner, form)):
+        link.insert(place + number, part)
+
+
 def _parts_of_capsule(owner: Element, form: Element) -> list[Element]:
-    """Return a shape with a capsule, which urdfdom lacks, as three shapes: a cylinder between two spheres."""
     radius, length = (float(form.attrib[name]) for name in ("radius", "length"))
     middle = _pose(owner)
     parts = []
@@ -199,7 +215,7 @@ def _parts_of_capsule(owner: Element, form: Element) -> list[Element]:
     ):
         part = Element(owner.tag)
         pose = middle @ Pose((0.0, 0.0, z))
-        SubElement(part, "origin", xyz=_text(pose.position), rpy=_text(pose.rpy))
+        SubElement(part, "origin", xyz=_text(pose.position), rpy=_text(rpy_of(pose)))
         SubElement(SubElement(part, "geometry"), tag, {name: repr(value) for name, value in lengths.items()})
         part.extend(owner.findall("material"))
         parts.append(part)
@@ -229,7 +245,7 @@ def _mend_origin(owner: Element) -> None:
     if origin is not None and "quat_xyzw" in origin.attrib:
         pose = _pose(owner)
         origin.attrib.pop("quat_xyzw")
-        origin.attrib["rpy"] = _text(pose.rpy)
+        origin.attrib["rpy"] = _text(rpy_of(pose))
 
 
 def _pose(owner: Element) -> Pose:

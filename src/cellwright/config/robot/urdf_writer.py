@@ -6,10 +6,11 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.model import Joint, JointType, Link, RobotModel
-from cellwright.util.pose import Pose
+from cellwright.util.pose import Pose, Vector3
 
 _NO_LIMIT = 1e9  # [N m; N; rad/s; m/s]; readers take it for none
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] counts as being at it
 _LIMITED = (JointType.REVOLUTE, JointType.PRISMATIC)
 
 
@@ -34,6 +35,20 @@ def add_robot(root: Element, robot: RobotModel) -> None:
     joints = {joint.name: joint for joint in robot.joints}
     for name in robot.written or joints:
         _add_joint(root, joints[name])
+
+
+def rpy_of(pose: Pose) -> Vector3:
+    """Return roll, pitch, yaw [rad] from which a URDF reader reconstructs the rotation of `pose`.
+
+    Where the pitch is +-pi/2, a rotation determines only the sum or the difference of roll and yaw: roll is 0 there.
+    """
+    forward, left = pose.rotate((1.0, 0.0, 0.0)), pose.rotate((0.0, 1.0, 0.0))
+    level = math.hypot(forward[0], forward[1])
+    pitch = math.atan2(-forward[2], level)
+    if level < _GIMBAL_LOCK:
+        return (0.0, pitch, math.atan2(-left[0], left[1]))
+    roll = math.atan2(left[2], pose.rotate((0.0, 0.0, 1.0))[2])
+    return (roll, pitch, math.atan2(forward[1], forward[0]))
 
 
 def _add_link(root: Element, link: Link) -> None:
