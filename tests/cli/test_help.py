@@ -27,6 +27,7 @@ COMMANDS = [
     "cell new",
     "cell schema",
     "cell reach",
+    "cell export",
     "plot",
     "trials",
     "robot",

@@ -1,18 +1,26 @@
 """The page on MoveIt: its tables are those of the package that is written, and its names those of the cell."""
 
 import re
+from functools import cache
 from pathlib import Path
 
-import pytest
-
+from cellwright import load_trial
 from cellwright.cell.controllers import STATES, TRAJECTORIES
+from cellwright.cell.export.description import cell_description
+from cellwright.cell.export.moveit import planned_cell
 from cellwright.cell.model.arm_looks import CUP
-from cellwright.cell.planning import planned_arm
+from cellwright.cell.model.build import build_world
 from cellwright.config.ur10 import WRIST_3_T_GRIPPER, WRIST_3_T_TOOL
 from cellwright.middleware.ros2.packages.contents import MOVEIT
-from cellwright.middleware.ros2.packages.moveit import HOME, TOOL, moveit_files
+from cellwright.middleware.ros2.packages.moveit import HOME, TOOL, PlannedCell, moveit_files
 
 PAGE = (Path(__file__).parents[2] / "docs" / "moveit.md").read_text(encoding="utf-8")
+
+
+@cache
+def lesson() -> PlannedCell:
+    trial = load_trial("lesson")
+    return planned_cell(trial, cell_description(trial, build_world(trial), MOVEIT))
 
 
 def rows(heading: str) -> dict[str, str]:
@@ -21,14 +29,13 @@ def rows(heading: str) -> dict[str, str]:
     return dict(re.findall(r"^\| `([^`]+)` \| ([^|]*) \|", table, re.MULTILINE))
 
 
-@pytest.mark.slow
 def test_table_of_files_is_complete() -> None:
-    files = {path for path in moveit_files(planned_arm()) if "/" in path}
-    assert set(rows(f"file in `{MOVEIT}`")) == files
+    files = {path for path in moveit_files(lesson()) if "/" in path}
+    assert set(rows("file of the package")) == files
 
 
 def test_table_of_groups_has_their_numbers_of_joints() -> None:
-    groups = planned_arm().groups
+    groups = lesson().groups
     found = rows("group")
     assert list(found) == [*groups, TOOL]
     for name, joints in groups.items():
@@ -41,9 +48,8 @@ def test_cup_is_as_far_in_front_of_the_flange_as_the_page_says() -> None:
     assert f"{1000 * face:.1f} mm in front of it" in PAGE
 
 
-@pytest.mark.slow
 def test_table_of_launch_arguments_is_complete() -> None:
-    launch = moveit_files(planned_arm())["launch/move_group.launch.py"].decode()
+    launch = moveit_files(lesson())["launch/move_group.launch.py"].decode()
     assert set(rows("argument of the launch file")) == set(re.findall(r'DeclareLaunchArgument\("(\w+)"', launch))
 
 

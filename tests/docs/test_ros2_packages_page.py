@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from cellwright.middleware.ros2.host.installation import PYTHON_VARIABLE
-from cellwright.middleware.ros2.packages.contents import LAUNCH, MOVEIT, interface_packages, package_files
+from cellwright.middleware.ros2.packages.contents import LAUNCH, interface_packages, package_files
 from cellwright.middleware.ros2.packages.environment import FOLDER_VARIABLE, RMW
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ros2-packages.md").read_text(encoding="utf-8")
@@ -17,7 +17,7 @@ def first_column(heading: str) -> list[str]:
 
 
 def test_table_of_packages_is_complete() -> None:
-    assert sorted(first_column("package")) == sorted([LAUNCH, MOVEIT, *interface_packages()])
+    assert sorted(first_column("package")) == sorted([LAUNCH, *interface_packages()])
 
 
 def test_table_of_launch_arguments_is_complete() -> None:

@@ -1,16 +1,16 @@
-"""MoveIt's calls in a cell: state monitor, controller manager, goals as it sends them, and its planning scene."""
+"""MoveIt's calls in a cell: state monitor, controller manager, and goals as it sends them."""
 
-import math
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 import pytest
 
 from cellwright import load_trial
+from cellwright.cell.export.description import cell_description
+from cellwright.cell.export.moveit import planned_cell
 from cellwright.cell.model.build import build_world
-from cellwright.cell.model.solids import solids
-from cellwright.cell.planning import planned_arm
-from cellwright.middleware.ros2.packages import contents
+from cellwright.middleware.ros2.packages.contents import MOVEIT
+from cellwright.middleware.ros2.packages.moveit import PlannedCell
 from tests.ros2.ground import Ground
 
 pytest_plugins = ["tests.ros2.fixtures"]
@@ -25,7 +25,11 @@ GOAL_MARGIN, DURATION_SCALING = 0.5, 1.1
 RECENT = 1.0
 """MoveIt waits for a state that is at most this old [s], by its own clock."""
 
-SCRIPT = Path(contents.__file__).parent / "data" / contents.MOVEIT / "scripts" / "planning_scene.py"
+
+@cache
+def lesson() -> PlannedCell:
+    trial = load_trial("lesson")
+    return planned_cell(trial, cell_description(trial, build_world(trial), MOVEIT))
 
 
 def plan_and_execute(moves: list[list[float]], limits: list[list[float]]) -> dict[str, Any]:
@@ -137,12 +141,13 @@ MOVES = [
 
 def test_goals_as_moveit_sends_them_succeed_at_full_speed_and_in_time(domain: Ground) -> None:
     domain.serve("lesson", "-d")
-    arm = planned_arm()
+    cell = lesson()
+    (arm,) = cell.arms
     limits = [[each[joint] for joint in arm.joints] for each in (arm.max_velocity, arm.max_acceleration)]
     found = domain.client(plan_and_execute, MOVES, limits).value()
     assert found["joints"] == found["required"] == list(arm.joints)
     assert found["state"] == "active"
-    assert set(found["names"]) >= {*arm.joints, *arm.passive_joints}, "a state of all moving joints"
+    assert set(found["names"]) >= {*arm.joints, *cell.passive_joints}, "a state of all moving joints"
     assert len(set(found["lengths"])) == 1
     assert found["off"] < 0.1
     assert found["age"] < RECENT
@@ -150,7 +155,7 @@ def test_goals_as_moveit_sends_them_succeed_at_full_speed_and_in_time(domain: Gr
         assert (accepted, status, code) == (True, SUCCEEDED, 0)
         assert 0.8 * duration < lasted < DURATION_SCALING * duration + GOAL_MARGIN
         assert left < 0.1, "the controller's tolerance"
-    partial = domain.client(send_goal_of, arm.groups["arm"]).value()
+    partial = domain.client(send_goal_of, cell.groups["arm"]).value()
     assert partial == [False, None], "the original allows none"
 
 
@@ -177,151 +182,4 @@ def send_goal_of(joints: list[str]) -> list[Any]:
 
 def test_group_without_rail_executes_where_partial_goals_are_allowed(domain: Ground) -> None:
     domain.serve("lesson", "-d", "--set", "cellwright.arm.allow_partial_joints_goal=true")
-    assert domain.client(send_goal_of, planned_arm().groups["arm"]).value() == [True, SUCCEEDED]
-
-
-def show_scene(script: str) -> dict[str, Any]:
-    """Return the objects that the scene's program makes of a cell's solids, with stand-ins for MoveIt's messages."""
-    import importlib.util
-    import sys
-    import types
-
-    from geometry_msgs.msg import Pose
-    from std_msgs.msg import Header
-
-    def message(name: str, lists: str = "", **constants: Any) -> type:
-        def start(self: Any, **fields: Any) -> None:
-            self.header = Header()
-            self.__dict__.update({each: [] for each in lists.split()} | constants | fields)
-
-        return type(name, (), {"__init__": start, **constants})
-
-    def scene(is_diff: bool) -> Any:
-        return types.SimpleNamespace(
-            is_diff=is_diff, robot_state=types.SimpleNamespace(), world=types.SimpleNamespace()
-        )
-
-    lists = "primitives primitive_poses meshes mesh_poses planes plane_poses"
-    modules: dict[str, dict[str, Any]] = {
-        "moveit_msgs.msg": {"CollisionObject": message("CollisionObject", lists, ADD=b"\0"), "PlanningScene": scene},
-        "moveit_msgs.srv": {"ApplyPlanningScene": types.SimpleNamespace(Request=types.SimpleNamespace)},
-        "shape_msgs.msg": {
-            "SolidPrimitive": message("SolidPrimitive", BOX=1, SPHERE=2, CYLINDER=3),
-            **{name: message(name) for name in ("Mesh", "MeshTriangle", "Plane")},
-        },
-    }
-    for name, names in modules.items():
-        sys.modules[name.partition(".")[0]] = types.ModuleType(name.partition(".")[0])
-        sys.modules[name] = types.ModuleType(name)
-        sys.modules[name].__dict__.update(names)
-    described = importlib.util.spec_from_file_location("planning_scene", script)
-    assert described is not None
-    assert described.loader is not None
-    program = importlib.util.module_from_spec(described)
-    described.loader.exec_module(program)
-
-    program.rclpy.init()
-    node = program.SceneNode()
-    solids, links = node.solids(), node.links()
-    objects = program.collision_objects(solids, links)
-    asked: list[Any] = []
-    for is_taken in (True, False):
-
-        def answer(kind: Any, name: str, request: Any, is_taken: bool = is_taken) -> Any:
-            asked.append([name, request.scene.is_diff, request.scene.robot_state.is_diff])
-            return types.SimpleNamespace(success=is_taken)
-
-        node._call = answer
-        try:
-            node.apply(objects)
-        except RuntimeError as error:
-            asked.append(str(error))
-    mesh = {"body": "sign", "type": "mesh", "size": [], "position": [0.0, 0.0, 1.0], "quaternion": [1.0, 0.0, 0.0, 0.0]}
-    mesh |= {"vertices": [[0.0, 0.0, float(n)] for n in range(4)], "triangles": [[0, 1, 2], [0, 1, 3]]}
-    (sign,) = program.collision_objects([mesh], links)
-    try:
-        program.collision_objects([mesh | {"type": "torus"}], links)
-        refused = ""
-    except RuntimeError as error:
-        refused = str(error)
-    node.close()
-    program.rclpy.try_shutdown()
-
-    def values(pose: Any) -> list[float]:
-        assert isinstance(pose, Pose)
-        return [pose.position.x, pose.position.y, pose.position.z, pose.orientation.w, pose.orientation.z]
-
-    return {
-        "links": sorted(links),
-        "frames": sorted({each.header.frame_id for each in objects}),
-        "objects": {
-            each.id: [
-                [shape.type, *shape.dimensions, *values(pose)]
-                for shape, pose in zip(each.primitives, each.primitive_poses, strict=True)
-            ]
-            for each in objects
-        },
-        "floor": [list(each.coef) for made in objects if made.id == "floor" for each in made.planes],
-        "sign": [len(sign.meshes[0].vertices), [list(each.vertex_indices) for each in sign.meshes[0].triangles]],
-        "asked": asked,
-        "refused": refused,
-    }
-
-
-def test_planning_scene_has_the_cells_solids_without_the_robot(domain: Ground) -> None:
-    domain.serve("lesson", "-d")
-    found = domain.client(show_scene, str(SCRIPT)).value()
-    objects = found["objects"]
-    assert {"bin7", "conveyor_belt", "agv1", "floor"} <= set(objects)
-    assert "linear_arm_actuator" in found["links"]
-    assert set(objects).isdisjoint(found["links"])
-    assert found["frames"] == ["world"]
-    assert found["floor"] == [[0.0, 0.0, 1.0, 0.0]]
-    solids = build_solids()
-    assert set(objects) == {"floor" if each["body"] == "world" else each["body"] for each in solids} - {
-        "linear_arm_actuator"
-    }
-    (belt,) = [each for each in solids if each["body"] == "conveyor_belt"]
-    ((kind, *values),) = objects["conveyor_belt"]
-    assert (kind, values[:3]) == (1, pytest.approx([2 * half for half in belt["size"]]))
-    assert values[3:6] == pytest.approx(belt["position"])
-    capsules = [each for each in solids if each["body"] == "bin7" and each["type"] == "capsule"]
-    ends = [each for each in objects["bin7"] if each[0] == 2]
-    tubes = [each for each in objects["bin7"] if each[0] == 3]
-    assert (len(ends), len(tubes)) == (2 * len(capsules), len(capsules))
-    for capsule, tube, low, high in zip(capsules, tubes, ends[::2], ends[1::2], strict=True):
-        radius, half = capsule["size"]
-        assert tube[1:3] == pytest.approx([2 * half, radius])
-        assert math.dist(low[2:5], high[2:5]) == pytest.approx(2 * half)
-        assert [(a + b) / 2 for a, b in zip(low[2:5], high[2:5], strict=True)] == pytest.approx(capsule["position"])
-    assert found["sign"] == [4, [[0, 1, 2], [0, 1, 3]]]
-    assert "unknown type of shape 'torus'" in found["refused"]
-    *first, refusal = found["asked"]
-    assert first == [["apply_planning_scene", True, True]] * 2
-    assert refusal.startswith("apply_planning_scene: MoveIt refused the objects")
-
-
-def build_solids() -> list[dict[str, Any]]:
-    return solids(build_world(load_trial("lesson")))["world"]
-
-
-def run_script(path: str) -> list[Any]:
-    """Run a program; return its exit status and what it wrote to stderr."""
-    import contextlib
-    import io
-    import runpy
-
-    written = io.StringIO()
-    with contextlib.redirect_stderr(written):
-        try:
-            runpy.run_path(path, run_name="__main__")
-            status: Any = None
-        except SystemExit as end:
-            status = end.code
-    return [status, written.getvalue()]
-
-
-def test_planning_scene_without_moveit_names_what_to_install(domain: Ground) -> None:
-    status, error = domain.client(run_script, str(SCRIPT)).value()
-    assert status == 2
-    assert error.startswith("planning_scene: No module named 'moveit_msgs'; install MoveIt and source it: apt-get")
+    assert domain.client(send_goal_of, lesson().groups["arm"]).value() == [True, SUCCEEDED]

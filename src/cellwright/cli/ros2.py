@@ -9,15 +9,12 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cell.planning import planned_arm
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
 from cellwright.cli.parameters import argument, flag, option
 from cellwright.cli.shell import SHELL_HELP, check_shell, shell_lines
 from cellwright.middleware.ros2.host.installation import find
 from cellwright.middleware.ros2.packages import workspace
-from cellwright.middleware.ros2.packages.contents import MOVEIT
-from cellwright.middleware.ros2.packages.moveit import moveit_files
 
 
 def ros2_env(shell: Annotated[str, option("SHELL", SHELL_HELP)] = "sh") -> None:
@@ -59,7 +56,7 @@ def ros2_workspace(
     folder: Annotated[Path, argument("DIR", "Workspace folder, such as `~/ros2_ws`.")],
     is_built: Annotated[bool, flag("--build/--no-build", "Build the workspace with colcon.")] = False,
 ) -> None:
-    """Create a colcon workspace with interfaces of cells and robots, launch files and a MoveIt configuration.
+    """Create a colcon workspace with interfaces of cells and robots, and launch files.
 
     The packages go to DIR/src; put your own beside them. In an existing workspace the packages are updated, and
     nothing else is touched. Packages that the sourced ROS 2 has are left out.
@@ -67,7 +64,8 @@ def ros2_workspace(
         cellwright ros2-workspace ros2_ws --build
         source ros2_ws/install/setup.bash
         ros2 launch cellwright cell.launch.py trial:=lesson
-        ros2 launch cellwright_moveit_config move_group.launch.py rviz:=true
+
+    `cellwright cell export` adds a MoveIt configuration of a cell.
 
     Exit status: 0 done; 2 colcon or ROS 2 is missing, or the build failed.
     """
@@ -75,7 +73,7 @@ def ros2_workspace(
         refuse(f"{folder}: is not a folder")
     if is_built:
         workspace.check_build_tools()
-    left_out = workspace.lay_out(folder, {MOVEIT: moveit_files(planned_arm())})
+    left_out = workspace.lay_out(folder)
     typer.echo(f"laid out {folder / 'src'}")
     for package, prefix in left_out.items():
         typer.echo(f"left out {package}: it is in {prefix}")

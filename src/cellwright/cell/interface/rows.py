@@ -41,6 +41,7 @@ from cellwright.util.errors import UsageError
 
 ARIAC = "/ariac"
 FOLLOW = f"{ARIAC}/arm/follow_joint_trajectory"
+FOLLOW_OF_ARM = f"{ARIAC}/{{arm}}/arm/follow_joint_trajectory"
 INTENTION = "/cellwright/intention"
 
 CONTROLLER_NAMES = {
@@ -52,7 +53,7 @@ CONTROLLER_NAMES = {
     "/ariac/{arm}/arm/command": "/{arm}_controller/joint_trajectory",
     "/ariac/{arm}/arm/state": "/{arm}_controller/controller_state",
     "/ariac/{arm}/arm/query_state": "/{arm}_controller/query_state",
-    "/ariac/{arm}/arm/follow_joint_trajectory": "/{arm}_controller/follow_joint_trajectory",
+    FOLLOW_OF_ARM: "/{arm}_controller/follow_joint_trajectory",
 }
 """Names in ROS 2 for programs of ros2_control, such as MoveIt, by the name of 2017; `{arm}` is a namespace."""
 

@@ -1,7 +1,7 @@
 """Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,6 +144,13 @@ class World:
         data.qpos[:] = self.initial_qpos
         data.ctrl[:] = self.initial_ctrl
 
+    def initial_data(self) -> Any:
+        """Return the engine's data as a run begins, with the poses of all bodies and shapes."""
+        data = mujoco.MjData(self.model)
+        self.set_initial_posture(data)
+        mujoco.mj_kinematics(self.model, data)
+        return data
+
 
 @dataclass(frozen=True, slots=True)
 class _Planned:
@@ -152,6 +159,22 @@ class _Planned:
     name: str
     kind: PartType
     start: Pose | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Specified:
+    """Cell before the engine has compiled it: the specification, and what is planned on the shelf's slots.
+
+    The first of these are `parts`; the others are bodies for the belt's clones.
+    """
+
+    spec: Any
+    visuals: Visuals
+    own_types: Mapping[str, OwnPartType]
+    planned: Sequence[_Planned]
+    slots: Sequence[Pose]
+    parts: int
+    clones: tuple[tuple[str, str], ...]
 
 
 def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
@@ -169,6 +192,42 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         UnknownNameError: a part type, a frame, a belt or an arm joint that does not exist.
         ModelFileError: a user-defined model that the engine cannot use.
     """
+    made = _specified(trial, bodies)
+    model = _compiled(made.spec, trial.name, has_clones=bool(made.clones))
+    located = tuple(_locate(model, part, slot, trial) for part, slot in zip(made.planned, made.slots, strict=True))
+    qpos, ctrl = first_pose(model, trial)
+    return World(
+        model=model,
+        visuals=made.visuals,
+        parts=located[: made.parts],
+        clones=made.clones,
+        bodies=located[made.parts :],
+        initial_qpos=qpos,
+        initial_ctrl=ctrl,
+        own_types=made.own_types,
+        arm_links={name: arm.frame_of(name) for arm in trial.arms for name in moving_links(arm, trial.arm_models)},
+    )
+
+
+def cell_specification(trial: Trial) -> Any:
+    """Return the engine's specification of a cell, as `build_world` compiles it, with the posture that a run begins in.
+
+    That posture is the key frame `home`.
+
+    Raises:
+        As `build_world`.
+    """
+    made = _specified(trial, None)
+    model = _compiled(made.spec, trial.name, has_clones=bool(made.clones))
+    made.spec.option.disableflags, made.spec.option.jacobian = model.opt.disableflags, model.opt.jacobian
+    qpos, ctrl = first_pose(model, trial)
+    made.spec.add_key(name="home", qpos=qpos, ctrl=ctrl)
+    made.spec.compile()
+    return made.spec
+
+
+def _specified(trial: Trial, bodies: Iterable[str] | None) -> _Specified:
+    """Return the cell of a trial as a specification of the engine; `build_world` has arguments and errors."""
     spec, visuals = mujoco.MjSpec(), Visuals()
     layout = trial.layout
     spec.modelname = trial.name
@@ -203,21 +262,8 @@ def build_world(trial: Trial, bodies: Iterable[str] | None = None) -> World:
         _add_holds(spec, part.name, trial, contact_time(timestep))
     if len(everything) > _MANY_PARTS:
         spec.memory = _MAX_MEMORY
-    model = _compiled(spec, trial.name, has_clones=bool(clones))
-    located = tuple(_locate(model, part, slot, trial) for part, slot in zip(planned, slots, strict=True))
-    own_bodies = len(everything) - len(clones)
-    qpos, ctrl = first_pose(model, trial)
-    return World(
-        model=model,
-        visuals=visuals,
-        parts=located[:own_bodies],
-        clones=tuple((name, kind.name) for name, kind in clones),
-        bodies=located[own_bodies:],
-        initial_qpos=qpos,
-        initial_ctrl=ctrl,
-        own_types=own,
-        arm_links={name: arm.frame_of(name) for arm in trial.arms for name in moving_links(arm, trial.arm_models)},
-    )
+    names = tuple((name, kind.name) for name, kind in clones)
+    return _Specified(spec, visuals, own, planned, slots, len(everything) - len(clones), names)
 
 
 def _add_fixed(spec: Any, visuals: Visuals, layout: Layout, slots: int) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from cellwright.cell.model.build import World
 from cellwright.cell.model.furniture import SHELF_BODY
+from cellwright.engine.shapes import Mesh
 
 _TYPES = {
     mujoco.mjtGeom.mjGEOM_PLANE: "plane",
@@ -27,17 +28,10 @@ def solids(world: World) -> dict[str, list[dict[str, Any]]]:
     `Client.solids` describes their values.
     """
     model = world.model
-    data = mujoco.MjData(model)
-    world.set_initial_posture(data)
-    mujoco.mj_kinematics(model, data)
-    # the shelf is out of the cell, and as large as there are parts
-    hidden = {model.body(SHELF_BODY).id, *(part.body for part in (*world.parts, *world.bodies))}
+    data = world.initial_data()
     found: dict[str, list[dict[str, Any]]] = {"world": []}
-    for geom in range(model.ngeom):
-        body = int(model.geom_bodyid[geom])
-        if body in hidden or not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
-            continue
-        name = model.body(body).name
+    for geom in solid_geoms(world):
+        name = model.body(int(model.geom_bodyid[geom])).name
         shape: dict[str, Any] = {
             "body": world.arm_links.get(name, name) or "world",
             "type": (kind := _TYPES[int(model.geom_type[geom])]),
@@ -51,24 +45,37 @@ def solids(world: World) -> dict[str, list[dict[str, Any]]]:
         shape |= {"position": _rounded(position), "quaternion": _rounded(quaternion)}
         shape["size"] = _rounded(model.geom_size[geom][: _SIZES[kind]])
         if kind == "mesh":
-            vertices, shape["triangles"] = _hull(model, int(model.geom_dataid[geom]))
-            shape["vertices"] = [_rounded(each) for each in vertices]
+            vertices, triangles = hull_of(model, geom)
+            shape["vertices"], shape["triangles"] = [_rounded(each) for each in vertices], triangles.tolist()
         found.setdefault(frame, []).append(shape)
     return found
 
 
-def _hull(model: Any, mesh: int) -> tuple[Any, list[list[int]]]:
-    """Return a mesh's convex hull: vertices [m], shape (n, 3), and its triangles; a file may have a million inside it.
+def solid_geoms(world: World) -> list[int]:
+    """Return the geoms that something can touch, but for those of parts and of the shelf."""
+    model = world.model
+    # the shelf is out of the cell, and as large as there are parts
+    hidden = {model.body(SHELF_BODY).id, *(part.body for part in (*world.parts, *world.bodies))}
+    return [
+        geom
+        for geom in range(model.ngeom)
+        if (model.geom_contype[geom] or model.geom_conaffinity[geom]) and int(model.geom_bodyid[geom]) not in hidden
+    ]
+
+
+def hull_of(model: Any, geom: int) -> Mesh:
+    """Return the convex hull of a mesh in the frame of its geom; a file may have a million vertices inside it.
 
     The engine's graph of a hull begins with how many vertices and faces there are. For each vertex it has an address
     and the number in the mesh. Then come the edges, and at last three numbers of vertices for each face.
     """
+    mesh = int(model.geom_dataid[geom])
     graph = model.mesh_graph[int(model.mesh_graphadr[mesh]) :]
     vertices, faces = int(graph[0]), int(graph[1])
     corners = np.sort(graph[2 + vertices : 2 + 2 * vertices])
     triangles = graph[2 + 3 * vertices + 3 * faces :][: 3 * faces].reshape(-1, 3)
     places = model.mesh_vert[int(model.mesh_vertadr[mesh]) + corners]
-    return places, np.searchsorted(corners, triangles).tolist()
+    return places, np.searchsorted(corners, triangles)
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

@@ -14,10 +14,11 @@ import xacro
 import yaml
 
 from cellwright.middleware.ros2.packages.contents import MOVEIT
-from cellwright.middleware.ros2.packages.moveit import PlannedArm, moveit_files, srdf
+from cellwright.middleware.ros2.packages.moveit import PlannedArm, PlannedCell, moveit_files, srdf
 
 LINKS = ("world", "rail", "base", "upper", "lower", "flange", "cup")
 JOINTS = (("slide", "prismatic"), ("turn", "revolute"), ("lift", "continuous"))
+NAMES = tuple(joint for joint, _ in JOINTS)
 
 SRDF = {
     "virtual_joint": ({"name", "type", "parent_frame", "child_link"}, set()),
@@ -52,19 +53,41 @@ def urdf() -> str:
     )
 
 
-@pytest.fixture
-def arm() -> PlannedArm:
-    names = tuple(name for name, _ in JOINTS)
+def planned_arm(name: str = "arm", prefix: str = "", joints: tuple[str, ...] = NAMES) -> PlannedArm:
+    """Return the arm of the description, whose names have a prefix."""
+    names = tuple(prefix + joint for joint in joints)
     return PlannedArm(
-        urdf=urdf(),
+        name=name,
         joints=names,
-        flange="flange",
-        tool="cup",
-        home={"slide": 0.5, "turn": -1.0, "lift": 0.0},
+        flange=f"{prefix}flange",
+        tool=f"{prefix}cup",
+        home=dict(zip(names, (0.5, -1.0, 0.0)[-len(names) :], strict=True)),
         max_velocity=dict.fromkeys(names, 2.0),
         max_acceleration=dict.fromkeys(names, 5.0),
-        action="/crane_controller/follow_joint_trajectory",
+        action=f"/{prefix}crane_controller/follow_joint_trajectory",
     )
+
+
+@pytest.fixture
+def cell() -> PlannedCell:
+    return PlannedCell(urdf(), (planned_arm(),), {("rail", "base"): "Adjacent", ("rail", "cup"): "Never"})
+
+
+@pytest.fixture
+def pair() -> PlannedCell:
+    """Return a cell with two of these arms."""
+    root = ET.Element("robot", name="pair")
+    ET.SubElement(root, "link", name="world")
+    for prefix in ("left_", "right_"):
+        for element in ET.fromstring(urdf()):
+            if element.get("name") == "world":
+                continue
+            element.attrib["name"] = prefix + element.attrib["name"]
+            for end in element.findall("parent") + element.findall("child"):
+                end.attrib["link"] = end.attrib["link"] if end.get("link") == "world" else prefix + end.attrib["link"]
+            root.append(element)
+    arms = tuple(planned_arm(side, f"{side}_") for side in ("left", "right"))
+    return PlannedCell(ET.tostring(root, encoding="unicode"), arms, {})
 
 
 def check_srdf(text: str, description: str) -> ET.Element:
@@ -110,11 +133,11 @@ def chain(description: str, base: str, tip: str) -> list[str]:
     return found[::-1]
 
 
-def test_groups_are_chains_with_and_without_the_rail(arm: PlannedArm) -> None:
-    semantic = check_srdf(srdf(arm), arm.urdf)
+def test_groups_are_chains_with_and_without_the_rail(cell: PlannedCell) -> None:
+    semantic = check_srdf(srdf(cell), cell.urdf)
     chains = {group.attrib["name"]: group.find("chain") for group in semantic.findall("group")}
     joints = {
-        name: chain(arm.urdf, each.attrib["base_link"], each.attrib["tip_link"])
+        name: chain(cell.urdf, each.attrib["base_link"], each.attrib["tip_link"])
         for name, each in chains.items()
         if each is not None
     }
@@ -122,28 +145,69 @@ def test_groups_are_chains_with_and_without_the_rail(arm: PlannedArm) -> None:
     assert [each.attrib["name"] for each in semantic.findall("passive_joint")] == ["cup_joint"]
 
 
-def test_arm_without_rail_has_one_group(arm: PlannedArm) -> None:
-    fixed = replace(arm, joints=arm.joints[1:], urdf=arm.urdf.replace('"prismatic"', '"fixed"'))
-    semantic = check_srdf(srdf(fixed), fixed.urdf)
+def test_arm_without_rail_has_one_group() -> None:
+    text = urdf().replace('"prismatic"', '"fixed"')
+    fixed = PlannedCell(text, (planned_arm(joints=("turn", "lift")),), {})
+    semantic = check_srdf(srdf(fixed), text)
     assert [each.attrib["name"] for each in semantic.findall("group")] == ["arm", "tool"]
     (tool,) = semantic.findall("end_effector")
     assert tool.attrib == {"name": "tool", "parent_link": "lower", "group": "tool", "parent_group": "arm"}
 
 
-def test_home_is_a_state_of_each_group(arm: PlannedArm) -> None:
+def test_arm_without_tool_has_no_end_effector(cell: PlannedCell) -> None:
+    bare = replace(cell, arms=(replace(cell.arms[0], tool=None),))
+    semantic = check_srdf(srdf(bare), bare.urdf)
+    assert semantic.find("end_effector") is None
+    assert [each.attrib["name"] for each in semantic.findall("group")] == ["arm_on_rail", "arm"]
+
+
+def test_several_arms_have_groups_of_their_own_and_one_together(pair: PlannedCell) -> None:
+    semantic = check_srdf(srdf(pair), pair.urdf)
+    groups = {each.attrib["name"]: each for each in semantic.findall("group")}
+    assert list(groups) == [*("left_on_rail", "left", "left_tool", "right_on_rail", "right", "right_tool"), "both"]
+    assert [each.attrib["name"] for each in groups["both"]] == ["left_on_rail", "right_on_rail"]
+    home = next(each for each in semantic.findall("group_state") if each.get("group") == "both")
+    assert len(home) == 6
+    assert [each.attrib["name"] for each in semantic.findall("passive_joint")] == ["left_cup_joint", "right_cup_joint"]
+    files = moveit_files(pair)
+    controllers = yaml.safe_load(files["config/moveit_controllers.yaml"])["moveit_simple_controller_manager"]
+    assert controllers["controller_names"] == ["left_crane_controller", "right_crane_controller"]
+    limits = yaml.safe_load(files["config/joint_limits.yaml"])["joint_limits"]
+    assert set(limits) == {joint for arm in pair.arms for joint in arm.joints}
+    assert list(yaml.safe_load(files["config/kinematics.yaml"])) == ["left_on_rail", "left", "right_on_rail", "right"]
+
+
+def test_group_of_all_arms_has_a_name_that_no_arm_has(pair: PlannedCell) -> None:
+    named = replace(pair, arms=(replace(pair.arms[0], name="both"), pair.arms[1]))
+    assert named.common_group == "both_arms"
+    three = replace(pair, arms=(*pair.arms, pair.arms[0]))
+    assert three.common_group == "all"
+
+
+def test_unchecked_pairs_have_their_reasons(cell: PlannedCell) -> None:
+    found = [dict(each.attrib) for each in check_srdf(srdf(cell), cell.urdf).findall("disable_collisions")]
+    assert found == [
+        {"link1": "rail", "link2": "base", "reason": "Adjacent"},
+        {"link1": "rail", "link2": "cup", "reason": "Never"},
+    ]
+
+
+def test_home_is_a_state_of_each_group(cell: PlannedCell) -> None:
     states = {
         state.attrib["group"]: {each.attrib["name"]: float(each.attrib["value"]) for each in state}
-        for state in ET.fromstring(srdf(arm)).findall("group_state")
+        for state in ET.fromstring(srdf(cell)).findall("group_state")
     }
-    assert states == {"arm_on_rail": arm.home, "arm": {"turn": -1.0, "lift": 0.0}}
+    assert states == {"arm_on_rail": cell.arms[0].home, "arm": {"turn": -1.0, "lift": 0.0}}
 
 
-def test_configuration_has_the_keys_that_moveit_reads(arm: PlannedArm) -> None:
-    files = moveit_files(arm)
+def test_configuration_has_the_keys_that_moveit_reads(cell: PlannedCell) -> None:
+    files = moveit_files(cell)
     read = {path: yaml.safe_load(text) for path, text in files.items() if path.endswith((".yaml", "assistant"))}
     limits = read["config/joint_limits.yaml"]
     assert set(limits) == {"joint_limits", "default_velocity_scaling_factor", "default_acceleration_scaling_factor"}
-    assert {joint: set(each) for joint, each in limits["joint_limits"].items()} == dict.fromkeys(arm.joints, LIMITS)
+    assert {joint: set(each) for joint, each in limits["joint_limits"].items()} == dict.fromkeys(
+        cell.arms[0].joints, LIMITS
+    )
     assert limits["joint_limits"]["turn"]["max_acceleration"] == 5.0
     solvers = read["config/kinematics.yaml"]
     assert list(solvers) == ["arm_on_rail", "arm"]
@@ -156,35 +220,38 @@ def test_configuration_has_the_keys_that_moveit_reads(arm: PlannedArm) -> None:
         "type": "FollowJointTrajectory",
         "action_ns": "follow_joint_trajectory",
         "default": True,
-        "joints": list(arm.joints),
+        "joints": list(cell.arms[0].joints),
     }
     cartesian = read["config/pilz_cartesian_limits.yaml"]["cartesian_limits"]
     assert set(cartesian) == {"max_trans_vel", "max_trans_acc", "max_trans_dec", "max_rot_vel"}
     assert [key for key, value in cartesian.items() if value <= 0] == ["max_trans_dec"], "its sign is MoveIt's"
-    assert files["config/cellwright.urdf"].decode() == arm.urdf
+    assert files["config/cellwright.urdf"].decode() == cell.urdf
     named = read[".setup_assistant"]["moveit_setup_assistant_config"]
     assert named["urdf"]["package"] == MOVEIT
     assert {named["urdf"]["relative_path"], named["srdf"]["relative_path"]} <= set(files)
 
 
-def test_package_installs_and_depends_on_what_it_has(arm: PlannedArm) -> None:
-    files = moveit_files(arm)
+def test_package_installs_and_depends_on_what_it_has(cell: PlannedCell) -> None:
+    files = moveit_files(cell)
     manifest, build = ET.fromstring(files["package.xml"]), files["CMakeLists.txt"].decode()
     assert manifest.findtext("name") == MOVEIT
     assert f"project({MOVEIT} NONE)" in build
     installed = re.findall(r"install\(\w+ ([\w./ ]+) DESTINATION", build)
     named = {name for words in installed for name in words.split()}
+    assert "meshes" in named
     assert {path for path in files if "/" in path or path.startswith(".")} == {
         path for path in files if path in named or path.split("/")[0] in named
     }
     needed = {each.text for each in manifest.findall("exec_depend")}
-    for path in ("launch/move_group.launch.py", "scripts/planning_scene.py"):
-        tree = ast.parse(files[path])
-        imported = {each.module or "" for each in ast.walk(tree) if isinstance(each, ast.ImportFrom)}
-        ours = {name.split(".")[0] for name in imported} - {"__future__", "typing", "collections", "xml"}
-        assert ours <= needed
+    tree = ast.parse(files["launch/move_group.launch.py"])
+    imported = {each.module or "" for each in ast.walk(tree) if isinstance(each, ast.ImportFrom)}
+    assert {name.split(".")[0] for name in imported} - {"typing"} <= needed
     plugins = {"moveit_kinematics", "moveit_ros_control_interface", "moveit_planners_ompl", "moveit_ros_move_group"}
     assert plugins <= needed, "named in files only"
+
+
+def _expanded(path: Path) -> str:
+    return str(xacro.process_file(path).toxml())
 
 
 class Configs:
@@ -196,9 +263,13 @@ class Configs:
         self.joint_limits = {"robot_description_planning": yaml.safe_load(read["joint_limits.yaml"])}
         self.robot_description_kinematics = {"robot_description_kinematics": yaml.safe_load(read["kinematics.yaml"])}
         self.planning_pipelines: dict[str, Any] = {}
+        self.robot_description = {"robot_description": _expanded(folder / "config" / "cellwright.urdf")}
+        self.robot_description_semantic = {
+            "robot_description_semantic": _expanded(folder / "config" / "cellwright.srdf")
+        }
         self._values = {
-            "robot_description": xacro.process_file(folder / "config" / "cellwright.urdf").toxml(),
-            "robot_description_semantic": xacro.process_file(folder / "config" / "cellwright.srdf").toxml(),
+            **self.robot_description,
+            **self.robot_description_semantic,
             "robot_description_planning": yaml.safe_load(read["pilz_cartesian_limits.yaml"]),
             **yaml.safe_load(read["moveit_controllers.yaml"]),
         }
@@ -212,8 +283,8 @@ class Builder:
 
     folder: Path
 
-    def __init__(self, name: str) -> None:
-        assert name + "_moveit_config" == MOVEIT
+    def __init__(self, name: str, package_name: str) -> None:
+        assert (name, package_name) == ("cellwright", MOVEIT)
         self._configs = Configs(self.folder)
 
     def planning_pipelines(self, pipelines: list[str]) -> Builder:
@@ -224,9 +295,9 @@ class Builder:
         return self._configs
 
 
-def started(arm: PlannedArm, folder: Path, **values: str) -> list[dict[str, Any]]:
+def started(cell: PlannedCell, folder: Path, **values: str) -> list[dict[str, Any]]:
     """Return what the launch file starts for these values of its arguments."""
-    for path, content in moveit_files(arm).items():
+    for path, content in moveit_files(cell).items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_bytes(content)
     source = (folder / "launch" / "move_group.launch.py").read_text()
@@ -264,35 +335,36 @@ def parameters(node: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def test_launch_file_starts_move_group_in_simulation_time_and_fills_the_scene(arm: PlannedArm, tmp_path: Path) -> None:
-    move_group, scene = started(arm, tmp_path)
+def test_launch_file_starts_move_group_in_simulation_time_with_the_whole_cell(
+    cell: PlannedCell, tmp_path: Path
+) -> None:
+    (move_group,) = started(cell, tmp_path)
     assert (move_group["package"], move_group["executable"]) == ("moveit_ros_move_group", "move_group")
     values = parameters(move_group)
     assert values["use_sim_time"] is True
     assert values["ros_control_namespace"] == move_group["namespace"] == "/"
-    assert "robot_description" not in values, "the running cell publishes it"
-    read, written = values["robot_description_semantic"], srdf(arm)
-    assert ET.canonicalize(read, strip_text=True) == ET.canonicalize(written, strip_text=True)
+    for read, written in (("robot_description", cell.urdf), ("robot_description_semantic", srdf(cell))):
+        assert ET.canonicalize(values[read], strip_text=True) == ET.canonicalize(written, strip_text=True)
     assert values["publish_robot_description_semantic"] is True
     assert values["moveit_controller_manager"].endswith("/Ros2ControlManager")
     assert values["robot_description_planning.joint_limits.turn.max_velocity"] == 2.0
     assert values["robot_description_planning.cartesian_limits.max_trans_vel"] == 1.0
     assert values["robot_description_kinematics.arm.kinematics_solver"]
-    assert (scene["package"], scene["executable"]) == (MOVEIT, "planning_scene.py")
-    assert (tmp_path / "scripts" / "planning_scene.py").is_file()
 
 
-def test_launch_file_follows_a_cell_into_its_namespace(arm: PlannedArm, tmp_path: Path) -> None:
-    for node in started(arm, tmp_path, namespace="cell1/"):
+def test_launch_file_follows_a_cell_into_its_namespace(cell: PlannedCell, tmp_path: Path) -> None:
+    for node in started(cell, tmp_path, namespace="cell1/"):
         assert node["namespace"] == "/cell1"
         assert ("/clock", "clock") in node["remappings"]
         assert ("/tf_static", "tf_static") in node["remappings"]
 
 
-def test_launch_file_starts_rviz_on_request(arm: PlannedArm, tmp_path: Path) -> None:
-    *_, rviz = started(arm, tmp_path, rviz="true")
+def test_launch_file_starts_rviz_on_request(cell: PlannedCell, tmp_path: Path) -> None:
+    *_, rviz = started(cell, tmp_path, rviz="true")
     assert rviz["package"] == "rviz2"
     shown = yaml.safe_load(Path(rviz["arguments"][1]).read_text())["Visualization Manager"]
     assert "moveit_rviz_plugin/MotionPlanning" in {each["Class"] for each in shown["Displays"]}
-    assert shown["Global Options"]["Fixed Frame"] == ET.fromstring(srdf(arm))[0].attrib["parent_frame"]
-    assert parameters(rviz)["use_sim_time"] is True
+    assert shown["Global Options"]["Fixed Frame"] == ET.fromstring(srdf(cell))[0].attrib["parent_frame"]
+    values = parameters(rviz)
+    assert values["use_sim_time"] is True
+    assert {"robot_description", "robot_description_semantic"} <= set(values), "the topic has no furniture"

@@ -6,32 +6,31 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.ros2.packages.contents import MOVEIT, interface_packages, package_files
+from cellwright.middleware.ros2.packages.contents import interface_packages, package_files
 from cellwright.middleware.ros2.packages.workspace import build, lay_out
 from cellwright.util.errors import UsageError
 
 
 def test_lay_out_writes_all_packages(tmp_path: Path) -> None:
-    files = {**package_files(MOVEIT), "config/made.yaml": b"{}"}
-    assert lay_out(tmp_path / "ws", {MOVEIT: files}, {}) == {}
+    assert lay_out(tmp_path / "ws", {}) == {}
     source = tmp_path / "ws" / "src"
-    assert sorted(path.name for path in source.iterdir()) == sorted(["cellwright", MOVEIT, *interface_packages()])
+    assert sorted(path.name for path in source.iterdir()) == sorted(["cellwright", *interface_packages()])
     for package in source.iterdir():
         there = {
             path.relative_to(package).as_posix(): path.read_bytes() for path in package.rglob("*") if path.is_file()
         }
-        assert there == (files if package.name == MOVEIT else package_files(package.name))
+        assert there == package_files(package.name)
 
 
 def test_lay_out_leaves_other_sources_and_unchanged_files(tmp_path: Path) -> None:
     own = tmp_path / "src" / "my_robot" / "package.xml"
     own.parent.mkdir(parents=True)
     own.write_text("mine")
-    lay_out(tmp_path, {}, {})
+    lay_out(tmp_path, {})
     manifest = tmp_path / "src" / "osrf_gear" / "package.xml"
     before = manifest.stat().st_mtime_ns
     (tmp_path / "src" / "osrf_gear" / "CMakeLists.txt").write_text("changed")
-    lay_out(tmp_path, {}, {})
+    lay_out(tmp_path, {})
     assert own.read_text() == "mine"
     assert manifest.stat().st_mtime_ns == before
     assert [path.name for path in tmp_path.rglob("*~")] == ["CMakeLists.txt~"]
@@ -40,18 +39,18 @@ def test_lay_out_leaves_other_sources_and_unchanged_files(tmp_path: Path) -> Non
 def test_packages_of_sourced_distribution_are_left_out(tmp_path: Path) -> None:
     ros, folder = tmp_path / "ros", tmp_path / "ws"
     installed = folder / "install" / "osrf_gear"
-    for prefix, package in ((ros, "control_msgs"), (ros, "tf2_msgs"), (ros, MOVEIT), (installed, "osrf_gear")):
+    for prefix, package in ((ros, "control_msgs"), (ros, "tf2_msgs"), (installed, "osrf_gear")):
         (prefix / "share" / package).mkdir(parents=True)
         (prefix / "share" / package / "package.xml").touch()
-    left_out = lay_out(folder, {MOVEIT: {"package.xml": b""}}, {"AMENT_PREFIX_PATH": f"{installed}:{ros}"})
-    assert left_out == {"control_msgs": ros, "tf2_msgs": ros, MOVEIT: ros}
+    left_out = lay_out(folder, {"AMENT_PREFIX_PATH": f"{installed}:{ros}"})
+    assert left_out == {"control_msgs": ros, "tf2_msgs": ros}
     laid_out = {path.name for path in (folder / "src").iterdir()}
     assert laid_out == {"cellwright", *interface_packages()} - {"control_msgs", "tf2_msgs"}
 
 
 @pytest.mark.parametrize(("distribution", "has_index"), [("jazzy", False), ("kilted", True), ("rolling", True)])
 def test_definitions_are_those_of_sourced_distribution(tmp_path: Path, distribution: str, has_index: bool) -> None:
-    lay_out(tmp_path, {}, {"ROS_DISTRO": distribution})
+    lay_out(tmp_path, {"ROS_DISTRO": distribution})
     action = tmp_path / "src" / "control_msgs" / "action" / "FollowJointTrajectory.action"
     assert ("int32 index" in action.read_text()) == has_index
 
@@ -59,7 +58,7 @@ def test_definitions_are_those_of_sourced_distribution(tmp_path: Path, distribut
 def test_lay_out_to_unwritable_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "src").touch()
     with pytest.raises(UsageError, match="cannot write a workspace: Not a directory"):
-        lay_out(tmp_path, {}, {})
+        lay_out(tmp_path, {})
 
 
 @pytest.fixture
@@ -75,7 +74,7 @@ def colcon(tmp_path: Path) -> dict[str, str]:
 
 
 def test_build_runs_colcon_in_workspace(tmp_path: Path, colcon: dict[str, str]) -> None:
-    lay_out(tmp_path / "ws", {}, colcon)
+    lay_out(tmp_path / "ws", colcon)
     build(tmp_path / "ws", colcon)
     assert (tmp_path / "ws" / "install").is_dir()
 

@@ -32,7 +32,7 @@ COMMON, VARYING = "cellwright_ros2_interfaces", "cellwright_ros2_varying"
 """Names of the wheels, and of the libraries in them: packages that all distributions have alike, and the others."""
 
 REQUIREMENTS = Path(__file__).parent / "requirements"
-"""Folder of lists of pinned packages: `DISTRIBUTION.txt`."""
+"""Folder of lists of pinned packages, one for each distribution."""
 
 Texts: TypeAlias = Mapping[str, Mapping[str, str]]
 """Definitions by package and path."""

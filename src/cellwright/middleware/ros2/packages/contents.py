@@ -5,7 +5,7 @@
 - `data/simulation_interfaces` is the standard's version 1.5.1, `data/controller_manager_msgs` the package of Jazzy.
 - `kilted` has the definitions that are others from Kilted on.
 - `data/cellwright` has launch files, with placeholders for paths of this installation.
-- `data/cellwright_moveit_config` has those files of the MoveIt configuration that depend on no arm; see `moveit`.
+- `data/cellwright_moveit_config` has those files of a MoveIt configuration that depend on no cell; see `moveit`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LAUNCH = "cellwright"
 """The package of launch files."""
 
 MOVEIT = "cellwright_moveit_config"
-"""The package of the MoveIt configuration. MoveIt's tools find it by the robot's name `cellwright`."""
+"""The package of a MoveIt configuration, if it has no other name."""
 
 STANDARD = ("std_srvs",)
 """Packages among the definitions that every ROS 2 has."""
@@ -143,7 +143,7 @@ def interface_files(package: str, texts: Mapping[str, str]) -> dict[str, bytes]:
 def package_files(package: str, distribution: str = JAZZY) -> dict[str, bytes]:
     """Return every file of a package by its path in it, for a ROS 2 distribution.
 
-    Of the MoveIt configuration they are those that depend on no arm.
+    Of a MoveIt configuration they are those that depend on no cell.
 
     Raises:
         UnknownNameError: there is no such package.

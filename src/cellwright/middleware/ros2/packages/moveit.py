@@ -1,6 +1,6 @@
-"""MoveIt configuration of an arm, as a package of ROS 2: what MoveIt reads beside the robot's description.
+"""MoveIt configuration of a cell, as a package of ROS 2: its description, and what MoveIt reads beside it.
 
-The files in `data/cellwright_moveit_config` are the same for all arms. Those made here come from the arm's URDF.
+The files in `data/cellwright_moveit_config` are the same for all cells. Those made here come from the cell's URDF.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostr
 
 import yaml
 
-from cellwright.engine.link_collisions import unchecked_pairs
 from cellwright.middleware.ros2.packages.contents import MOVEIT, package_files
 
-ARM, ARM_ON_RAIL, TOOL = "arm", "arm_on_rail", "tool"
-"""Groups of joints: without the rail, with it, and what the arm holds its tool with."""
+TOOL = "tool"
+"""Group of the link with which the only arm of a cell holds parts."""
 
 HOME = "home"
 """Named state in which a run begins."""
@@ -27,63 +26,91 @@ _SOLVER = {
     "kinematics_solver_search_resolution": 0.005,
     "kinematics_solver_timeout": 0.05,
 }
-_SETUP_ASSISTANT = {
-    "moveit_setup_assistant_config": {
-        "urdf": {"package": MOVEIT, "relative_path": "config/cellwright.urdf"},
-        "srdf": {"relative_path": "config/cellwright.srdf"},
-    }
-}
 
 
 @dataclass(frozen=True)
 class PlannedArm:
     """Arm that MoveIt plans for.
 
-    Example:
-        >>> from cellwright.cell.planning import planned_arm
-        >>> {group: len(joints) for group, joints in planned_arm().groups.items()}
-        {'arm_on_rail': 7, 'arm': 6}
-
     Attributes:
-        urdf: its description, as the cell publishes it.
+        name: name of its groups.
         joints: joints of the controller, in its order, which is that of the chain.
         flange: link whose pose is planned.
-        tool: link of the tool, which the arm's last link carries.
+        tool: link of the tool, which the arm's last link carries; None without a tool.
         home: position of each joint when a run begins [rad; m].
         max_velocity: maximum velocity of each joint [rad/s; m/s].
         max_acceleration: maximum acceleration of each joint [rad/s^2; m/s^2].
         action: name of the action that follows trajectories: `/CONTROLLER/NAME`.
     """
 
-    urdf: str
+    name: str
     joints: tuple[str, ...]
     flange: str
-    tool: str
+    tool: str | None
     home: Mapping[str, float]
     max_velocity: Mapping[str, float]
     max_acceleration: Mapping[str, float]
     action: str
 
+
+@dataclass(frozen=True)
+class PlannedCell:
+    """Cell that MoveIt plans in.
+
+    Attributes:
+        urdf: description of its arms and of what stands around them.
+        arms: the arms.
+        unchecked: pairs of links that need no check for collisions, with the reason.
+    """
+
+    urdf: str
+    arms: tuple[PlannedArm, ...]
+    unchecked: Mapping[tuple[str, str], str]
+
     @cached_property
     def groups(self) -> dict[str, tuple[str, ...]]:
-        """Joints of each group of the arm. The rail are the prismatic joints that the chain begins with."""
-        kinds = [self._joints[name].get("type") for name in self.joints]
-        first = next(number for number, kind in enumerate(kinds) if kind != "prismatic")
-        return ({ARM_ON_RAIL: self.joints} if first else {}) | {ARM: self.joints[first:]}
+        """Joints of each group that is a chain: an arm with its rail, if it has one, then without it.
+
+        The rail are the prismatic joints that the chain begins with.
+        """
+        found = {}
+        for arm in self.arms:
+            kinds = [self._joints[name].get("type") for name in arm.joints]
+            first = next(number for number, kind in enumerate(kinds) if kind != "prismatic")
+            if first:
+                found[self.whole_group(arm)] = arm.joints
+            found[arm.name] = arm.joints[first:]
+        return found
+
+    def whole_group(self, arm: PlannedArm) -> str:
+        """Return the group of all joints of an arm's controller."""
+        return f"{arm.name}_on_rail" if self._joints[arm.joints[0]].get("type") == "prismatic" else arm.name
+
+    def tool_group(self, arm: PlannedArm) -> str:
+        """Return the group of an arm's tool."""
+        return TOOL if len(self.arms) == 1 else f"{arm.name}_{TOOL}"
+
+    @property
+    def common_group(self) -> str | None:
+        """The group of all arms; None for one arm."""
+        if len(self.arms) < 2:
+            return None
+        name = "both" if len(self.arms) == 2 else "all"
+        return f"{name}_arms" if any(arm.name == name for arm in self.arms) else name
 
     def parent_of(self, joint: str) -> str:
         """Return the link in front of a joint."""
         return _link(self._joints[joint], "parent")
 
-    @cached_property
-    def tool_joint(self) -> str:
-        """The joint between the arm's last link and the tool."""
-        return next(name for name, each in self._joints.items() if _link(each, "child") == self.tool)
+    def carrier_of(self, link: str) -> str:
+        """Return the link in front of the joint above a link."""
+        return next(_link(each, "parent") for each in self._joints.values() if _link(each, "child") == link)
 
     @property
     def passive_joints(self) -> list[str]:
-        """Joints that move in the description, but that the controller does not move."""
-        return [name for name, each in self._joints.items() if each.get("type") != "fixed" and name not in self.joints]
+        """Joints that move in the description, but that no controller of an arm moves."""
+        driven = {name for arm in self.arms for name in arm.joints}
+        return [name for name, each in self._joints.items() if each.get("type") != "fixed" and name not in driven]
 
     @cached_property
     def root(self) -> str:
@@ -105,44 +132,65 @@ class PlannedArm:
         return {joint.attrib["name"]: joint for joint in self._description.findall("joint")}
 
 
-def moveit_files(arm: PlannedArm) -> dict[str, bytes]:
-    """Return every file of the package by its path in it."""
+def moveit_files(cell: PlannedCell, package: str = MOVEIT) -> dict[str, bytes]:
+    """Return every file of the package but for meshes, by its path in it.
+
+    Args:
+        cell: the cell.
+        package: name of the package.
+    """
     texts = {
-        ".setup_assistant": _yaml(_SETUP_ASSISTANT),
-        "config/cellwright.urdf": arm.urdf,
-        "config/cellwright.srdf": srdf(arm),
-        "config/joint_limits.yaml": _yaml(joint_limits(arm)),
-        "config/kinematics.yaml": _yaml({group: dict(_SOLVER) for group in arm.groups}),
-        "config/moveit_controllers.yaml": _yaml(controllers(arm)),
+        ".setup_assistant": _yaml(_setup_assistant(package)),
+        "config/cellwright.urdf": cell.urdf,
+        "config/cellwright.srdf": srdf(cell),
+        "config/joint_limits.yaml": _yaml(joint_limits(cell)),
+        "config/kinematics.yaml": _yaml({group: dict(_SOLVER) for group in cell.groups}),
+        "config/moveit_controllers.yaml": _yaml(controllers(cell)),
     }
-    return package_files(MOVEIT) | {path: text.encode() for path, text in texts.items()}
+    same = {path: text.replace(MOVEIT.encode(), package.encode()) for path, text in package_files(MOVEIT).items()}
+    return same | {path: text.encode() for path, text in texts.items()}
 
 
-def srdf(arm: PlannedArm) -> str:
-    """Return the semantic description: groups, end effector, named states, and pairs of links that need no check."""
-    robot = Element("robot", name=arm.name)
-    SubElement(robot, "virtual_joint", name="cell", type="fixed", parent_frame=arm.root, child_link=arm.root)
-    for group, joints in arm.groups.items():
-        chain = {"base_link": arm.parent_of(joints[0]), "tip_link": arm.flange}
-        SubElement(SubElement(robot, "group", name=group), "chain", chain)
-    tool = SubElement(robot, "group", name=TOOL)
-    SubElement(tool, "link", name=arm.tool)
-    for group, joints in arm.groups.items():
-        state = SubElement(robot, "group_state", name=HOME, group=group)
-        for joint in joints:
-            SubElement(state, "joint", name=joint, value=repr(float(arm.home[joint])))
-    carrier = arm.parent_of(arm.tool_joint)
-    parent_group = next(iter(arm.groups))
-    SubElement(robot, "end_effector", name=TOOL, parent_link=carrier, group=TOOL, parent_group=parent_group)
-    for joint in arm.passive_joints:
+def srdf(cell: PlannedCell) -> str:
+    """Return the semantic description: groups, end effectors, named states, and pairs of links that need no check."""
+    robot = Element("robot", name=cell.name)
+    SubElement(robot, "virtual_joint", name="cell", type="fixed", parent_frame=cell.root, child_link=cell.root)
+    for arm in cell.arms:
+        _add_arm(robot, cell, arm)
+    if common := cell.common_group:
+        whole = SubElement(robot, "group", name=common)
+        for arm in cell.arms:
+            SubElement(whole, "group", name=cell.whole_group(arm))
+        _add_home(robot, common, {name: arm.home[name] for arm in cell.arms for name in arm.joints})
+    for joint in cell.passive_joints:
         SubElement(robot, "passive_joint", name=joint)
-    for (one, other), reason in unchecked_pairs(arm.urdf).items():
+    for (one, other), reason in cell.unchecked.items():
         SubElement(robot, "disable_collisions", link1=one, link2=other, reason=reason)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
 
 
-def joint_limits(arm: PlannedArm) -> dict[str, Any]:
+def _add_arm(robot: Element, cell: PlannedCell, arm: PlannedArm) -> None:
+    """Add groups, states and end effector of an arm."""
+    for group in dict.fromkeys((cell.whole_group(arm), arm.name)):
+        joints = cell.groups[group]
+        chain = {"base_link": cell.parent_of(joints[0]), "tip_link": arm.flange}
+        SubElement(SubElement(robot, "group", name=group), "chain", chain)
+        _add_home(robot, group, {joint: arm.home[joint] for joint in joints})
+    if arm.tool is not None:
+        group = cell.tool_group(arm)
+        SubElement(SubElement(robot, "group", name=group), "link", name=arm.tool)
+        places = {"parent_link": cell.carrier_of(arm.tool), "parent_group": cell.whole_group(arm)}
+        SubElement(robot, "end_effector", {"name": group, "group": group, **places})
+
+
+def _add_home(robot: Element, group: str, home: Mapping[str, float]) -> None:
+    state = SubElement(robot, "group_state", name=HOME, group=group)
+    for joint, position in home.items():
+        SubElement(state, "joint", name=joint, value=repr(float(position)))
+
+
+def joint_limits(cell: PlannedCell) -> dict[str, Any]:
     """Return limits of velocity and acceleration; those of position are in the URDF."""
     limits = {
         joint: {
@@ -151,21 +199,39 @@ def joint_limits(arm: PlannedArm) -> dict[str, Any]:
             "has_acceleration_limits": True,
             "max_acceleration": float(arm.max_acceleration[joint]),
         }
+        for arm in cell.arms
         for joint in arm.joints
     }
     return {"default_velocity_scaling_factor": 1.0, "default_acceleration_scaling_factor": 1.0, "joint_limits": limits}
 
 
-def controllers(arm: PlannedArm) -> dict[str, Any]:
+def controllers(cell: PlannedCell) -> dict[str, Any]:
     """Return the controllers that MoveIt executes with: those that the controller manager lists.
 
-    The entry of the simple manager is for programs that use it instead, and for MoveIt's launch files.
+    The entries of the simple manager are for programs that use it instead, and for MoveIt's launch files.
     """
-    controller, _, action = arm.action.strip("/").partition("/")
-    described = {"type": "FollowJointTrajectory", "action_ns": action, "default": True, "joints": list(arm.joints)}
+    described = {}
+    for arm in cell.arms:
+        controller, _, action = arm.action.strip("/").partition("/")
+        joints = list(arm.joints)
+        described[controller] = {
+            "type": "FollowJointTrajectory",
+            "action_ns": action,
+            "default": True,
+            "joints": joints,
+        }
     return {
         "moveit_controller_manager": "moveit_ros_control_interface/Ros2ControlManager",
-        "moveit_simple_controller_manager": {"controller_names": [controller], controller: described},
+        "moveit_simple_controller_manager": {"controller_names": [*described], **described},
+    }
+
+
+def _setup_assistant(package: str) -> dict[str, Any]:
+    return {
+        "moveit_setup_assistant_config": {
+            "urdf": {"package": package, "relative_path": "config/cellwright.urdf"},
+            "srdf": {"relative_path": "config/cellwright.srdf"},
+        }
     }
 
 

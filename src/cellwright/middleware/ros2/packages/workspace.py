@@ -15,16 +15,13 @@ from cellwright.util.files import update_file
 _LAST_LINES = 30  # of the output of a build that failed
 
 
-def lay_out(
-    folder: Path, made: Mapping[str, Mapping[str, bytes]], environment: Mapping[str, str] = os.environ
-) -> dict[str, Path]:
+def lay_out(folder: Path, environment: Mapping[str, str] = os.environ) -> dict[str, Path]:
     """Write the sources to a folder, or bring them up to date there; other sources stay untouched.
 
     Packages that a sourced prefix already has are left out, but for those that this workspace has installed.
 
     Args:
         folder: the workspace.
-        made: further packages: their files by name of the package and path in it.
         environment: variables of the shell; AMENT_PREFIX_PATH has the prefixes, ROS_DISTRO the distribution.
 
     Returns:
@@ -36,11 +33,11 @@ def lay_out(
     folder = folder.absolute()
     left_out = {}
     try:
-        for package in (LAUNCH, *interface_packages(), *made):
+        for package in (LAUNCH, *interface_packages()):
             if prefix := _prefix_with(package, folder, environment):
                 left_out[package] = prefix
                 continue
-            files = made.get(package) or package_files(package, environment.get("ROS_DISTRO") or JAZZY)
+            files = package_files(package, environment.get("ROS_DISTRO") or JAZZY)
             for path, content in files.items():
                 update_file(folder / "src" / package / path, content)
     except OSError as error:

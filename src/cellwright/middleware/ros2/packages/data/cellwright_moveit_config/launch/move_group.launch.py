@@ -1,6 +1,7 @@
-"""Starts MoveIt for the arm of a running cell: `ros2 launch cellwright_moveit_config move_group.launch.py rviz:=true`.
+"""Starts MoveIt for the arms of a running cell: `ros2 launch cellwright_moveit_config move_group.launch.py rviz:=true`.
 
-The cell publishes the robot's description, its joint states and frames: no other node may do so beside it.
+The description is that of this package, with all that stands in the cell. The cell publishes joint states and frames:
+no other node may do so beside it.
 """
 
 from typing import Any
@@ -23,9 +24,8 @@ def start(context: Any, *_arguments: Any, **_keywords: Any) -> list[Any]:
         return str(LaunchConfiguration(name).perform(context))
 
     namespace = "/" + value("namespace").strip("/")
-    config = MoveItConfigsBuilder("cellwright").planning_pipelines(pipelines=["ompl"]).to_moveit_configs()
-    parameters = config.to_dict()
-    del parameters["robot_description"]  # the topic has that of the running cell, with the frames of its sensors
+    config = MoveItConfigsBuilder("cellwright", package_name=PACKAGE)
+    config = config.planning_pipelines(pipelines=["ompl"]).to_moveit_configs()
     of_cell = {"use_sim_time": True, "ros_control_namespace": namespace}
     shared = {"namespace": namespace, "remappings": RELATIVE, "output": "screen"}
     actions = [
@@ -33,10 +33,9 @@ def start(context: Any, *_arguments: Any, **_keywords: Any) -> list[Any]:
             package="moveit_ros_move_group",
             executable="move_group",
             # the limits once more: in some versions those of Pilz replace them
-            parameters=[parameters, config.joint_limits, of_cell, {"publish_robot_description_semantic": True}],
+            parameters=[config.to_dict(), config.joint_limits, of_cell, {"publish_robot_description_semantic": True}],
             **shared,
-        ),
-        Node(package=PACKAGE, executable="planning_scene.py", name="planning_scene", **shared),
+        )
     ]
     if value("rviz").lower() in ("true", "1"):
         actions.append(
@@ -45,6 +44,8 @@ def start(context: Any, *_arguments: Any, **_keywords: Any) -> list[Any]:
                 executable="rviz2",
                 arguments=["-d", str(config.package_path / "config" / "moveit.rviz")],
                 parameters=[
+                    config.robot_description,
+                    config.robot_description_semantic,
                     config.planning_pipelines,
                     config.robot_description_kinematics,
                     config.joint_limits,

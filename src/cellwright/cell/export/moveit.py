@@ -1,0 +1,112 @@
+"""MoveIt's package for a cell: its description, and its arms with the limits that their drives follow."""
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from cellwright.cell.export.description import CellDescription, cell_description
+from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, FOLLOW_OF_ARM
+from cellwright.cell.model.build import build_world
+from cellwright.config.layout.arm_models import arm_model, home_of, joints_of
+from cellwright.config.layout.arms import Arm
+from cellwright.config.robot.model import Limits, RobotModel
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.config.trial.trial import Trial
+from cellwright.config.ur10 import GRIPPER
+from cellwright.mechanism.drives import stiff_drives
+from cellwright.mechanism.link_collisions import Progress, unchecked_pairs
+from cellwright.middleware.ros2.packages.contents import MOVEIT
+from cellwright.middleware.ros2.packages.moveit import PlannedArm, PlannedCell, moveit_files
+from cellwright.motion.joints import DEFAULT_LIMITS
+from cellwright.util.errors import UsageError
+
+SPEED_SHARE = 0.7
+"""Share of a joint's published speed at which stiff drives follow within 10 mrad."""
+
+_RISE = 0.25  # [s] in which a joint reaches that speed
+_EFFORT_SHARE = 0.5  # for the acceleration of the joint alone: the other half is for the motion of the others
+
+
+def moveit_package(trial: Trial, package: str = MOVEIT, progress: Progress = lambda _share: None) -> dict[str, bytes]:
+    """Return every file of MoveIt's package for a trial's cell, by its path in the package.
+
+    Args:
+        trial: the trial; its cell has an arm.
+        package: name of the package.
+        progress: receives the share of the pairs of links that have been searched for contacts.
+
+    Raises:
+        DescriptionError: the engine cannot build the cell.
+        ModelFileError: a mesh cannot be read.
+        UsageError: joints have other names in messages than in the description, or convex pieces cannot be made.
+    """
+    _check_names(trial)
+    described = cell_description(trial, build_world(trial), package)
+    return {**moveit_files(planned_cell(trial, described, progress), package), **described.meshes}
+
+
+def planned_cell(trial: Trial, described: CellDescription, progress: Progress = lambda _share: None) -> PlannedCell:
+    """Return a cell as MoveIt plans in it, given its description."""
+    with tempfile.TemporaryDirectory() as folder:
+        robot = read_package(Path(folder), described)
+        unchecked = unchecked_pairs(robot, progress)
+    return PlannedCell(
+        urdf=described.urdf,
+        arms=tuple(_planned_arm(trial, arm) for arm in trial.arms),
+        unchecked={pair: reason.value for pair, reason in unchecked.items()},
+    )
+
+
+def read_package(folder: Path, described: CellDescription) -> RobotModel:
+    """Write a description with its meshes to a folder; return the robot that a reader finds there."""
+    for name, content in described.meshes.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(content)
+    (folder / "package.xml").write_text(f"<name>{described.package}</name>", encoding="utf-8")
+    path = folder / "cellwright.urdf"
+    path.write_text(described.urdf, encoding="utf-8")
+    return read_urdf(path, warn=lambda _line: None)
+
+
+def _planned_arm(trial: Trial, arm: Arm) -> PlannedArm:
+    joints, prefix = joints_of(arm, trial.arm_models), arm.frame_prefix
+    velocity, acceleration = _limits(trial, arm, joints)
+    named = [
+        {prefix + joint: each[joint] for joint in joints} for each in (home_of(arm, joints), velocity, acceleration)
+    ]
+    return PlannedArm(
+        name="arm" if len(trial.arms) == 1 else arm.name,
+        joints=tuple(named[0]),
+        flange=prefix + ("tool0" if arm.is_original else arm.tip),
+        tool=prefix + GRIPPER if arm.tool.kind == "vacuum" else None,
+        home=named[0],
+        max_velocity=named[1],
+        max_acceleration=named[2],
+        action=CONTROLLER_NAMES[FOLLOW_OF_ARM if arm.namespace else FOLLOW].format(arm=arm.namespace),
+    )
+
+
+def _check_names(trial: Trial) -> None:
+    """Refuse arms whose controllers know joints by other names than the description of all arms."""
+    for arm in trial.arms:
+        if arm.joint_prefix != arm.frame_prefix:
+            names = "prefixed" if arm.frame_prefix else "plain"
+            raise UsageError(
+                f"cell.arms.{arm.name}.names: MoveIt needs the names of the robot description in messages (got "
+                f"{arm.names}); write names: {names}"
+            )
+
+
+def _limits(trial: Trial, arm: Arm, joints: Mapping[str, Limits]) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Return the velocity and the acceleration of each joint that its drive follows, in units of rad or m, and s.
+
+    With the original drives the wrists lag behind at the published velocities by nearly as much as is tolerated.
+    """
+    if arm.is_original:
+        velocity, acceleration = DEFAULT_LIMITS.velocity, DEFAULT_LIMITS.acceleration
+        return dict(zip(joints, velocity, strict=True)), dict(zip(joints, acceleration, strict=True))
+    drives = stiff_drives(arm_model(arm, trial.arm_models[arm.name], ""), arm.bandwidth)
+    speeds = {name: SPEED_SHARE * limits.velocity for name, limits in joints.items()}
+    # a stiff drive has the position gain w^2 I
+    forces = {name: _EFFORT_SHARE * drives[name].effort * arm.bandwidth**2 / drives[name].p for name in joints}
+    return speeds, {name: min(speeds[name] / _RISE, forces[name]) for name in joints}
