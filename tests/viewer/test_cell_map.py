@@ -8,8 +8,10 @@ from matplotlib.colors import to_hex
 
 import cellwright
 from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.errors import UsageError
 from cellwright.viewer.cell_map import PART, _Map, draw_map
+from tests.cell.arm_cells import TWO_ON_A_RAIL, ur5_cell
 from tests.cell.checks.odd import SMALL, camera_over, trial_with
 from tests.support.places import LAYOUT
 
@@ -52,6 +54,24 @@ def test_names_of_bins_and_cameras_cover_no_parts(tmp_path: Path) -> None:
     for name in names:
         box = name.get_window_extent()
         assert not [part for part in parts if box.overlaps(part)], name
+
+
+@pytest.mark.slow
+def test_arm_on_a_pedestal_has_one_name_that_covers_no_other(tmp_path: Path) -> None:
+    figure = _Map(ur5_cell()).draw()
+    figure.savefig(tmp_path / "cell.png", dpi=100)
+    (axes,) = figure.axes
+    names = {each.get_text(): each.get_window_extent() for each in axes.texts if each.get_text()}
+    assert {"arm", "bin1", "tray1"} <= names.keys()
+    assert "arm_pedestal" not in names
+    assert not [name for name, box in names.items() if name != "arm" and box.overlaps(names["arm"])]
+
+
+@pytest.mark.slow
+def test_rails_of_several_arms_have_their_names(tmp_path: Path) -> None:
+    file = tmp_path / "cell.svg"
+    draw_map(load_trial(text=TWO_ON_A_RAIL).trial, file)
+    assert all(f"rail of arm{number}" in texts(file) for number in (1, 2))
 
 
 @pytest.mark.slow

@@ -297,7 +297,8 @@ class _Map:
                 continue
             self._line(((low_x, low_y), (high_x, high_y)), RAIL, 5.0, alpha=0.5, zorder=7)
             x, y, _ = arm.pose.transform((0.0, RAIL_LIMIT / 2, 0.0)) if arm.is_original else arm.mount.ends[1]
-            self._text(x, y, "rail of the arm", color=RAIL, va="bottom", xytext=(0, 4))
+            of = "the arm" if len(self._trial.arms) == 1 else arm.name
+            self._text(x, y, f"rail of {of}", color=RAIL, va="bottom", xytext=(0, 4))
 
     def _sensors(self) -> None:
         for sensor in self._trial.sensors:

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.config.layout.surroundings import Block, Structure
+from cellwright.config.ur10 import GRIPPER
 from cellwright.util.pose import Pose, Vector3
 
 MAX_ARMS = 8
@@ -131,6 +132,11 @@ class Arm:
     def prefix(self) -> str:
         """Prefix of its links and joints in the engine; those of 2017's arm have none."""
         return "" if self.is_original and not self.namespace else f"{self.name}/"
+
+    @property
+    def tool_link(self) -> str:
+        """Link of its tool by the name in the engine: that of the cup, or the tip."""
+        return self.prefix + (GRIPPER if self.tool.kind == "vacuum" else self.tip)
 
     @property
     def start_prefix(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,11 +82,10 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence
     """
     extent = np.ptp(np.concatenate([tool.positions[:, :2] for tool in tools]), axis=0)
     across, up = (1, 0) if extent[1] > extent[0] else (0, 1)
-    for tool, colour in zip(tools, COLOURS, strict=False):
+    for tool, colour in zip(tools, cycle(COLOURS), strict=False):
         step = max(1, len(tool.times) // _POINTS)
         times, at = tool.times[::step], tool.positions[::step]
-        has_cup = bool(tool.on or tool.attached)
-        colour, label = (FAINT, None) if has_cup else (colour, tool.name)
+        colour, label = (FAINT, None) if _is_only_cup(tools) else (colour, tool.name)
         axes.plot(at[:, across], at[:, up], color=colour, linewidth=0.8, label=label)
         carried = _inside(times, tool.attached)
         if carried.any():
@@ -109,12 +109,16 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence
 
 
 def draw_height(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[Span] = ()) -> None:
-    """Draw heights over time, with bars below for suction and for a carried part, and the collisions by name."""
-    for tool, colour in zip(tools, COLOURS, strict=False):
-        has_cup = bool(tool.on or tool.attached)
+    """Draw heights over time, with bars below for suction and for a carried part, and the collisions by name.
+
+    The bars of several tools stand above each other, in the order of the legend from below.
+    """
+    for number, (tool, colour) in enumerate(zip(tools, cycle(COLOURS), strict=False)):
         times, height = thinned(tool.times, tool.positions[:, 2])
-        axes.plot(times, height, color=INK if has_cup else colour, label=None if has_cup else tool.name)
-        strips = ((tool.on, 0.0, _SUCTION_ON, "suction on"), (tool.attached, 0.035, _LOADED, "carries a part"))
+        colour, name = (INK, None) if _is_only_cup(tools) else (colour, tool.name)
+        axes.plot(times, height, color=colour, label=name)
+        low = 0.08 * number
+        strips = ((tool.on, low, _SUCTION_ON, "suction on"), (tool.attached, low + 0.035, _LOADED, "carries a part"))
         for spans, place, strip, label in strips:
             for span in spans:
                 axes.axvspan(span.begin, span.end, place, place + 0.03, color=strip, linewidth=0, label=label)
@@ -127,6 +131,11 @@ def draw_height(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[Spa
     mark_collisions(axes, collisions, "collision")
     label_marks(axes, [Mark(span.begin, span.label) for span in collisions])
     _legend(axes)
+
+
+def _is_only_cup(tools: Sequence[ToolTrack]) -> bool:
+    """Return whether the only tool is a cup, whose marks say what it is."""
+    return len(tools) == 1 and bool(tools[0].on or tools[0].attached)
 
 
 def _inside(times: Array, spans: Sequence[Span]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

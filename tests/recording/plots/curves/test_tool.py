@@ -1,8 +1,11 @@
 """Path of a tool: from above, and its height."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from cellwright.recording.plots.curves import draw_from_above, draw_height
 from cellwright.recording.plots.tracks import Span, ToolTrack
@@ -46,6 +49,17 @@ def test_legend_of_height_names_suction_and_load() -> None:
     legend = axes.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["suction on", "carries a part"]
+
+
+def test_bars_of_two_cups_stand_above_each_other() -> None:
+    axes = Figure().add_subplot()
+    draw_height(axes, [replace(path(1), name=name) for name in ("arm1", "arm2")])
+    bars = sorted({round(patch.get_y(), 3) for patch in axes.patches if isinstance(patch, Rectangle)})
+    assert bars == [0.0, 0.035, 0.08, 0.115]
+    assert len({str(line.get_color()) for line in axes.lines}) == 2
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["arm1", "suction on", "carries a part", "arm2"]
 
 
 def test_legend_of_two_tools_has_their_names() -> None:

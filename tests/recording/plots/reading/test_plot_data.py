@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cellwright import Client, run_trial
 from cellwright.cell.cell import Cell
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import Header, JointState, Time
@@ -21,6 +22,7 @@ from cellwright.recording.plots.tracks import PlotData
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.robot_panel import RobotPanel
+from tests.cell.arm_cells import TWO_UR5, ur5_cell
 from tests.clients.operators.nodes import robot
 from tests.support.cells import INITIAL, WHOLE, publish, run, start, way
 
@@ -85,6 +87,48 @@ def test_recording_of_cell_gives_plot_data(cell: Path) -> None:
     assert [span.label for span in found.states["competition"]][-1] == "go"
     assert found.score is not None
     assert found.score.best == 8.0
+
+
+@pytest.fixture(scope="module")
+def two_arms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Record a cell of two arms, of which the second has no tool and moves."""
+    path = tmp_path_factory.mktemp("recordings") / "two.mcap"
+    trial = ur5_cell(TWO_UR5.replace("names: prefixed", "tool: {{kind: none}}"))
+
+    class Mover:
+        def run(self, client: Client) -> None:
+            client.start_competition()
+            client.arm("arm1").control_gripper(True)
+            joints = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+            client.arm("arm2").move_arm(
+                [(0.6, -1.2, 1.6, -2.0, -1.57, 0.0)], [1.0], joints=[f"{joint}_joint" for joint in joints]
+            )
+
+    run_trial(trial, Mover, record=path)
+    return path
+
+
+def test_each_arm_has_its_joints_and_the_path_of_its_tool(two_arms: Path) -> None:
+    found = loaded(two_arms)
+    assert [(name, len(tracks)) for name, tracks in found.joints.items()] == [("Arm1", 6), ("Arm2", 6)]
+    still, moved = found.tools
+    assert (still.name, moved.name) == ("arm1", "arm2")
+    assert [span.label for span in still.on] == ["on"]
+    assert not moved.on
+    assert np.ptp(still.positions, axis=0).max() < 0.01 < 0.2 < np.ptp(moved.positions, axis=0).max()
+    # without a cup it is the tip, 0.1 m behind the face of one
+    assert moved.positions[0, 2] == pytest.approx(still.positions[0, 2] + 0.1, abs=0.03)
+
+
+@pytest.mark.parametrize("arms", [None, [], {"arm": None}, {"arm": {"namespace": 5, "tool": "x"}}])
+def test_arms_that_a_header_does_not_name_are_that_of_2017(arms: object, tmp_path: Path) -> None:
+    path = tmp_path / "cell.mcap"
+    served = Cell(WHOLE)
+    recorder = Recorder(served, path, RecordingHeader("cell", "whole", {"arms": arms}))
+    run(served, 0.1)
+    recorder.end({})
+    (tool,) = loaded(path).tools
+    assert tool.name == "vacuum gripper"
 
 
 def test_recording_of_robot_gives_plot_data(wave: Path) -> None:

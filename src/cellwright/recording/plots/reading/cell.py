@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from cellwright.config.layout.arm_models import RAIL_JOINT
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.standard import Float32, String
@@ -15,18 +16,17 @@ from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, printable
 
-_SLIDES = "linear"  # part of the names of prismatic joints
+_RAILS = ("linear_arm_actuator_joint", RAIL_JOINT)  # ends of the names of joints of rails
 _SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
 _MAX_NAME_LENGTH = 200  # characters of a name
 _LATE = 1.5  # [s] before its judgement, at most, a part was reported for the last time
 
 
 class ArmStateReader:
-    """Reader of /ariac/arm/state."""
+    """Reader of the state of an arm's controller."""
 
-    topics = ("/ariac/arm/state",)
-
-    def __init__(self) -> None:
+    def __init__(self, topic: str) -> None:
+        self.topics = (topic,)
         self._names: tuple[str, ...] = ()
         self._rows: list[tuple[float, list[float], list[float]]] = []
 
@@ -46,14 +46,16 @@ class ArmStateReader:
         times = np.array([time for time, _, _ in self._rows])
         actual, desired = (np.array([row[place] for row in self._rows]) for place in (1, 2))
         return [
-            JointTrack(_joint_name(name), "m" if _SLIDES in name else "rad", times, actual[:, n], times, desired[:, n])
+            JointTrack(
+                _joint_name(name), "m" if name.endswith(_RAILS) else "rad", times, actual[:, n], times, desired[:, n]
+            )
             for n, name in enumerate(self._names)
         ]
 
 
 def _joint_name(name: str) -> str:
     """Return the readable name of a joint: `shoulder_pan_joint` is "shoulder pan"."""
-    return "rail" if name.startswith("linear_arm") else name.removesuffix("_joint").replace("_", " ")
+    return "rail" if name.endswith(_RAILS) else name.removesuffix("_joint").replace("_", " ")
 
 
 class BodyPath:

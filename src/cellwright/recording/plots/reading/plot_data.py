@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import islice
 from typing import Any
 
+from cellwright.config.layout.arms import MAX_ARMS
+from cellwright.config.ur10 import GRIPPER
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.plots.reading.cell import ArmStateReader, BodyPath, CompetitionReader, Trays
 from cellwright.recording.plots.reading.reader import SECOND, CommandReader, GripperReader, TopicReader
 from cellwright.recording.plots.reading.robot import About, JointStateReader, Status, Tips
-from cellwright.recording.plots.tracks import JointTrack, PlotData
+from cellwright.recording.plots.tracks import JointTrack, PlotData, ToolTrack
 from cellwright.util.errors import MessageError, RecordingError
 
 
@@ -17,21 +20,40 @@ def load_plot_data(recording: RecordingFile) -> PlotData:
     return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
 
 
+class _Arm:
+    """Readers of what concerns one arm.
+
+    Args:
+        base: name that its topics begin with.
+        path: reader of the path of its tool.
+    """
+
+    def __init__(self, base: str, path: BodyPath) -> None:
+        self.state, self.gripper = ArmStateReader(f"{base}/arm/state"), GripperReader(f"{base}/gripper/state")
+        self.path = path
+
+    def tool(self, name: str, end: float) -> ToolTrack:
+        """Return the path of its tool until a time [s]."""
+        return self.path.track(name, self.gripper.on.until(end), self.gripper.attached.until(end))
+
+
 def _cell(recording: RecordingFile) -> PlotData:
-    arm, gripper, trays = ArmStateReader(), GripperReader(), Trays()
-    path = BodyPath(recording.scene, "vacuum_gripper_link")
-    competition, commands = CompetitionReader(), CommandReader()
-    warning = _read(recording, (arm, gripper, path, trays, competition, commands))
+    arms = {name: _Arm(base, BodyPath(recording.scene, link)) for name, (base, link) in _arms(recording).items()}
+    trays, competition, commands = Trays(), CompetitionReader(), CommandReader()
+    of_arms = [reader for arm in arms.values() for reader in (arm.state, arm.gripper, arm.path)]
+    warning = _read(recording, (*of_arms, trays, competition, commands))
     end = recording.end_time / SECOND
-    tool = path.track("vacuum gripper", gripper.on.until(end), gripper.attached.until(end))
-    tracks, states = arm.tracks(), competition.states.until(end)
+    alone = "vacuum gripper" if len(arms) == 1 else ""
+    tools = [arm.tool(alone or name, end) for name, arm in arms.items()]
+    joints = {name[:1].upper() + name[1:]: arm.state.tracks() for name, arm in arms.items()}
+    states = competition.states.until(end)
     return PlotData(
         title=recording.header.name,
         note=_note(recording, {**recording.header.facts, **competition.about}, competition),
         begin=recording.begin / SECOND,
         end=end,
-        joints={"Arm": tracks} if tracks else {},
-        tools=[tool] if len(tool.times) else [],
+        joints={name: tracks for name, tracks in joints.items() if tracks},
+        tools=[tool for tool in tools if len(tool.times)],
         trays=trays.names,
         tray_parts=trays.parts(end, competition.verdicts),
         score=competition.score(),
@@ -41,6 +63,18 @@ def _cell(recording: RecordingFile) -> PlotData:
         commands=commands.tracks(),
         warning=warning,
     )
+
+
+def _arms(recording: RecordingFile) -> dict[str, tuple[str, str]]:
+    """Return the beginning of the topics of each arm by its name, and the link of its tool; 2017's arm by default."""
+    try:
+        found = {
+            str(name): ("/".join(filter(None, ("/ariac", each["namespace"]))), str(each["tool"]))
+            for name, each in recording.header.facts["arms"].items()
+        }
+    except (AttributeError, KeyError, TypeError):
+        return {"arm": ("/ariac", GRIPPER)}
+    return dict(islice(found.items(), MAX_ARMS))
 
 
 def _robot(recording: RecordingFile) -> PlotData:

@@ -57,11 +57,10 @@ class Spans:
 
 
 class GripperReader:
-    """Reader of /ariac/gripper/state, which is published in each step: repeated bytes are skipped."""
+    """Reader of the state of a vacuum gripper, which is published in each step: repeated bytes are skipped."""
 
-    topics = ("/ariac/gripper/state",)
-
-    def __init__(self) -> None:
+    def __init__(self, topic: str = "/ariac/gripper/state") -> None:
+        self.topics = (topic,)
         self.on, self.attached = Spans(), Spans()
         self._before = b""
 
