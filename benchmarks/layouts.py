@@ -1,8 +1,9 @@
 """Growth of a step's cost with the numbers of bins, belts and AGVs of a cell, and the cost of a large cell.
 
-Each cell is at work: its belts run in turn one way and the other, eight parts ride on each, and the arm swings over the
+Each cell is at work: its belts run in turn one way and the other, eight parts ride on each, and the arms swing over the
 bins. Sixteen parts lie in each bin and sleep. All cells make their steps in turn without subscribers, and the best
-processor time of each counts. The large cell has the most of everything.
+processor time of each counts. The large cell has the most of everything but arms. A cell with two arms, on either
+side of the bins, is timed beside that with one.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from benchmarks.growth import run
 from benchmarks.step import TYPES
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
+from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Belt, Bin, Carrier, Layout
 from cellwright.config.trial.trial import Part, Trial
@@ -32,33 +34,38 @@ WARM_UP, WINDOW, REPEATS = 1500, 500, 6
 """Steps until parts at rest sleep, steps of a measurement, and measurements."""
 MAX_BEND = 1.2
 """Required straightness of each curve."""
+MAX_SECOND_ARM = 1.6
+"""Bound of a step with two arms, by one with a single arm."""
 
 _DROP = 0.0005  # initial height of parts above their surface [m]
 _PITCH = (0.14, 0.13)  # of the grid of parts in a bin [m]
 _ROWS = 0.75  # distance of the rows of bins, and of the AGVs behind each other [m]
 _BESIDE = 1.0  # distance of belts [m]
 _BETWEEN = 1.0  # distance of parts on a belt [m]
+_BEHIND = -2.6  # x of the second arm, on the far side of the bins [m]
 
 
 class Size(NamedTuple):
-    """Numbers of bins, belts and AGVs of a cell."""
+    """Numbers of bins, belts, AGVs and arms of a cell."""
 
     bins: int = 8
     belts: int = 1
     carriers: int = 2
+    arms: int = 1
 
 
 LARGE = Size(BINS[-1], BELTS[-1], CARRIERS[-1])
 
 
 def layout(size: Size) -> Layout:
-    """Return the layout of 2017 with other numbers of bins, belts and AGVs."""
+    """Return the layout of 2017 with other numbers of bins, belts, AGVs and arms."""
     base = gear2017()
     return replace(
         base,
         bins=tuple(_bin(base.bins[number % 4], number) for number in range(size.bins)),
         belts=tuple(_belt(base.belts[0], number) for number in range(size.belts)),
         carriers=tuple(_carrier(base.carriers[number % 2], number) for number in range(size.carriers)),
+        arms=base.arms if size.arms == 1 else tuple(_arm(base.arms[0], number) for number in range(size.arms)),
     )
 
 
@@ -89,6 +96,14 @@ def _carrier(like: Carrier, number: int) -> Carrier:
     return replace(moved, number=number + 1, name=name, tray_link=f"{name}::{tray}::{tray}::tray")
 
 
+def _arm(like: Arm, number: int) -> Arm:
+    """Return one of two arms, which stand on either side of the bins."""
+    height = like.pose.position[2]
+    pose = like.pose if number == 0 else Pose.from_rpy((_BEHIND, 0.0, height), (0.0, 0.0, math.pi))
+    name = f"arm{number + 1}"
+    return replace(like, name=name, namespace=name, mount=replace(like.mount, pose=pose))
+
+
 def parts(of: Layout) -> tuple[Part, ...]:
     """Return sixteen parts in each bin, and eight in a row on each belt."""
     places = [
@@ -110,13 +125,13 @@ def parts(of: Layout) -> tuple[Part, ...]:
 
 
 def cell_of(size: Size, seconds: int) -> Cell:
-    """Return a cell at its first step, its belts running and its arm swinging for some seconds."""
+    """Return a cell at its first step, its belts running and its arms swinging for some seconds."""
     found = layout(size)
     cell = Cell(Trial("layouts", has_arm=True, bin_parts=parts(found), layout=found), servo="precise")
     for conveyor in cell.conveyors.values():
         conveyor.set_power(100.0)
-    assert cell.arm is not None
-    cell.arm.command(swings(seconds))
+    for arm in cell.arms.values():
+        arm.command(swings(seconds))
     return cell
 
 
@@ -133,6 +148,11 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure 
         curve = Curve(title, name, "us/step", numbers, costs)
         yield curve
         yield from curve.figures(MAX_BEND)
+    on_progress("one arm and two")
+    one, two = _costs([Size(), Size(arms=2)], quick=quick)
+    count = len(parts(layout(Size())))
+    yield Figure(f"step, two arms, {count} parts", two, "us/step")
+    yield Figure("two arms / one", two / one, maximum=MAX_SECOND_ARM)
     on_progress("the large cell")
     small, large = _costs([Size(), LARGE], quick=quick)
     count = len(parts(layout(LARGE)))

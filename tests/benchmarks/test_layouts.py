@@ -8,6 +8,7 @@ from benchmarks.benchmarks import Curve
 from benchmarks.growth import run
 from benchmarks.layouts import LARGE, Size, cell_of, layout, measure, parts
 from cellwright.config.layout.gear2017 import gear2017
+from cellwright.running.run.collisions import CollisionWatch
 
 
 def test_layout_of_usual_size_has_places_of_2017() -> None:
@@ -44,4 +45,13 @@ def test_quick_run_yields_curves_and_large_cell(monkeypatch: pytest.MonkeyPatch)
     found = list(measure(print, quick=True))
     curves = [each for each in found if isinstance(each, Curve)]
     assert [curve.size for curve in curves] == ["bin", "belt", "AGV"]
-    assert [each.maximum for each in found if not isinstance(each, Curve) and each.maximum] == [1.2, 1.2, 1.2]
+    assert [each.maximum for each in found if not isinstance(each, Curve) and each.maximum] == [1.2, 1.2, 1.2, 1.6]
+
+
+def test_two_arms_swing_apart_from_each_other() -> None:
+    cell = cell_of(Size(arms=2), 4)
+    watch = CollisionWatch(cell)
+    run(cell, 1500)
+    assert watch.end() == []
+    assert watch.nearest is not None
+    assert watch.nearest.distance > 0.1
