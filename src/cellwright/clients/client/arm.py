@@ -82,7 +82,7 @@ class ClientArm:
         if not all(map(math.isfinite, times)):
             raise UsageError(f"times must be finite (got {list(times)})")
         self._node.publish(
-            f"{self._space}/arm/command", trajectory_message(joints or self._joints, waypoints, times, velocities)
+            f"{self._space}/arm/command", trajectory_message(joints or self.joints, waypoints, times, velocities)
         )
 
     def move_arm(
@@ -116,7 +116,7 @@ class ClientArm:
             raise UsageError("a motion needs at least one waypoint")
         self.send_arm(waypoints, times, joints=joints)
         self._node.sleep(float(len(waypoints)) if times is None else times[-1])
-        goal = dict(zip(joints or self._joints, waypoints[-1], strict=False))
+        goal = dict(zip(joints or self.joints, waypoints[-1], strict=False))
         return self._node.wait_until(lambda: self._stands_at(goal, tolerance), timeout)
 
     def _stands_at(self, goal: Mapping[str, float], tolerance: float) -> bool:
@@ -142,7 +142,7 @@ class ClientArm:
         return bool(self._node.call(f"{self._space}/gripper/control", request).success)
 
     @property
-    def _joints(self) -> Sequence[str]:
+    def joints(self) -> Sequence[str]:
         """Names of the joints in the order of joint states; those of 2017's arm before the first message."""
         message = self.joint_states.message
         return ARM_JOINTS if message is None else [name for name in message.name if name != GRIPPER_JOINT]
