@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from benchmarks.soak.face import ROUND, MessageCounter
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.grippers import Gripper
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.layout.gear2017 import gear2017
@@ -121,5 +121,5 @@ class CellFace:
     def _send(self, number: int, kit_type: str) -> None:
         self.counts["AGVs sent"] += self._client.control_agv(number, kit_type)
 
-    def _count_grip(self, gripper: VacuumGripper) -> None:
+    def _count_grip(self, gripper: Gripper) -> None:
         self.counts["parts gripped"] += gripper.attached

@@ -45,3 +45,26 @@ cellwright: {{parts: {{board_part: {{mass: 0.2, shapes: [{{box: [0.3, 0.1, 0.02]
 def ur5_cell(text: str = PEDESTAL) -> Trial:
     """Return the trial of a cell with a UR5."""
     return load_trial(text=text.format(model=ARMS / "ur5.urdf")).trial
+
+
+FINGERS = """
+cell:
+  arms:
+    arm:
+      model: {model}
+      mount: {{kind: pedestal, at: [0, 0, 0.5]}}
+      tip: tool0
+      tool: {tool}
+      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
+  bins: {{bin1: {{at: [0, 0.6], size: [0.5, 0.4], surface: 0.45}}}}
+  trays: {{tray1: {{at: [0, -0.6], size: [0.5, 0.4], surface: 0.45}}}}
+parts: [{{type: cube, in: bin1, grid: [2, 1]}}]
+orders: {{order_0: {{tray: tray1, parts: [{{type: cube, xy: [0.0, 0.05]}}]}}}}
+cellwright: {{parts: {{cube: {{mass: {mass}, shapes: [{{box: [0.04, 0.04, 0.04], pose: {{xyz: [0, 0, 0.02]}}}}]}}}}}}
+"""
+"""A UR5 with a parallel gripper between a bin with two cubes and a tray."""
+
+
+def finger_cell(tool: str = "{kind: parallel}", mass: float = 0.5) -> Trial:
+    """Return the trial of a cell with a UR5 that has a parallel gripper, and cubes of a mass [kg]."""
+    return load_trial(text=FINGERS.format(model=ARMS / "ur5.urdf", tool=tool, mass=mass)).trial

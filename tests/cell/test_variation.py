@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.variation import CLEARANCE, Bounds, vary, vary_parts
 from cellwright.config.footprints import footprint
 from cellwright.config.trial.catalogue import find_trial
@@ -203,7 +204,7 @@ def test_cell_applies_friction_belt_delay_and_gripper_phase() -> None:
     assert {float(plain.world.model.geom_friction[g, 0]) for part in plain.world.parts for g in part.geoms} == {1.0}
     assert {float(varied.world.model.geom_friction[g, 0]) for part in varied.world.parts for g in part.geoms} == {0.7}
     assert first_belt_part(varied) - first_belt_part(plain) == pytest.approx(0.5)
-    assert varied.gripper is not None
+    assert isinstance(varied.gripper, VacuumGripper)
     varied.gripper.set_enabled(True)
     looks = [varied.gripper.next_look]
     while len(looks) < 4:

@@ -13,11 +13,12 @@ import numpy as np
 from cellwright.cell.model.build import contact_time, set_solver
 from cellwright.cell.model.parts import part_type
 from cellwright.config.gripper import ParallelGripperSettings
+from cellwright.config.gripper_links import GripperNames, palm_T_grasp
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device
 from cellwright.engine.shapes import Role, Shape, Touch, add_shape, at, box
 from cellwright.engine.simulation import Simulation
-from cellwright.mechanism.gripper_model import Contacts, GripperNames, add_parallel_gripper, palm_T_grasp
+from cellwright.mechanism.gripper_model import Contacts, add_parallel_gripper
 from cellwright.mechanism.parallel_gripper import ParallelGripper
 from cellwright.mechanism.welds import add_weld, grip_name
 from cellwright.util.pose import Pose, Vector3
@@ -162,7 +163,8 @@ def _model(settings: ParallelGripperSettings, load: Load | None, axis: Vector3) 
     servo.set_to_pid(kp=CARRIAGE_MASS * BANDWIDTH**2, dampratio=1.0)
     down = Pose.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))
     contacts = Contacts(Touch.ROBOT.value, contact_time(float(STEP)))
-    add_parallel_gripper(spec, carriage, down, settings, NAMES, contacts)
+    flange = carriage.add_body(name="flange", quat=down.quaternion)
+    add_parallel_gripper(spec, flange, settings, NAMES, contacts)
     middle = Pose((0.0, 0.0, HEIGHT)) @ down @ palm_T_grasp(settings)
     if load is not None:
         at_part = middle @ Pose(load.offset)

@@ -6,8 +6,8 @@ import mujoco
 import pytest
 
 from cellwright.config.gripper import Pad, ParallelGripperSettings
-from cellwright.mechanism.gripper_model import PAD_SOLIMP, Contacts, GripperNames, add_parallel_gripper, palm_T_grasp
-from cellwright.util.pose import Pose
+from cellwright.config.gripper_links import GripperNames, palm_T_grasp
+from cellwright.mechanism.gripper_model import PAD_SOLIMP, Contacts, add_parallel_gripper
 
 BITS = (8, 2)
 
@@ -16,7 +16,7 @@ def model_of(settings: ParallelGripperSettings, *prefixes: str) -> mujoco.MjMode
     spec = mujoco.MjSpec()
     for number, prefix in enumerate(prefixes):
         flange = spec.worldbody.add_body(name=f"{prefix}flange", pos=(float(number), 0.0, 1.0))
-        add_parallel_gripper(spec, flange, Pose(), settings, GripperNames(prefix), Contacts(BITS, 0.004))
+        add_parallel_gripper(spec, flange, settings, GripperNames(prefix), Contacts(BITS, 0.004))
     return spec.compile()
 
 

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from cellwright.config.arm import ArmSettings, JointGains, JointTolerance
-from cellwright.config.layout import keys
+from cellwright.config.layout import keys, tool_reader
 from cellwright.config.parsing import entries
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import cameras, group_reader, robots
@@ -76,7 +76,8 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "cell-trays": (keys.TRAY, "", None),
     "cell-arms": (keys.ARM, "", None),
     "cell-mount": (keys.MOUNT, "mount.", None),
-    "cell-tool": (keys.TOOL, "tool.", None),
+    "cell-tool": (tool_reader.TOOL, "tool.", None),
+    "cell-pad": (tool_reader.PAD, "pad.", None),
     "cell-limits": (keys.JOINT_LIMITS, "", None),
     "cell-collision": (keys.COLLISION, "collision.", None),
     "cell-structure": (keys.STRUCTURE, "", None),

@@ -14,6 +14,7 @@ from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.arm_guard import ArmGuard
 from cellwright.cell.devices.collision_culling import CollisionCulling
 from cellwright.cell.devices.conveyor import BeltDevices
+from cellwright.cell.devices.grippers import grippers_of, tool_points
 from cellwright.cell.devices.kit_sender import FixedTray, KitSender
 from cellwright.cell.devices.kit_tray import DemoTray, KitTray
 from cellwright.cell.devices.logical_camera import TRAY_TYPE, LogicalCamera, QualityControlSensor
@@ -29,7 +30,6 @@ from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_d
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
-from cellwright.cell.model.arm import CUP_GEOM
 from cellwright.cell.model.build import World, build_world, demo_origin
 from cellwright.cell.start import CellSnapshot, Start
 from cellwright.cell.variation import Bounds
@@ -138,7 +138,7 @@ class Cell(CellDevices):
         self.senders: dict[str, KitSender] = {each.name: each for each in (*self.agvs.values(), *fixed)}
         self.arms = Arm.of(trial)
         self.arm_guard = ArmGuard.of(trial, self.arms)
-        self.grippers = VacuumGripper.of(trial, self.parts)
+        self.grippers = grippers_of(trial, self.parts)
         self.competition = Competition(
             trial,
             parts=self.parts,
@@ -314,7 +314,8 @@ class Cell(CellDevices):
         for population in self.populations.values():
             population.set_delay(trial.circumstances.belt_delay)
         for gripper in self.grippers.values():
-            gripper.set_phase(phase_of(trial))
+            if isinstance(gripper, VacuumGripper):
+                gripper.set_phase(phase_of(trial))
 
     def step(self) -> None:
         """Advance the simulation by one tick."""
@@ -340,10 +341,9 @@ class Cell(CellDevices):
             body_index: maps a body id of the engine to the index in the scene's bodies, 0 for fixed bodies.
 
         Returns:
-            `kind`, `sensors` as they describe themselves, and `tools`: the cups.
+            `kind`, `sensors` as they describe themselves, and `tools`: the cups, and the middles between pads.
         """
-        cups = [self.simulation.model.geom(each.arm.prefix + CUP_GEOM) for each in self.grippers.values()]
-        tools = [[body, cup.pos.tolist()] for cup in cups if (body := body_index(int(cup.bodyid[0])))]
+        tools = tool_points(self.simulation.model, self.grippers.values(), body_index)
         return {"kind": "cell", "sensors": [each.describe() for each in self.sensors.values()], "tools": tools}
 
     def sensor_overlay(self) -> dict[str, Any]:

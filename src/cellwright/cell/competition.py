@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.devices.conveyor import Conveyor, Population
+from cellwright.cell.devices.grippers import Gripper
 from cellwright.cell.devices.kit_sender import KitSender
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.kitting import effects as game_effects
 from cellwright.cell.kitting.evidence import Evidence, evidence
 from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartSnapshot
@@ -44,7 +44,7 @@ class Competition(Device):
         conveyors: Iterable[Conveyor],
         populations: Iterable[Population],
         senders: Iterable[KitSender],
-        grippers: Iterable[VacuumGripper],
+        grippers: Iterable[Gripper],
     ) -> None:
         super().__init__("competition")
         self.trial = trial
@@ -199,7 +199,7 @@ class Competition(Device):
             # the AGV drives off with its kit all the same, as in the original
             return
 
-    def _take_grip(self, gripper: VacuumGripper) -> None:
+    def _take_grip(self, gripper: Gripper) -> None:
         now = self.simulation.now
         enabled = [each for each in self._grippers if each.enabled]
         attached = any(each.attached for each in enabled)

@@ -129,7 +129,7 @@ class Entities:
             return EntityInfo(Category.OBJECT, f"part of type {kind}", (kind,))
         if (arm := next((each for each in self.cell.trial.arms if each.name == name), None)) is not None:
             what = "UR10 on a rail" if arm.is_original else f"arm {arm.model}"
-            holds = ", with a vacuum gripper" if arm.tool.kind == "vacuum" else ""
+            holds = "" if arm.tool.kind == "none" else f", with a {arm.tool.kind} gripper"
             return EntityInfo(Category.ROBOT, what + holds)
         if name in {each.name for each in self.cell.trial.carriers}:
             return EntityInfo(Category.ROBOT, "AGV that takes a tray away")

@@ -1,7 +1,6 @@
-"""Parallel gripper in a model specification: palm, two prismatic fingers with pads, and their servos.
+"""Parallel gripper in a model specification: its links as bodies, with pads that grip, and their servos.
 
-The palm's frame has z along the fingers, out of the flange, and y across them: the fingers close along y. Servos drive
-both fingers, and a stiff coupling keeps them at equal distances from the middle, as a rack does.
+Servos drive both fingers, and a stiff coupling keeps them at equal distances from the middle, as a rack does.
 """
 
 from __future__ import annotations
@@ -12,18 +11,13 @@ from typing import Any
 import mujoco
 
 from cellwright.config.gripper import ParallelGripperSettings
+from cellwright.config.gripper_links import FINGER_MASS, PALM_MASS, GripperNames, gripper_links, palm_T_grasp
+from cellwright.config.models.model import ModelShape
+from cellwright.config.robot.model import Joint
 from cellwright.engine import colours
-from cellwright.engine.shapes import Role, Shape, add_shape, at, box
+from cellwright.engine.shapes import Colour, Role, add_shape, box, cylinder
 from cellwright.mechanism.drives import Drive, add_drive
-from cellwright.util.pose import Pose
-
-SIDES = ("left", "right")
-"""The fingers: `left` moves to +y when the gripper opens."""
-
-PALM_DEPTH = 0.06
-"""Extent of the palm along z [m]."""
-FINGER_GAP = 0.02
-"""Distance from the palm to the pads [m]: parts may stand out that far above them."""
+from cellwright.mechanism.shapes import pose_arguments
 
 PAD_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance of the pads' contacts. With the engine's default a part of 0.5 kg creeps by 0.1 mm a second."""
@@ -31,65 +25,8 @@ PAD_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 STIFFNESS = 5000.0
 """Gain of the servos [N/m]: with 0.1 kg they settle within 20 ms, and 2 ms steps are short enough for that."""
 
-_PALM_WIDTH, _PALM_MASS = 0.06, 0.5
-_FINGER_THICKNESS, _PAD_THICKNESS = 0.012, 0.006
-_FINGER_MASS = 0.1
-"""Mass of a finger [kg], its drive included.
-
-With an inertia of the joint instead, which the arm does not move, fingers follow too slowly: they let go of a disc
-when the arm's acceleration along y jumps by 10 m/s^2.
-"""
 _STIFF_TIME = 0.004
 """Time constant of the coupling and of the ends of the fingers' ways [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class GripperNames:
-    """Names of a parallel gripper in the engine, each with the same prefix.
-
-    Attributes:
-        prefix: the prefix; empty for none.
-
-    Example:
-        >>> GripperNames("arm1_").joints
-        ('arm1_left_finger_joint', 'arm1_right_finger_joint')
-    """
-
-    prefix: str = ""
-
-    @property
-    def palm(self) -> str:
-        """The body that holds parts by a weld."""
-        return f"{self.prefix}gripper_palm"
-
-    @property
-    def grasp(self) -> str:
-        """The site between the pads, with the palm's orientation."""
-        return f"{self.prefix}gripper_grasp"
-
-    @property
-    def fingers(self) -> tuple[str, str]:
-        """The fingers' bodies, left and right."""
-        return self._of_sides("finger")
-
-    @property
-    def joints(self) -> tuple[str, str]:
-        """The fingers' joints, which are also their servos; a position is half the distance between the pads."""
-        return self._of_sides("finger_joint")
-
-    @property
-    def pads(self) -> tuple[str, str]:
-        """The geoms that grip."""
-        return self._of_sides("pad")
-
-    @property
-    def coupling(self) -> str:
-        """The constraint that keeps the fingers at equal distances from the middle."""
-        return f"{self.prefix}finger_coupling"
-
-    def _of_sides(self, kind: str) -> tuple[str, str]:
-        left, right = (f"{self.prefix}{side}_{kind}" for side in SIDES)
-        return left, right
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,13 +42,13 @@ class Contacts:
     time: float
 
 
-def palm_T_grasp(settings: ParallelGripperSettings) -> Pose:
-    """Return the pose of the middle between the pads in the palm's frame."""
-    return Pose((0.0, 0.0, PALM_DEPTH + FINGER_GAP + settings.pad.size[1] / 2))
-
-
 def add_parallel_gripper(
-    spec: Any, body: Any, body_T_palm: Pose, settings: ParallelGripperSettings, names: GripperNames, contacts: Contacts
+    spec: Any,
+    body: Any,
+    settings: ParallelGripperSettings,
+    names: GripperNames,
+    contacts: Contacts,
+    distance: float = 0.0,
 ) -> Any:
     """Add a parallel gripper to a body of a model specification, after the servos of the arm that carries it.
 
@@ -121,22 +58,32 @@ def add_parallel_gripper(
     Args:
         spec: model specification (`MjSpec`), in radians.
         body: the body that carries it (`MjsBody`).
-        body_T_palm: pose of the palm in the frame of that body.
         settings: settings of the gripper.
         names: names of what is added.
         contacts: contacts of its shapes.
+        distance: distance of the palm from that body's frame, along its z axis [m].
 
     Returns:
         The palm (`MjsBody`).
     """
-    palm = body.add_body(name=names.palm, pos=body_T_palm.position, quat=body_T_palm.quaternion)
-    width = settings.opening + 2 * (_FINGER_THICKNESS + _PAD_THICKNESS)
-    shape = box(_PALM_WIDTH, width, PALM_DEPTH, at(z=PALM_DEPTH / 2), colours.STEEL_DARK, 1.0)
-    _add(palm, shape, contacts, _PALM_MASS)
-    grasp = palm_T_grasp(settings)
-    palm.add_site(name=names.grasp, pos=grasp.position)
-    for side in range(2):
-        _add_finger(spec, palm, settings, names, contacts, side)
+    links, (mount, *joints) = gripper_links(settings, names, "", distance)
+    palm = body.add_body(name=names.palm, **pose_arguments(mount.origin))
+    block, *rods = links[names.palm].shapes
+    _add(palm, block, colours.STEEL_DARK, contacts, PALM_MASS)
+    for rod in rods:
+        _add(palm, rod, colours.STEEL, contacts, 0.0)
+    palm.add_site(name=names.grasp, pos=palm_T_grasp(settings).position)
+    for joint, name in zip(joints, names.pads, strict=True):
+        finger = palm.add_body(name=joint.child, **pose_arguments(joint.origin))
+        bar, face = links[joint.child].shapes
+        _add(finger, bar, colours.STEEL, contacts, FINGER_MASS)
+        pad = _add(finger, face, colours.RUBBER, contacts, 0.0)
+        pad.name = name
+        # the options of the same effect, `impratio` and `noslip_iterations`, are the whole model's
+        pad.solimp = PAD_SOLIMP
+        pad.priority = 1
+        pad.friction[0] = settings.pad.friction
+        _add_joint(spec, finger, joint)
     coupling = spec.add_equality(
         name=names.coupling, type=mujoco.mjtEq.mjEQ_JOINT, name1=names.joints[0], name2=names.joints[1]
     )
@@ -146,39 +93,23 @@ def add_parallel_gripper(
     return palm
 
 
-def _add_finger(
-    spec: Any, palm: Any, settings: ParallelGripperSettings, names: GripperNames, contacts: Contacts, side: int
-) -> None:
-    """Add a finger with its pad, its joint and its servo."""
-    outward = (1.0, -1.0)[side]
-    across, along = settings.pad.size
-    length = FINGER_GAP + along
-    finger = palm.add_body(name=names.fingers[side], pos=(0.0, 0.0, PALM_DEPTH))
-    middle = outward * (_PAD_THICKNESS + _FINGER_THICKNESS / 2)
-    bar = box(across, _FINGER_THICKNESS, length, at(y=middle, z=length / 2), colours.STEEL, 1.0)
-    _add(finger, bar, contacts, _FINGER_MASS)
-    place = at(y=outward * _PAD_THICKNESS / 2, z=FINGER_GAP + along / 2)
-    pad = _add(finger, box(across, _PAD_THICKNESS, along, place, colours.RUBBER), contacts, 0.0)
-    pad.name = names.pads[side]
-    # the options of the same effect, `impratio` and `noslip_iterations`, are the whole model's
-    pad.solimp = PAD_SOLIMP
-    pad.priority = 1
-    pad.friction[0] = settings.pad.friction
-    joint = finger.add_joint(
-        name=names.joints[side],
-        type=mujoco.mjtJoint.mjJNT_SLIDE,
-        axis=(0.0, outward, 0.0),
-        range=(0.0, settings.opening / 2),
+def _add_joint(spec: Any, finger: Any, joint: Joint) -> None:
+    """Add the joint of a finger and its servo."""
+    limits = joint.limits
+    made = finger.add_joint(
+        name=joint.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=joint.axis, range=(limits.lower, limits.upper)
     )
-    joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     # the engine's default lets the pads go past each other by millimetres
-    joint.solref_limit = (_STIFF_TIME, 1.0)
-    add_drive(spec, joint, Drive(p=STIFFNESS, effort=settings.force / 2))
+    made.solref_limit = (_STIFF_TIME, 1.0)
+    add_drive(spec, made, Drive(p=STIFFNESS, effort=limits.effort))
 
 
-def _add(body: Any, shape: Shape, contacts: Contacts, mass: float) -> Any:
+def _add(body: Any, shape: ModelShape, colour: Colour, contacts: Contacts, mass: float) -> Any:
     """Add a shape that touches, and is drawn, to a body without weight; return its geom."""
-    geom = add_shape(body, shape, Role.BOTH, mass=mass)
+    x, y, z = shape.size
+    solid = box(x, y, z, shape.pose, colour, 1.0) if shape.kind == "box" else cylinder(x, y, shape.pose, colour)
+    geom = add_shape(body, solid, Role.BOTH, mass=mass)
     geom.contype, geom.conaffinity = contacts.bits
     geom.solref = (contacts.time, 1.0)
     body.gravcomp = 1.0

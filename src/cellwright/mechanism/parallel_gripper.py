@@ -13,16 +13,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple, Self
 
 import mujoco
 import numpy as np
 
 from cellwright.config.gripper import ParallelGripperSettings
+from cellwright.config.gripper_links import GripperNames
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
-from cellwright.mechanism.gripper_model import STIFFNESS, GripperNames
+from cellwright.mechanism.gripper_model import STIFFNESS
 from cellwright.mechanism.welds import engage_weld, find_weld, grip_name, weld_force
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -98,7 +99,7 @@ class ParallelGripper(Device):
     ) -> None:
         super().__init__(name)
         self.settings = settings
-        self.on_change: list[Callable[[ParallelGripper], None]] = []
+        self.on_change: list[Callable[[Self], None]] = []
         self._names = names
         self._part_of = part_of
         self._gripper = gripper
@@ -114,7 +115,7 @@ class ParallelGripper(Device):
         self.part: str | None = None
         """Name of the held part."""
         self.lost_reason = ""
-        """Reason for the last loss of a part: `released`, `overload`, `slipped` or `taken away`; empty before."""
+        """Reason for the last loss of a part: `released`, `overload`, `slipped`, `taken away`, or that of `drop`."""
         self.reached = True
         """True if the fingers stand at their goal."""
         self.stalled = False
@@ -224,9 +225,13 @@ class ParallelGripper(Device):
     def take_away(self, body: int) -> None:
         """Release a part that something else takes, if it is held: it is placed elsewhere, or locked."""
         if self.is_holding and body == self._body:
-            self._lose("taken away")
-            self._go_on()
-            self._notify()
+            self.drop("taken away")
+
+    def drop(self, reason: str) -> None:
+        """Lose the held part, and go on to the goal."""
+        self._lose(reason)
+        self._go_on()
+        self._notify()
 
     def before_step(self) -> None:
         """Write the setpoints; stop stepping at the end of their way."""
@@ -387,6 +392,6 @@ class ParallelGripper(Device):
         self.simulation.cancel(self, "check")
         self.simulation.schedule(self, "check", at=self.simulation.now + CHECK_PERIOD)
 
-    def _notify(self) -> None:
+    def _notify(self: Self) -> None:
         for listener in self.on_change:
             listener(self)

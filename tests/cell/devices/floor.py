@@ -75,7 +75,7 @@ class Floor:
 
     @property
     def gripper(self) -> VacuumGripper:
-        assert self.cell.gripper is not None
+        assert isinstance(self.cell.gripper, VacuumGripper)
         return self.cell.gripper
 
     def part(self, name: str) -> WorldPart:

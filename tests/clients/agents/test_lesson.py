@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.grippers import Gripper
 from cellwright.clients.agents.lesson import BY_BELT, LIFT, PICK, READY, STEP, WAYPOINTS, LessonAgent, changed
 from cellwright.clients.client import ARM_JOINTS, Client
 from cellwright.config.trial.catalogue import find_trial
@@ -35,7 +35,7 @@ def play(agent: LessonAgent, **options: float) -> Record:
     assert cell.gripper is not None
     held: list[tuple[float, str]] = []
 
-    def take(gripper: VacuumGripper) -> None:
+    def take(gripper: Gripper) -> None:
         if gripper.part is not None:
             held.append((cell.simulation.time, gripper.part))
 

@@ -8,11 +8,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cellwright.config.gripper import BOUNDS, Pad, ParallelGripperSettings
 from cellwright.config.layout.data import layout_data, layout_from_data, plain, value_of
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Layout
 from cellwright.util.errors import UsageError
 from tests.support.places import LAYOUT
+
+_FINGERS = st.builds(
+    ParallelGripperSettings,
+    opening=st.floats(*BOUNDS["opening"][:2]),
+    force=st.floats(*BOUNDS["force"][:2]),
+    speed=st.floats(*BOUNDS["speed"][:2]),
+    pad=st.builds(
+        Pad, size=st.tuples(*[st.floats(*BOUNDS["pad.size"][:2])] * 2), friction=st.floats(*BOUNDS["pad.friction"][:2])
+    ),
+)
+st.register_type_strategy(ParallelGripperSettings, _FINGERS)
 
 
 @settings(max_examples=50)

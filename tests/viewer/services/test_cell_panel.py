@@ -12,6 +12,7 @@ from cellwright.cell.cell import Cell
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.viewer.services.cell_panel import CellPanel
+from tests.cell.arm_cells import finger_cell
 from tests.support.cells import KITTING, WHOLE, call, order, publish, run, start
 
 FAULTY = replace(KITTING, faulty_parts=frozenset({"gear_part_2"}))
@@ -173,7 +174,9 @@ def test_panel_has_belt_agvs_and_gripper() -> None:
     assert values["belts"] == [{"name": "belt", "service": service, "power": 100.0, "population": True}]
     assert values["fixed_trays"] == []
     assert [agv["state"] for agv in values["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
-    assert values["grippers"] == [{"name": "gripper", "enabled": False, "attached": False, "part": None}]
+    gripper = {"name": "gripper", "enabled": False, "width": None, "attached": False, "part": None}
+    assert values["grippers"] == [gripper]
+    assert panel(Cell(finger_cell()))["grippers"] == [{**gripper, "width": 0.1}]
     assert values["refused"]["belt"].startswith("not available in competition mode")
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.devices.arm import Arm
-from cellwright.config.layout.arm_models import chain_in_engine, moving_links
+from cellwright.config.layout.arm_models import joints_of, moving_links
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
 from cellwright.engine.device import Device
@@ -129,10 +129,15 @@ class ArmGuard(Device):
         model = simulation.first_model
         self._posture = mujoco.MjData(model)
         self._joints = {
-            arm.name: [int(model.joint(each.name).qposadr[0]) for each in chain.driven]
+            arm.name: [
+                int(model.joint(arm.prefix + name).qposadr[0]) for name in joints_of(arm, self._trial.arm_models)
+            ]
             for arm in self._trial.arms
-            for chain in (chain_in_engine(arm, self._trial.arm_models),)
         }
+        for arm in self._trial.arms:
+            if arm.tool.fingers is not None:  # open, as they reach farthest
+                for name in arm.gripper_names.joints:
+                    self._posture.qpos[model.joint(name).qposadr[0]] = arm.tool.fingers.opening / 2
 
     def reset(self) -> None:
         """Begin a run."""

@@ -133,7 +133,7 @@ class CellCommands:
     def control_gripper(
         self, row: Endpoint, request: osrf_gear.VacuumGripperControlRequest, _node: str
     ) -> osrf_gear.VacuumGripperControlResponse:
-        """Switch the suction."""
+        """Switch the suction, or close or open the fingers."""
         of_arm(self._cell.grippers, self._cell.trial, row.subject).set_enabled(request.enable)
         return osrf_gear.VacuumGripperControlResponse(success=True)
 

@@ -7,10 +7,10 @@ from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.conveyor import Conveyor, Population
+from cellwright.cell.devices.grippers import Gripper
 from cellwright.cell.devices.kit_sender import KitSender
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.logical_camera import QualityControlSensor
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
@@ -59,7 +59,7 @@ class CellDevices:
     conveyors: Mapping[str, Conveyor]
     populations: Mapping[str, Population]
     arms: Mapping[str, Arm]
-    grippers: Mapping[str, VacuumGripper]
+    grippers: Mapping[str, Gripper]
     trays: Mapping[int, KitTray]
     agvs: Mapping[int, Agv]
     senders: Mapping[str, KitSender]
@@ -73,8 +73,8 @@ class CellDevices:
         return _only(self.arms, "arms")
 
     @property
-    def gripper(self) -> VacuumGripper | None:
-        """The only vacuum gripper; None if the cell has none. Those of a cell with several are in `grippers`."""
+    def gripper(self) -> Gripper | None:
+        """The only gripper; None if the cell has none. Those of a cell with several are in `grippers`."""
         return _only(self.grippers, "grippers")
 
 

@@ -8,9 +8,9 @@ from cellwright.middleware.interface.table import Where
 
 WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
 EACH_ARM = Where("with an arm", lambda trial: [each.namespace or None for each in trial.arms])
-# an arm of one's own may have no cup; the words are those of the arm of 2017
-EACH_CUP = Where(
-    "with an arm", lambda trial: [each.namespace or None for each in trial.arms if each.tool.kind == "vacuum"]
+# an arm of one's own may have no tool; the words are those of the arm of 2017
+EACH_GRIPPER = Where(
+    "with an arm", lambda trial: [each.namespace or None for each in trial.arms if each.tool.kind != "none"]
 )
 WITH_NAMESPACES = Where.when("with several arms", lambda trial: any(each.namespace for each in trial.arms))
 WITH_TRAYS = Where.when("with AGVs or fixed trays", lambda trial: trial.stations)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cellwright.cell.devices.finger_gripper import FingerGripper
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.logical_camera import CameraReading, LogicalCamera, TfFrame
 from cellwright.cell.devices.range_sensors import (
@@ -22,7 +23,6 @@ from cellwright.cell.devices.range_sensors import (
 )
 from cellwright.cell.interface.devices import CellDevices, named, of_arm
 from cellwright.cell.interface.frames import arm_frames, fixed_arm_frames, static_frames
-from cellwright.cell.interface.occurrence import EACH_CUP
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.trial.trial import Order
@@ -226,23 +226,36 @@ class CellPublications(Device):
         clock = arm.simulation.clock
         names = sorted(arm.joints)
         order = [arm.joints.index(name) for name in names]
+        described = next(each for each in trial.arms if self._cell.arms[each.name] is arm)
         # the original's controller publishes the cup's joint as an extra one, at 0
-        extra = [GRIPPER_JOINT] if output.row.subject in EACH_CUP.subjects(trial) else []
+        extra = [GRIPPER_JOINT] if described.tool.kind == "vacuum" else [*described.finger_joints]
+        fingers = self._cell.grippers.get(described.name)
+        still = [[0.0] * len(extra)] * 3
 
         def build() -> Message:
-            columns = [[*(column[index] for index in order), *(0.0 for _ in extra)] for column in arm.read()]
+            more = fingers.joints() if isinstance(fingers, FingerGripper) else still
+            columns = [
+                [*(column[index] for index in order), *others] for column, others in zip(arm.read(), more, strict=True)
+            ]
             return joint_state([*names, *extra], *columns, time=clock.message_time())
 
         output.sample(build)
 
     def all_joint_states(self, output: Output) -> None:
         """Positions, velocities and efforts of the joints of all arms, by their names in the robot description."""
-        arms = [(each.frame_prefix, each.joint_prefix, self._cell.arms[each.name]) for each in self._cell.trial.arms]
         clock = self._cell.simulation.clock
-        names = [prefix + name.removeprefix(own) for prefix, own, arm in arms for name in arm.joints]
+        names: list[str] = []
+        reads: list[Callable[[], Sequence[Sequence[float]]]] = []
+        for each in self._cell.trial.arms:
+            arm, gripper = self._cell.arms[each.name], self._cell.grippers.get(each.name)
+            own = (*arm.joints, *each.finger_joints)
+            names += [each.frame_prefix + name.removeprefix(each.joint_prefix) for name in own]
+            reads.append(arm.read)
+            if isinstance(gripper, FingerGripper):
+                reads.append(gripper.joints)
 
         def build() -> Message:
-            readings = [arm.read() for _, _, arm in arms]
+            readings = [read() for read in reads]
             columns = [[value for each in column for value in each] for column in zip(*readings, strict=True)]
             return joint_state(names, *columns, time=clock.message_time())
 
@@ -260,7 +273,7 @@ class CellPublications(Device):
         output.sample(build)
 
     def gripper_state(self, output: Output) -> None:
-        """State of the suction, and whether the gripper holds something."""
+        """State of the suction or the fingers, and whether the gripper holds something."""
         gripper = of_arm(self._cell.grippers, self._cell.trial, output.row.subject)
         make = cache(osrf_gear.VacuumGripperState)
         output.sample(lambda: make(gripper.enabled, gripper.attached))

@@ -16,10 +16,10 @@ from cellwright.cell.interface.occurrence import (
     EACH_BREAK_BEAM,
     EACH_CLOUD_CAMERA,
     EACH_COLOUR_CAMERA,
-    EACH_CUP,
     EACH_DEPTH_CAMERA,
     EACH_FIXED_TRAY,
     EACH_FLOW,
+    EACH_GRIPPER,
     EACH_LASER_PROFILER,
     EACH_LOGICAL_CAMERA,
     EACH_PROXIMITY_SENSOR,
@@ -180,10 +180,12 @@ ARM = (
     accepts(SERVICE, "/ariac/controller_manager/reload_controller_libraries",
           "controller_manager_msgs/ReloadControllerLibraries", EACH_ARM,
           "Never succeeds: both always run.", handler="reload_controller_libraries", source=CONTROL),
-    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, EACH_CUP,
-         "Whether the suction is on, and whether a part is attached.", handler="gripper_state", source=GRIPPER),
-    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", EACH_CUP,
-          "Switches the suction on or off; always succeeds.", handler="control_gripper", source=GRIPPER),
+    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, EACH_GRIPPER,
+         "Whether the suction is on, or fingers are closed, and whether a part is attached.",
+         handler="gripper_state", source=GRIPPER),
+    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", EACH_GRIPPER,
+          "Switches the suction on or off, or closes or opens fingers; always succeeds.",
+          handler="control_gripper", source=GRIPPER),
 )
 
 TRAYS = (

@@ -22,7 +22,6 @@ from cellwright.cell.model.tray import add_fixed_tray
 from cellwright.config.layout.arm_models import home_of, joints_of, moving_links
 from cellwright.config.layout.layout import Layout
 from cellwright.config.trial.trial import Part, Trial
-from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.shapes import Visuals
 from cellwright.mechanism.welds import add_weld, find_weld, grip_name
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -334,8 +333,8 @@ def _kind(kinds: Mapping[str, PartType], name: str) -> PartType:
 def _add_holds(spec: Any, part: str, trial: Trial, time: float) -> None:
     """Add the inactive welds that can hold a part: those of the grippers, and `lockN|PART` to the tray of AGV N."""
     for arm in trial.arms:
-        if arm.tool.kind == "vacuum":
-            add_weld(spec, grip_name(part, arm.namespace), arm.prefix + GRIPPER, part, time)
+        if arm.tool.kind != "none":
+            add_weld(spec, grip_name(part, arm.namespace), arm.holder, part, time)
     for agv in trial.carriers:
         add_weld(spec, f"lock{agv.number}|{part}", agv.tray_link, part, time)
 
@@ -369,7 +368,7 @@ def _locate(model: Any, part: _Planned, slot: Pose, trial: Trial) -> WorldPart:
 
 
 def first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the positions and setpoints that a run begins with. AGVs are at home, at 0."""
+    """Return the positions and setpoints that a run begins with. AGVs are at home, at 0, and grippers are open."""
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)
     for arm in trial.arms:
@@ -377,4 +376,8 @@ def first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[n
             position = trial.initial_joint_states.get(arm.start_prefix + name, usual)
             qpos[model.joint(arm.prefix + name).qposadr[0]] = position
             ctrl[model.actuator_ctrladr[model.actuator(arm.prefix + name).id]] = position
+        if arm.tool.fingers is not None:
+            for name in arm.gripper_names.joints:
+                qpos[model.joint(name).qposadr[0]] = arm.tool.fingers.opening / 2
+                ctrl[model.actuator_ctrladr[model.actuator(name).id]] = arm.tool.fingers.opening / 2
     return qpos, ctrl

@@ -1,4 +1,4 @@
-"""Arm of any model in the engine: links on their mount, stiff drives, and a suction cup."""
+"""Arm of any model in the engine: links on their mount, stiff drives, and a suction cup or a parallel gripper."""
 
 from dataclasses import replace
 from typing import Any
@@ -8,7 +8,7 @@ import mujoco
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.arm_looks import dress_cup
 from cellwright.cell.model.own_models import form_of
-from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, home_of, joints_of
+from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, bare_arm, home_of, joints_of
 from cellwright.config.layout.arms import Arm
 from cellwright.config.models.model import UserModel
 from cellwright.config.robot.model import Link
@@ -17,6 +17,7 @@ from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.shapes import Role, Touch, Visuals, add_shape
 from cellwright.mechanism.chain import add_chain
 from cellwright.mechanism.drives import add_drive, give_link_mass, stiff_drives
+from cellwright.mechanism.gripper_model import Contacts, add_parallel_gripper
 from cellwright.mechanism.link_shapes import with_collision_shapes
 from cellwright.motion.chain import chain_of
 from cellwright.motion.home import home_fault
@@ -58,13 +59,14 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
         visuals: receives what is only seen of it.
         arm: the arm.
         model: its model.
-        contact_time: time constant [s] of the cup's contacts.
+        contact_time: time constant [s] of the contacts of cup or fingers.
 
     Raises:
         ModelFileError: a mesh cannot be used.
         UsageError: convex pieces cannot be made.
     """
-    robot = arm_model(arm, replace(model, robot=with_collision_shapes(model.robot, model.collision)), arm.prefix)
+    touched = replace(model, robot=with_collision_shapes(model.robot, model.collision))
+    robot, fingers = arm_model(arm, touched, arm.prefix), arm.tool.fingers
     beam, cup = f"{arm.prefix}{RAIL}", f"{arm.prefix}{GRIPPER}"
 
     def fill(body: Any, link: Link) -> None:
@@ -83,7 +85,12 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
 
     # descriptions have inertias that no body has; the engine takes the nearest that one can have
     spec.compiler.balanceinertia = True
-    joints = add_chain(spec.worldbody, robot, fill, pose=arm.pose)
+    chain = robot if fingers is None else bare_arm(arm, touched, arm.prefix)
+    joints = add_chain(spec.worldbody, chain, fill, pose=arm.pose)
     for name, drive in stiff_drives(robot, arm.bandwidth).items():
-        add_drive(spec, joints[name], drive)
+        if name in joints:
+            add_drive(spec, joints[name], drive)
+    if fingers is not None:
+        contacts, tip = Contacts(Touch.ROBOT.value, contact_time), spec.body(arm.prefix + arm.tip)
+        add_parallel_gripper(spec, tip, fingers, arm.gripper_names, contacts, arm.tool.palm_distance)
     return spec.body(robot.root)

@@ -46,6 +46,8 @@ def rearrange(world: World, trial: Trial) -> World:
     for arm in trial.arms:
         if arm.tool.kind == "vacuum":
             has_trial_friction[model.geom(arm.prefix + CUP_GEOM).id] = False  # the cup has its own
+        if arm.tool.kind == "parallel":
+            has_trial_friction[[model.geom(name).id for name in arm.gripper_names.pads]] = False
     model.geom_friction[has_trial_friction, _SLIDING] = trial.circumstances.friction
     # inertias in the first pose, as when it was compiled
     mujoco.mj_setConst(model, mujoco.MjData(model))

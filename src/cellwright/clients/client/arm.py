@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from cellwright.clients.client.session import NodeClient
 from cellwright.config import arm
+from cellwright.config.gripper_links import GripperNames
 from cellwright.config.ur10 import GRIPPER_JOINT
 from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
@@ -21,6 +22,7 @@ the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup. Fina
 """
 
 _STOPPED = 0.02
+_OF_GRIPPERS = (GRIPPER_JOINT, *GripperNames().joints)
 
 
 class ClientArm:
@@ -128,16 +130,16 @@ class ClientArm:
 
     @property
     def gripper_enabled(self) -> bool:
-        """True if the vacuum was on in the newest message."""
+        """True if the vacuum was on, or the fingers were closed, in the newest message."""
         return self.gripper.message is not None and bool(self.gripper.message.enabled)
 
     @property
     def gripper_attached(self) -> bool:
-        """True if something was on the cup in the newest message."""
+        """True if something was on the cup, or between the pads, in the newest message."""
         return self.gripper.message is not None and bool(self.gripper.message.attached)
 
     def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
-        """Switch the vacuum on or off."""
+        """Switch the vacuum on or off, or close or open the fingers with their largest force."""
         request = osrf_gear.VacuumGripperControlRequest(enable=enable)
         return bool(self._node.call(f"{self._space}/gripper/control", request).success)
 
@@ -145,7 +147,7 @@ class ClientArm:
     def joints(self) -> Sequence[str]:
         """Names of the joints in the order of joint states; those of 2017's arm before the first message."""
         message = self.joint_states.message
-        return ARM_JOINTS if message is None else [name for name in message.name if name != GRIPPER_JOINT]
+        return ARM_JOINTS if message is None else [name for name in message.name if not name.endswith(_OF_GRIPPERS)]
 
 
 def trajectory_message(

@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from cellwright.config.layout.arms import Arm
+from cellwright.config.gripper_links import GripperNames, gripper_links
+from cellwright.config.layout.arms import Arm, Tool
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.collision_shapes import CollisionShapes
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel, parent_T_child
@@ -47,7 +48,8 @@ class ArmModel:
 def arm_model(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
     """Return an arm with its mount and its tool.
 
-    Joints that are not between the root and the tip stand still, at home. Joints are in the order of the chain.
+    Joints that are not between the root and the tip stand still, at home. Joints are in the order of the chain, and
+    those of fingers come last.
 
     Args:
         arm: the arm.
@@ -70,7 +72,16 @@ def arm_model(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
         links[cup] = Link(cup, _CUP, (_rod(arm.tool.length),))
         name = f"{prefix}vacuum_gripper_joint"
         joints.append(Joint(name, JointType.FIXED, f"{prefix}{arm.tip}", cup, tip_T_cup, (0.0, 0.0, 0.0)))
+    if arm.tool.fingers is not None:
+        names = GripperNames(prefix)
+        made = gripper_links(arm.tool.fingers, names, f"{prefix}{arm.tip}", arm.tool.palm_distance)
+        links, joints = links | made[0], joints + made[1]
     return RobotModel(robot.name, base, links, tuple(joints))
+
+
+def bare_arm(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
+    """Return an arm with its mount, without its tool; arguments as for `arm_model`."""
+    return arm_model(replace(arm, tool=Tool("none")), model, prefix)
 
 
 def chain_in_engine(arm: Arm, models: Mapping[str, ArmModel]) -> RobotModel:
@@ -89,7 +100,7 @@ def moving_links(arm: Arm, models: Mapping[str, ArmModel]) -> list[str]:
 
 def joints_of(arm: Arm, models: Mapping[str, ArmModel]) -> dict[str, Limits]:
     """Return the joints that an arm's controller moves with their limits, by their own names, base first."""
-    robot = UR10 if arm.is_original else arm_model(arm, models[arm.name], "")
+    robot = UR10 if arm.is_original else bare_arm(arm, models[arm.name], "")
     return {joint.name: joint.limits for joint in robot.driven}
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from cellwright.config.gripper_links import GripperNames
 from cellwright.config.layout.arm_models import ArmModel
 from cellwright.config.layout.arms import MAX_ARMS, Arm, Mount, MountKind, original_mount
 from cellwright.config.layout.values import Named, turned
@@ -112,6 +113,10 @@ def _own(each: Named, reader: Reader) -> tuple[Arm, ArmModel] | None:
     arm = Arm(each.name, values["mount"], values["model"], tip, home=values.get("home", {}))
     arm = replace(arm, tool=values.get("tool", arm.tool), bandwidth=values.get("bandwidth", arm.bandwidth))
     chain = [joint for joint in robot.chain(tip) if joint.is_driven]
+    names = GripperNames()
+    taken = {names.palm, *names.fingers, *names.joints} & {*robot.links, *robot.joint_indices}
+    if arm.tool.kind == "parallel" and taken:
+        reader.problems.error(entries["tool"], f"the robot has {min(taken)!r}, which is of the gripper; rename it")
     _check_home(arm, robot, each.table, reader)
     for problem in missing_for_cell(robot, path, [joint.name for joint in chain]):
         reader.problems.add(problem)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 from cellwright.config.arm import RAIL_LIMIT
+from cellwright.config.gripper import ParallelGripperSettings
+from cellwright.config.gripper_links import GripperNames, palm_T_grasp
 from cellwright.config.layout.surroundings import Block, Structure
 from cellwright.config.ur10 import GRIPPER
 from cellwright.util.pose import Pose, Vector3
@@ -19,8 +22,11 @@ MountKind: TypeAlias = Literal["floor", "pedestal", "table", "rail"]
 """What carries an arm."""
 
 Axis: TypeAlias = Literal["x", "y"]
-ToolKind: TypeAlias = Literal["vacuum", "none"]
+ToolKind: TypeAlias = Literal["vacuum", "parallel", "none"]
 JointNames: TypeAlias = Literal["plain", "prefixed"]
+
+HOLDERS: Mapping[ToolKind, str] = {"vacuum": GRIPPER, "parallel": GripperNames().palm}
+"""Link of each kind of tool that holds parts."""
 
 _PEDESTAL = 0.24
 """Edge of a pedestal [m]."""
@@ -84,12 +90,25 @@ class Tool:
     """Tool at the tip of an arm, along its z axis.
 
     Attributes:
-        kind: `vacuum`: a suction cup with a round face; `none`: the arm holds nothing.
-        length: distance of the cup's face from the tip [m].
+        kind: `vacuum`: a suction cup with a round face; `parallel`: a gripper with two fingers; `none`: the arm holds
+            nothing.
+        length: distance of the cup's face from the tip [m], or of the middle between the pads.
+        fingers: settings of a parallel gripper; None for another tool.
     """
 
     kind: ToolKind = "vacuum"
     length: float = 0.1
+    fingers: ParallelGripperSettings | None = None
+
+    @property
+    def palm_distance(self) -> float:
+        """Distance of a parallel gripper's palm from the tip [m]."""
+        return 0.0 if self.fingers is None else max(0.0, self.length - grasp_distance(self.fingers))
+
+
+def grasp_distance(fingers: ParallelGripperSettings) -> float:
+    """Return the distance [m] between the middle of the pads and the palm's back: the least length of such a tool."""
+    return palm_T_grasp(fingers).position[2]
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +166,21 @@ class Arm:
     def joint_prefix(self) -> str:
         """Prefix of its joints in messages."""
         return f"{self.name}_" if self.names == "prefixed" else ""
+
+    @property
+    def gripper_names(self) -> GripperNames:
+        """Names of a parallel gripper in the engine."""
+        return GripperNames(self.prefix)
+
+    @property
+    def finger_joints(self) -> tuple[str, ...]:
+        """Joints of the fingers in messages; none without a parallel gripper."""
+        return GripperNames(self.joint_prefix).joints if self.tool.kind == "parallel" else ()
+
+    @property
+    def holder(self) -> str:
+        """Link that holds parts, by its name in the engine: the cup's or the palm; the tip if it has no tool."""
+        return self.prefix + HOLDERS.get(self.tool.kind, self.tip)
 
     @property
     def frame_prefix(self) -> str:

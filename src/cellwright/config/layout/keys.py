@@ -6,8 +6,9 @@ Lengths are in m, angles in rad; all places are in the frame of the cell, which 
 from typing import get_args
 
 from cellwright.config.layout.arm_reader import by_name, mounted
-from cellwright.config.layout.arms import Axis, JointNames, MountKind, Tool, ToolKind
+from cellwright.config.layout.arms import Axis, JointNames, MountKind
 from cellwright.config.layout.names import read_namespace
+from cellwright.config.layout.tool_reader import read_tool
 from cellwright.config.layout.values import (
     block,
     floor_line,
@@ -136,14 +137,6 @@ MOUNT = Keys(
 )
 """Keys of an arm's mount."""
 
-TOOL = Keys(
-    {"kind": one_of(get_args(ToolKind), "kind of tool")},
-    {"length": quantity(0.01, 1.0, "m")},
-    strict="entry",
-    texts="cell-tool",
-)
-"""Keys of an arm's tool."""
-
 COLLISION = Keys(
     optional={"kind": one_of(get_args(MeshContact), "kind of shapes"), "threshold": number(*THRESHOLDS)},
     strict="entry",
@@ -168,7 +161,7 @@ ARM = Keys(
     {
         "model": Reader.name,
         "tip": Reader.name,
-        "tool": section(TOOL, Tool),
+        "tool": read_tool,
         "home": by_name(quantity(-100.0, 100.0, "rad or m")),
         "limits": by_name(section(JOINT_LIMITS, dict)),
         "bandwidth": quantity(5.0, 200.0, "rad/s"),

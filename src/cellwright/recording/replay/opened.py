@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.config.layout.arms import HOLDERS
 from cellwright.config.ur10 import GRIPPER, UR10
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.recording.format.commands import Command
@@ -272,8 +273,8 @@ class Recording:
             RecordingError: the file is damaged.
         """
         spans = self.spans("gripper attached")
-        cup = next((name for name in self.scene.bodies if name.rpartition("/")[2] == GRIPPER), GRIPPER)
-        prefix = cup.removesuffix(GRIPPER)
+        cup = next((name for name in self.scene.bodies if name.rpartition("/")[2] in HOLDERS.values()), GRIPPER)
+        prefix = cup[: cup.rfind("/") + 1]
         arm = {name for name in self.scene.bodies if prefix and name.startswith(prefix)} or UR10.links
         others = [name for name in self._distances.names if name not in arm and name in self.scene.bodies]
         found = []

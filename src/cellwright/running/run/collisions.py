@@ -11,8 +11,7 @@ import numpy as np
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.arm_guard import FAR, ArmDistances
-from cellwright.config.layout.arm_models import chain_in_engine, moving_links
-from cellwright.config.ur10 import GRIPPER
+from cellwright.config.layout.arm_models import joints_of, moving_links
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.viewer.services.names import MIN_DEVIATION
 
@@ -31,7 +30,7 @@ MAX_SHOWN = 20
 
 @dataclass(slots=True)
 class Collision:
-    """A contact of a link of an arm with an obstacle; a suction cup's own contacts do not count.
+    """A contact of a link of an arm with an obstacle; those of a suction cup, and of fingers with parts, do not count.
 
     Attributes:
         link: frame of the link.
@@ -120,14 +119,19 @@ class CollisionWatch:
         """Collisions that are over, in the order of their ends."""
         self._links: dict[int, _Watched] = {}
         """The arm of each link, by the link's body in the engine."""
+        self._fingers: set[int] = set()
+        """Bodies of the fingers of parallel grippers."""
         model = cell.simulation.model
         for arm in cell.trial.arms:
-            robot = chain_in_engine(arm, cell.trial.arm_models)
-            joints = [int(model.joint(joint.name).qposadr[0]) for joint in robot.driven]
-            watched = _Watched(cell.arms[arm.name], joints, int(model.body(robot.joints[-1].child).id))
-            # the cup's own contacts do not count
-            links = [name for name in moving_links(arm, cell.trial.arm_models) if name != arm.prefix + GRIPPER]
+            names = [arm.prefix + name for name in joints_of(arm, cell.trial.arm_models)]
+            joints = [int(model.joint(name).qposadr[0]) for name in names]
+            watched = _Watched(cell.arms[arm.name], joints, int(model.body(arm.holder).id))
+            # the cup's own contacts do not count, nor do those of fingers with parts
+            cup = arm.holder if arm.tool.kind == "vacuum" else ""
+            links = [name for name in moving_links(arm, cell.trial.arm_models) if name != cup]
             self._links |= {int(model.body(name).id): watched for name in links}
+            if arm.tool.kind == "parallel":
+                self._fingers |= {int(model.body(name).id) for name in arm.gripper_names.fingers}
         self._link_ids = [*self._links]
         self._setpoint: mujoco.MjData | None = None
         self._distances = ArmDistances(cell.simulation, cell.trial)
@@ -172,7 +176,9 @@ class CollisionWatch:
         if data.ncon:
             bodies = simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
             for one, other in bodies[np.isin(bodies, self._link_ids).any(axis=1)].tolist():
-                touching.add((one, other) if one in self._links else (other, one))
+                link, body = (one, other) if one in self._links else (other, one)
+                if link not in self._fingers or body not in self._cell.parts.by_body:
+                    touching.add((link, body))
         now = simulation.time
         if self._open:
             self._close(now)

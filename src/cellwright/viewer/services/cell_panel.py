@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.devices.finger_gripper import FingerGripper
 from cellwright.cell.devices.kit_sender import FixedTray, KitSender
 from cellwright.cell.kitting.attainable import AttainableScore, attainable_score
 from cellwright.cell.kitting.evidence import Evidence, evidence, evidence_to_json, kit_evidence, kit_to_json
@@ -97,6 +98,7 @@ class CellPanel:
                 {
                     "name": each.name.replace("_", " "),
                     "enabled": each.enabled,
+                    "width": round(each.width, 4) if isinstance(each, FingerGripper) else None,
                     "attached": each.attached,
                     "part": each.part,
                 }

@@ -127,8 +127,10 @@ def floor_html(panel: Panel) -> str:
         parts.append(widgets.row(widgets.text(belt["name"]), f"{belt['power']:g} %{come}"))
     for gripper in panel["grippers"]:
         held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
-        suction = "on" if gripper["enabled"] else "off"
-        parts.append(widgets.row(widgets.text(gripper["name"]), f"suction {suction}, holds {widgets.text(held)}"))
+        state = f"suction {'on' if gripper['enabled'] else 'off'}"
+        if gripper["width"] is not None:
+            state = f"open {1e3 * gripper['width']:.0f} mm"
+        parts.append(widgets.row(widgets.text(gripper["name"]), f"{state}, holds {widgets.text(held)}"))
     states = [(_label(each), widgets.text(each["state"].replace("_", " "))) for each in _senders(panel)]
     parts += [widgets.row(widgets.text(label), state) for label, state in states]
     floor = widgets.block(*parts)

@@ -17,6 +17,7 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.web import cell_panels
+from tests.cell.arm_cells import finger_cell
 from tests.support.cells import KITTING, WHOLE, call, order, publish, run, start
 
 PIECES = (
@@ -88,6 +89,10 @@ def test_html_before_start_has_no_orders() -> None:
     assert "no order" in texts["orders_html"]
     assert "empty" in texts["trays_html"]
     assert "suction off, holds nothing" in texts["floor_html"]
+
+
+def test_fingers_show_how_far_they_are_open() -> None:
+    assert "open 100 mm, holds nothing" in words(cell_panels.floor_html(panel_of(Cell(finger_cell()))))
 
 
 def test_parts_on_tray_are_ticked_before_submission() -> None:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.grippers import Gripper
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced, OrderCompleted
 from cellwright.cell.kitting.evidence import evidence_to_json
 from cellwright.cell.kitting.inventory import part_type
@@ -104,7 +104,7 @@ class Timeline:
             case _:
                 pass
 
-    def _take_grip(self, gripper: VacuumGripper) -> None:
+    def _take_grip(self, gripper: Gripper) -> None:
         now = self._cell.simulation.time
         lasting = self._lasting.get(gripper.name)
         if lasting is not None:
