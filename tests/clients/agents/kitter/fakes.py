@@ -10,11 +10,13 @@ from typing import Any, cast
 
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.crew import Crew, Worker
 from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator
 from cellwright.clients.agents.kitter.strategy import Strategy
+from cellwright.clients.agents.kitter.supply import Supply
 from cellwright.clients.agents.kitter.workplace import Area, BeltPlace, TrayPlace
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_message
@@ -304,13 +306,13 @@ def work(
     client, view = FakeClient(cell, orders, belt_types, kits_sent, later), FakeView(cell, belt_types)
     hand = FakeHand(cell)
     hand.bad = ["bad"] * bad
+    arm, hands = cast("KitterArm", FakeArm()), cast("Manipulator", hand)
+    supply = Supply(cast("Client", client), cast("CellView", view), arm, hands, belt_types)
     Strategy(
         cast("Client", client),
         cast("CellView", view),
-        cast("KitterArm", FakeArm()),
-        cast("Manipulator", hand),
+        Crew([Worker(WORKPLACE, arm, hands, supply)]),
         Catalogue({"cone_part": CONE}),
-        belt_types,
     ).run()
     return cell
 

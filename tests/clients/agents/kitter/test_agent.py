@@ -8,10 +8,10 @@ from cellwright.clients.agents.kitter import agent
 from cellwright.clients.agents.kitter.strategy import Strategy
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.running.run import RunOptions, run_cell
-from tests.cell.arm_cells import PEDESTAL, TWO_ON_A_RAIL, ur5_cell
+from tests.cell.arm_cells import PEDESTAL, ur5_cell
+from tests.clients.agents.kitter.places import STATIONS
 from tests.support.cells import ARM_ONLY, BARE
 
 
@@ -26,17 +26,12 @@ def test_agent_in_cell_whose_arm_has_no_cup_says_so_before_time_passes() -> None
     assert "UsageError: kitter works with a suction cup (arm: tool: none); write an agent for it" in result.error
 
 
-def test_agent_in_cell_with_several_arms_says_so_before_time_passes() -> None:
-    result = run_cell(Cell(load_trial(text=TWO_ON_A_RAIL).trial), find_agent("kitter")(), RunOptions(until=0.01))
-    assert "UsageError: kitter works with one arm (the cell has 2)" in result.error
-
-
 def test_agent_knows_the_parts_and_solids_of_its_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     strategies: list[Strategy] = []
     monkeypatch.setattr(Strategy, "run", lambda strategy: strategies.append(strategy))
     agent.KitterAgent().run(Client(InProcess(Cell(Trial("arm", has_arm=True)))))
     (strategy,) = strategies
-    assert strategy._arm._clearance is not None
+    assert strategy._crew.at(STATIONS[1]).arm._clearance is not None
     assert "gear_part" in strategy._catalogue.types
 
 

@@ -53,6 +53,9 @@ MAX_HEIGHT_2017 = 0.0724
 RISING = 0.5
 """Rising speed of the tool [m/s]."""
 
+AT_HOME = 0.01
+"""Largest distance [rad; m] of a posture from home at which the arm is there."""
+
 MAX_SAG = 0.03
 """Largest error of a joint [rad] from sag alone."""
 
@@ -112,6 +115,24 @@ class KitterArm:
     def tool_time(self) -> float:
         """Time of the last joint states [s]."""
         return nanoseconds(self._states.message.header.stamp) / NANOSECONDS
+
+    @property
+    def name(self) -> str:
+        """Name of the link of its cup."""
+        return self._figures.gripper
+
+    def fault_at_home(self) -> Obstacle | None:
+        """Return what it is too near to at home; None if it is near nothing."""
+        return self._obstacle([self._figures.home])
+
+    def go_home(self) -> bool:
+        """Move to where it began, unless it is there; False if something is in the way."""
+        home = self._figures.home
+        if math.dist(self._commanded, home) < AT_HOME:
+            return True
+        self.rise(self.safe)
+        ways = self.postures.ways(self._commanded, home, self._extra)
+        return any(self._move(*stops) for stops in ways)
 
     @property
     def is_holding(self) -> bool:

@@ -4,9 +4,9 @@ from collections import Counter
 from functools import partial
 
 from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.crew import Crew
 from cellwright.clients.agents.kitter.kits import KitTask, OrderBook, Task, is_known_faulty, strays
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
-from cellwright.clients.agents.kitter.supply import Supply
 from cellwright.clients.agents.kitter.workplace import TrayPlace
 
 KEEPING_HORIZON = 8.0
@@ -16,10 +16,10 @@ KEEPING_HORIZON = 8.0
 class Choice:
     """Choices by what the cameras see and what is still to do."""
 
-    def __init__(self, view: CellView, orders: OrderBook, supply: Supply) -> None:
+    def __init__(self, view: CellView, orders: OrderBook, crew: Crew) -> None:
         self._view = view
         self._orders = orders
-        self._supply = supply
+        self._crew = crew
 
     def missing(self) -> Counter[tuple[str, str, str]]:
         """Return the number of ordered parts that are missing, by type of kit, type of part, and reason."""
@@ -33,7 +33,7 @@ class Choice:
     def _why_not(self, kit: KitTask, task: Task) -> str:
         if task.given_up:
             return task.given_up
-        return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
+        return self._crew.at(kit.station).supply.why_none(task.type) if kit.is_sent else "time ran out"
 
     def give_station(self, kit: KitTask) -> bool:
         """Begin a kit at the AGV or fixed tray that suits it best; return False if none is there."""
@@ -67,14 +67,14 @@ class Choice:
         beside AGV 1, it is lost: the trials that were published before the competition of 2017 have such regions over
         both AGVs or over AGV 1, so such kits go to AGV 2. Third, the way of the rail counts.
         """
-        types = {task.type for task in kit.tasks}
+        types, worker = {task.type for task in kit.tasks}, self._crew.at(station)
         kept = sum(part.type in types for part in self._view.parts_on_tray(station))
         lying = self._view.parts_in_bins()
-        is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
+        is_risky = station.number == 1 and any(worker.supply.is_on_belt_alone(each) for each in types)
         way = [
             min(
                 (
-                    abs(self._view.workplace.rail_beside(*p.world_T_part.position[:2]) - station.rail)
+                    abs(worker.workplace.rail_beside(*p.world_T_part.position[:2]) - station.rail)
                     for p in lying
                     if p.type == each
                 ),
@@ -89,8 +89,9 @@ class Choice:
 
         The belt comes first if it brings one in time, then what was lost on the tray, then the bins.
         """
+        supply = self._crew.at(kit.station).supply
         for task in kit.open_tasks:
-            meeting = self._supply.on_belt(task.type)
+            meeting = supply.on_belt(task.type)
             if meeting is not None:
                 return task, meeting
         self._view.look(*self._view.workplace.bin_areas, kit.station.area)
@@ -99,7 +100,7 @@ class Choice:
             found = [
                 (task, part)
                 for task in kit.open_tasks
-                if (part := self._supply.best(task.type, lying, is_turned=task.is_turned)) is not None
+                if (part := supply.best(task.type, lying, is_turned=task.is_turned)) is not None
             ]
             if found:
                 return min(found, key=lambda each: self._part_cost(kit, *each))
@@ -111,10 +112,11 @@ class Choice:
         Those to be turned over come first, then those without another to spare: if one of these is dropped on the tray,
         it lies flat while the tray is empty. Then few failed attempts count, and the way.
         """
+        worker = self._crew.at(kit.station)
         wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
         lying = sum(each.type == part.type for each in self._view.parts_in_bins())
-        way = abs(self._view.workplace.rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
-        failures = self._supply.failures(part.world_T_part)
+        way = abs(worker.workplace.rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
+        failures = worker.supply.failures(part.world_T_part)
         return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)
 
     def part_to_keep(self, kit: KitTask) -> tuple[TrayPlace, TrackedBeltPart, float] | None:
@@ -126,10 +128,13 @@ class Choice:
         if self._orders.open_kits() != [kit]:
             return None
         others = [each for each in self._view.workplace.stations.values() if each is not kit.station]
-        for part_type in self._supply.unordered(self._orders.kits):
-            meeting = self._supply.on_belt(part_type, KEEPING_HORIZON)
-            free = [each for each in others if self._view.is_ready(each.number)]
-            if meeting is not None and free:
-                self._supply.kept.add(part_type)
+        free = [each for each in others if self._view.is_ready(each.number)]
+        if not free:
+            return None
+        supply = self._crew.at(free[0]).supply
+        for part_type in supply.unordered(self._orders.kits):
+            meeting = supply.on_belt(part_type, KEEPING_HORIZON)
+            if meeting is not None:
+                supply.kept.add(part_type)
                 return free[0], *meeting
         return None

@@ -1,7 +1,7 @@
 """Clearance of the kitter's arm: the distance of its links and its load to the cell and to each other, along a path."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import mujoco
@@ -19,6 +19,9 @@ CLEARANCE = 0.010
 
 PLANNED_CLEARANCE = 0.014
 """Least distance [m] of places that are chosen: the servos need some of it."""
+
+ARMS_APART = 0.055
+"""Least distance [m] of every motion to other arms: 50 mm, and what the servos need."""
 
 _LOAD = "load"
 _ARM, _CELL, _CARRIER = 1, 2, 4
@@ -55,10 +58,19 @@ class Clearance:
         solids: shapes by frame, as `Client.solids` returns them.
         chain: the arm, from the frame of its mount to its cup, as `Client.chains` returns it.
         postures: its postures.
+        others: other arms, which stand at home, as chains with their postures.
     """
 
-    def __init__(self, solids: Mapping[str, Sequence[Mapping[str, Any]]], chain: Chain, postures: Postures) -> None:
+    def __init__(
+        self,
+        solids: Mapping[str, Sequence[Mapping[str, Any]]],
+        chain: Chain,
+        postures: Postures,
+        others: Iterable[tuple[Chain, Postures]] = (),
+    ) -> None:
         self._solids = solids
+        self._standing = [shape for each in others for shape in _standing(solids, *each)]
+        self._others = {shape["body"] for shape in self._standing}
         self._chain = chain
         self._postures = postures
         self._gripper = postures.figures.gripper
@@ -107,9 +119,13 @@ class Clearance:
         mujoco.mj_collision(model, data)
         # The shapes have a margin: the engine reports those within it before they touch, with their distance.
         for contact in data.contact[: data.ncon] if data.ncon else ():
-            if contact.dist >= least:
+            if contact.dist >= max(least, ARMS_APART):
                 continue
             names = self._names_of(contact)
+            if names[1] in self._others:
+                return Obstacle(float(contact.dist), *names)
+            if contact.dist >= least:
+                continue
             # The cup may only meet what is below it: the normal of such a contact is nearly vertical.
             is_meant = _LOAD in names or (self._gripper in names and abs(contact.frame[2]) > _LEVEL)
             if touches and is_meant:
@@ -140,6 +156,8 @@ class Clearance:
             here = _in_frame(frame_T_world, each)
             bit = _CARRIER if here["body"] in carriers else _CELL
             names[_add(spec, spec.worldbody, here, bit, 0)] = here["body"]
+        for each in self._standing:
+            names[_add(spec, spec.worldbody, each, _CELL, 0, ARMS_APART)] = each["body"]
         base = self._postures.frame_T_base
         body, origin = spec.worldbody.add_body(pos=base.position, quat=base.quaternion), (0.0, 0.0, 0.0)
         # the lowest links are those that a rail and the first joint behind it move
@@ -187,10 +205,21 @@ def _in_frame(frame_T_world: Pose, shape: Mapping[str, Any]) -> dict[str, Any]:
     return {**shape, "position": pose.position, "quaternion": pose.quaternion}
 
 
-def _add(spec: Any, body: Any, shape: Mapping[str, Any], contype: int, conaffinity: int) -> str:
+def _standing(
+    solids: Mapping[str, Sequence[Mapping[str, Any]]], chain: Chain, postures: Postures
+) -> Iterator[dict[str, Any]]:
+    """Yield the shapes of an arm at home, in the frame of the kitter."""
+    for name, base_T_link in chain.link_poses(postures.figures.home).items():
+        for shape in solids.get(name, ()):
+            yield {**_in_frame(postures.frame_T_base @ base_T_link, shape), "body": name}
+
+
+def _add(
+    spec: Any, body: Any, shape: Mapping[str, Any], contype: int, conaffinity: int, margin: float = PLANNED_CLEARANCE
+) -> str:
     """Add a shape to a body of a model specification; return its name there."""
     size = [*(shape["size"] or (1.0, 1.0, 1.0)), 0.0, 0.0][:3]
-    geom = body.add_geom(name=f"shape{len(spec.geoms)}", size=size, margin=PLANNED_CLEARANCE)
+    geom = body.add_geom(name=f"shape{len(spec.geoms)}", size=size, margin=margin)
     geom.type = getattr(mujoco.mjtGeom, f"mjGEOM_{shape['type'].upper()}")
     geom.pos, geom.quat = shape["position"], shape["quaternion"]
     geom.contype, geom.conaffinity = contype, conaffinity

@@ -159,7 +159,9 @@ class Manipulator:
 
     def meeting_place(self, part: TrackedBeltPart) -> float | None:
         """Return a place along the belt [m] where the arm can meet a part on it; None if it comes too late."""
-        belt = part.belt
+        belt = self._workplace.belt(part.belt.belt.name)
+        if belt is None:
+            return None
         along = max(belt.first, part.place(self._client.time))
         for _ in range(4):
             arrival = (
@@ -175,7 +177,11 @@ class Manipulator:
         return along
 
     def await_belt(self, belt: BeltPlace) -> None:
-        """Go to where the arm waits for a belt to bring something."""
+        """Go to where the arm waits for a belt to bring something, if it reaches that."""
+        own = self._workplace.belt(belt.belt.name)
+        if own is None:
+            return
+        belt = own
         x, y = belt.point(min(belt.first + WAITING_PLACE, belt.last))
         dx, dy, _ = belt.belt.direction
         height = max(self._arm.heights.waiting, belt.belt.surface + WAITING_DISTANCE)

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeAlias
 
-from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.choice import Choice
+from cellwright.clients.agents.kitter.crew import Crew
 from cellwright.clients.agents.kitter.kits import (
     InspectionResult,
     KitTask,
@@ -33,7 +33,7 @@ from cellwright.clients.agents.kitter.kits import (
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator, pose_on_tray
-from cellwright.clients.agents.kitter.supply import ATTEMPTS, Supply
+from cellwright.clients.agents.kitter.supply import ATTEMPTS
 from cellwright.clients.agents.kitter.workplace import TrayPlace
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
@@ -61,23 +61,13 @@ log = logging.getLogger(__name__)
 class Strategy:
     """Behaviour of the agent in one run."""
 
-    def __init__(
-        self,
-        client: Client,
-        view: CellView,
-        arm: KitterArm,
-        hand: Manipulator,
-        catalogue: Catalogue,
-        belt_types: Iterable[str] = (),
-    ) -> None:
+    def __init__(self, client: Client, view: CellView, crew: Crew, catalogue: Catalogue) -> None:
         self._client = client
         self._view = view
-        self._arm = arm
-        self._hand = hand
+        self._crew = crew
         self._catalogue = catalogue
         self._orders = OrderBook(client, catalogue, tuple(view.workplace.stations.values()))
-        self._supply = Supply(client, view, arm, hand, belt_types)
-        self._choice = Choice(view, self._orders, self._supply)
+        self._choice = Choice(view, self._orders, crew)
         self._started = client.time
         self._last_progress = client.time
 
@@ -165,15 +155,16 @@ class Strategy:
                 kit.begun_at = min(kit.begun_at, self._client.time)
                 return action
         waited = self._client.time - self._last_progress
+        supply = self._crew.at(kits[0].station).supply
         hopeless = [
             task
             for task in kits[0].open_tasks
-            if waited > (BELT_TIMEOUT if self._supply.is_on_belt(task.type) else LOST_TIMEOUT)
+            if waited > (BELT_TIMEOUT if supply.is_on_belt(task.type) else LOST_TIMEOUT)
         ]
         if hopeless:
             for task in hopeless:
                 self._log("no %s is to be had", task.type)
-                task.given_up = self._supply.why_none(task.type)
+                task.given_up = supply.why_none(task.type)
             return self.choose_part
         return partial(self.wait_by_belt, kits)
 
@@ -193,9 +184,10 @@ class Strategy:
         watched = next((each for each in self._view.belts if not types.isdisjoint(each.types)), None)
         if watched is not None:
             self._set_status("waiting by the belt for %s", ", ".join(sorted(types)))
-            self._hand.await_belt(watched.belt)
+            self._hand(kits[0].station).await_belt(watched.belt)
             until = self._client.time + 15.0
-            while self._client.time < until and not any(self._supply.on_belt(each) for each in types):
+            wanted = [(self._crew.at(kit.station).supply, task.type) for kit in kits for task in kit.open_tasks]
+            while self._client.time < until and not any(supply.on_belt(each) for supply, each in wanted):
                 self._client.sleep(0.1)
         else:
             self._client.sleep(2.0)
@@ -206,10 +198,10 @@ class Strategy:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
         self._set_status("fetching a %s at (%.3f, %.3f)", task.type, *self._view.workplace.in_world(x, y))
-        workplace = self._view.workplace
+        hand, (workplace, _, _, supply) = self._hand(kit.station), self._crew.at(kit.station)
         rail = workplace.rail_beside(x, y) if workplace.bin_at(x, y) else kit.station.rail
-        attempt = self._supply.failures(part.world_T_part)
-        held = self._hand.from_rest(
+        attempt = supply.failures(part.world_T_part)
+        held = hand.from_rest(
             task.type,
             part.world_T_part,
             rail,
@@ -219,8 +211,8 @@ class Strategy:
         )
         self._view.note_change()
         if held is None:
-            is_in_reach = self._hand.is_in_reach(task.type, part.world_T_part, rail)
-            self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
+            is_in_reach = hand.is_in_reach(task.type, part.world_T_part, rail)
+            supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
             self._log("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
             return self.choose_part
         return partial(self.place, kit, task, held)
@@ -235,7 +227,7 @@ class Strategy:
         """Take a part from a belt at a place along it [m]."""
         place = self._view.workplace.in_world(*part.belt.point(along))
         self._set_status("taking a %s off the belt at (%.2f, %.2f), at %.1f s", task.type, *place, part.time_at(along))
-        held = self._hand.from_belt(part, along)
+        held = self._hand(kit.station).from_belt(part, along)
         self._view.forget(part)
         if held is None:
             self._log("it was missed")
@@ -245,13 +237,14 @@ class Strategy:
     def place(self, kit: KitTask, task: Task, held: Held) -> State | None:
         """Put the held part on the tray."""
         station = kit.station
+        hand = self._hand(station)
         kind = self._catalogue.figures(task.type)
 
         is_reachable = self._reach(held, station)
 
         def can_turn_over(tray_T_part: Pose, direction: float) -> bool:
             lying = pose_on_tray(station, kind, tray_T_part, drop=0.0)
-            return is_reachable(tray_T_part) and self._hand.can_turn_over(
+            return is_reachable(tray_T_part) and hand.can_turn_over(
                 task.type, lying, station.world_T_tray.yaw + direction, station.rail
             )
 
@@ -264,16 +257,16 @@ class Strategy:
         if place is None:
             self._log("there is no room for a %s on the tray", task.type)
             task.given_up = "no room on the tray"
-            self._hand.throw_away(held)
+            hand.throw_away(held)
             return self.choose_part
         x, y, _ = place.tray_T_part.position
         where = "as ordered" if place.is_ordered else "as near as there is room"
         where += "" if place.direction is None else ", to be turned over"
         self._set_status("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
         goal, see_again = pose_on_tray(station, kind, place.tray_T_part), partial(self._see_again, kit)
-        if not self._hand.put_down(held, goal, station.rail, see_again):
+        if not hand.put_down(held, goal, station.rail, see_again):
             self._log("it was lost on the way")
-            self._hand.let_go()
+            hand.let_go()
             self._see_again(kit)
             self._note_loss(task)
             return self.choose_part
@@ -283,8 +276,8 @@ class Strategy:
 
     def _reach(self, held: Held, station: TrayPlace) -> Callable[[Pose], bool]:
         """Return a function that tells of a place on the tray whether the held part can be put down there."""
-        kind = self._catalogue.figures(held.type)
-        return lambda place: self._hand.can_put_down(held, pose_on_tray(station, kind, place), station.rail)
+        hand, kind = self._hand(station), self._catalogue.figures(held.type)
+        return lambda place: hand.can_put_down(held, pose_on_tray(station, kind, place), station.rail)
 
     def check(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
         """Check a placed part: throw a faulty one away, correct a misplaced one once."""
@@ -305,7 +298,8 @@ class Strategy:
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
         if finding.verdict is InspectionResult.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
-            held = self._hand.from_rest(task.type, finding.world_T_part, kit.station.rail, is_turned=task.is_turned)
+            hand, rail = self._hand(kit.station), kit.station.rail
+            held = hand.from_rest(task.type, finding.world_T_part, rail, is_turned=task.is_turned)
             if held is not None:
                 task.tray_T_part = None
                 return partial(self.place, kit, task, held)
@@ -320,7 +314,7 @@ class Strategy:
         lying = world_T_part or pose_on_tray(station, kind, place.tray_T_part, drop=0.0)
         task.tray_T_part = None
         direction += station.world_T_tray.yaw
-        if not self._hand.turn_over(task.type, lying, direction, station.rail, partial(self._see_again, kit)):
+        if not self._hand(station).turn_over(task.type, lying, direction, station.rail, partial(self._see_again, kit)):
             self._log("the cup did not hold its side")
             self._note_loss(task)
             return self.choose_part
@@ -331,11 +325,15 @@ class Strategy:
             return partial(self.check, kit, task, after)
         finding = inspect_part(self._view, kit, task, after.tray_T_part, is_turned=task.is_turned)
         lying = finding.world_T_part or pose_on_tray(station, kind, after.tray_T_part, drop=0.0)
-        held = self._hand.from_rest(task.type, lying, station.rail, is_turned=task.is_turned)
+        held = self._hand(station).from_rest(task.type, lying, station.rail, is_turned=task.is_turned)
         if held is None:
             self._note_loss(task)
             return self.choose_part
         return partial(self.place, kit, task, held)
+
+    def _hand(self, station: TrayPlace) -> Manipulator:
+        """Return the hand that works at a station; other arms are at home then."""
+        return self._crew.call(station).hand
 
     def _see_again(self, kit: KitTask) -> None:
         """Begin to look at the bins and the kit's tray, as something was moved."""
@@ -373,7 +371,8 @@ class Strategy:
         """Take a part off a belt, and lay it on another tray."""
         place = self._view.workplace.in_world(*part.belt.point(along))
         self._set_status("taking a %s off the belt at (%.2f, %.2f), to keep it on %s", part.type, *place, station.title)
-        held = self._hand.from_belt(part, along)
+        hand = self._hand(station)
+        held = hand.from_belt(part, along)
         self._view.forget(part)
         if held is not None:
             kind = self._catalogue.figures(part.type)
@@ -383,18 +382,19 @@ class Strategy:
             others = [disc for name, pose in poses for disc in self._catalogue.figures(name).covers(pose)]
             spot = find_place(kind, Pose(), station.half, others, self._reach(held, station))
             if spot is None:
-                self._hand.throw_away(held)
-            elif not self._hand.put_down(held, pose_on_tray(station, kind, spot.tray_T_part), station.rail):
-                self._hand.let_go()
+                hand.throw_away(held)
+            elif not hand.put_down(held, pose_on_tray(station, kind, spot.tray_T_part), station.rail):
+                hand.let_go()
             self._see_again(kit)
         return partial(self.clean, kit)
 
     def _throw_away(self, kit: KitTask, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
         """Take a part off the tray and drop it on the floor; False if the cup did not hold it."""
+        hand = self._hand(kit.station)
         for attempt in range(first, first + attempts):
-            held = self._hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
+            held = hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
             self._see_again(kit)
             if held is not None:
-                self._hand.throw_away(held)
+                hand.throw_away(held)
                 return True
         return False

@@ -197,6 +197,10 @@ class Workplace:
         """Return the bin over which a point is; None if it is over none."""
         return next((each for each in self.bins if each.covers(x, y)), None)
 
+    def belt(self, name: str) -> BeltPlace | None:
+        """Return a belt with the stretch that the arm reaches; None if it reaches none."""
+        return next((each for each in self.belts if each.belt.name == name), None)
+
     def rail_beside(self, x: float, y: float) -> float:
         """Return the rail's usual place for work at a point [m], which may be beyond its end."""
         return self.postures.rail_beside(x, y)
