@@ -20,6 +20,8 @@ offsets = st.floats(-5.0, 5.0)
 
 def test_moving_by_nothing_changes_nothing() -> None:
     assert LAYOUT.moved(Pose()) == LAYOUT
+    guarded = replace(LAYOUT, arm_clearance=0.05)
+    assert guarded.moved(Pose()) == guarded
 
 
 @given(offsets, offsets, QUARTERS)

@@ -373,6 +373,7 @@ class Layout:
             floor_lines=tuple(each.moved(by) for each in self.floor_lines),
             views=tuple(each.moved(by) for each in self.views),
             places=tuple(each.moved(by) for each in self.places),
+            arm_clearance=self.arm_clearance,
         )
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from cellwright.clients.agents.kitter.arm import JOINT_STATES_TIMEOUT, KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.clearance import Clearance
+from cellwright.clients.agents.kitter.clearance import ARMS_APART, Clearance
 from cellwright.clients.agents.kitter.crew import Crew, Worker, overview
 from cellwright.clients.agents.kitter.described_arm import DescribedArm
 from cellwright.clients.agents.kitter.part_figures import Catalogue
@@ -98,4 +98,4 @@ def _clearance(client: Client, layout: Layout, postures: Sequence[Postures], ind
     if not found:
         return None
     own, its = found.pop(index)
-    return Clearance(client.solids(), own, its, found)
+    return Clearance(client.solids(), own, its, found, max(ARMS_APART, layout.arm_clearance or 0.0))

@@ -20,8 +20,11 @@ CLEARANCE = 0.010
 PLANNED_CLEARANCE = 0.014
 """Least distance [m] of places that are chosen: the servos need some of it."""
 
-ARMS_APART = 0.055
-"""Least distance [m] of every motion to other arms: 50 mm, and what the servos need."""
+ARMS_APART = 0.05
+"""Least distance [m] to other arms, unless the cell wants more."""
+
+_SERVOS = 0.005
+"""Part of the distance to other arms that the servos need [m]."""
 
 _LOAD = "load"
 _ARM, _CELL, _CARRIER = 1, 2, 4
@@ -59,6 +62,7 @@ class Clearance:
         chain: the arm, from the frame of its mount to its cup, as `Client.chains` returns it.
         postures: its postures.
         others: other arms, which stand at home, as chains with their postures.
+        apart: least distance to them [m].
     """
 
     def __init__(
@@ -67,8 +71,10 @@ class Clearance:
         chain: Chain,
         postures: Postures,
         others: Iterable[tuple[Chain, Postures]] = (),
+        apart: float = ARMS_APART,
     ) -> None:
         self._solids = solids
+        self._apart = apart + _SERVOS
         self._standing = [shape for each in others for shape in _standing(solids, *each)]
         self._others = {shape["body"] for shape in self._standing}
         self._chain = chain
@@ -119,7 +125,7 @@ class Clearance:
         mujoco.mj_collision(model, data)
         # The shapes have a margin: the engine reports those within it before they touch, with their distance.
         for contact in data.contact[: data.ncon] if data.ncon else ():
-            if contact.dist >= max(least, ARMS_APART):
+            if contact.dist >= max(least, self._apart):
                 continue
             names = self._names_of(contact)
             if names[1] in self._others:
@@ -157,7 +163,7 @@ class Clearance:
             bit = _CARRIER if here["body"] in carriers else _CELL
             names[_add(spec, spec.worldbody, here, bit, 0)] = here["body"]
         for each in self._standing:
-            names[_add(spec, spec.worldbody, each, _CELL, 0, ARMS_APART)] = each["body"]
+            names[_add(spec, spec.worldbody, each, _CELL, 0, self._apart)] = each["body"]
         base = self._postures.frame_T_base
         body, origin = spec.worldbody.add_body(pos=base.position, quat=base.quaternion), (0.0, 0.0, 0.0)
         # the lowest links are those that a rail and the first joint behind it move
