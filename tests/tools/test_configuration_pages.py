@@ -80,6 +80,8 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "cell-pad": (tool_reader.PAD, "pad.", None),
     "cell-limits": (keys.JOINT_LIMITS, "", None),
     "cell-collision": (keys.COLLISION, "collision.", None),
+    "cell-robots": (keys.ROBOT, "", None),
+    "cell-hands": (keys.HANDS, "hands.", None),
     "cell-structure": (keys.STRUCTURE, "", None),
     "cell-blocks": (keys.BLOCK, "boxes[].", None),
     "cell-lines": (keys.LINE, "floor_lines[].", None),

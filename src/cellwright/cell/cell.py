@@ -31,6 +31,7 @@ from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.build import World, build_world, demo_origin
+from cellwright.cell.robots import add_robots
 from cellwright.cell.start import CellSnapshot, Start
 from cellwright.cell.variation import Bounds
 from cellwright.config.arm import ServoProfile
@@ -95,8 +96,7 @@ class Cell(CellDevices):
         if servo is not None:
             if not all(arm.is_original for arm in trial.arms):
                 raise UsageError(f"servo: {servo} is of the UR10 of 2017; leave it out")
-            arm = replace(trial.settings.arm, servo=servo)
-            trial = replace(trial, settings=replace(trial.settings, arm=arm))
+            trial = replace(trial, settings=replace(trial.settings, arm=replace(trial.settings.arm, servo=servo)))
         self.trial = trial
         """The trial of the run, with its variation."""
         self.start = Start(trial.settings.seed if seed is None else seed)
@@ -120,11 +120,10 @@ class Cell(CellDevices):
         """True if the cell refuses what a competition refuses."""
         self.bus = Bus(lambda: self.simulation.now, report)
         self._bind(trial)
-        self.culling = (
-            CollisionCulling(self.conveyors.values(), self.overlaps) if trial.settings.collision_culling else None
-        )
-        if self.culling is not None:
+        self.culling: CollisionCulling | None = None
+        if trial.settings.collision_culling:
             # The last in `before_step`: it decides by the speeds, welds and wakes that all others left for the step.
+            self.culling = CollisionCulling(self.conveyors.values(), self.overlaps)
             self.simulation.add(self.culling)
         self.reset()
 
@@ -196,6 +195,7 @@ class Cell(CellDevices):
             self.simulation.add(each)
         commands = CellCommands(self, self.world), *managers
         bind(self.bus, self.simulation, rows(trial, competition=self.in_competition), (*commands, *handlers))
+        self.robots = add_robots(trial, self.simulation, self.bus, self.render_service, self.parts)
         bind_plugin_sensors(self.bus, self)
         # Devices of plugins see the cell's own in their new state, and may publish as soon as a run begins.
         for description in trial.devices:

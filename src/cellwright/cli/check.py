@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from cellwright.cell.checks.findings import cell_warnings
+from cellwright.cell.checks.robots import robot_problems
 from cellwright.cell.model.own_arm import arm_problems
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
@@ -54,7 +55,7 @@ def check(
             found = map(str, cell_warnings(report.trial, report.places))
             report = replace(
                 report,
-                errors=(*model_problems(report.trial), *arm_problems(report.trial)),
+                errors=(*model_problems(report.trial), *arm_problems(report.trial), *robot_problems(report.trial)),
                 warnings=(*report.warnings, *found),
             )
     except CellwrightError as error:  # a missing file is a finding as well

@@ -18,6 +18,8 @@ from cellwright.mechanism.chain import Fill, add_chain, give_mass, inertia_along
 
 UNLIMITED = 1e9
 """Effort limit [N m; N] of a joint without one in the URDF, and of a joint without a drive, which does not move."""
+ITERATIONS = 100
+"""Iterations of the engine's solver: two are usual, up to fifty when many drives reach their limits at once."""
 DEFAULT_MASS = 1.0
 """Mass of a link without one in the file [kg]; its inertia is that of a box around its shapes for contact."""
 FINGER_MASS = 0.1

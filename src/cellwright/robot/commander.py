@@ -7,7 +7,7 @@ import numpy as np
 from cellwright.config.robot.model import RobotModel
 from cellwright.engine.device import Device, State
 from cellwright.robot.drivers import Driver
-from cellwright.robot.interface import JOINT_SOURCES
+from cellwright.robot.interface import JOINT_SOURCES, NAMESPACE, in_namespace
 from cellwright.robot.limiter import NO_SOURCE, Numbers, TargetLimiter
 from cellwright.robot.notices import Notices, RivalTopics
 from cellwright.robot.safety import CommandGate, SafetySettings
@@ -28,7 +28,10 @@ class Commander(Device):
     position, speed and acceleration; the driver gets these. `max_accelerations` [rad/s^2; m/s^2] limits the
     acceleration of targets by joint; others are unlimited.
 
+    Topics are those of a `namespace`.
+
     Attributes:
+        sources: topics whose messages are joint targets, in the order of `JOINT_SOURCES`.
         numbers: number of each joint with one degree of freedom, by name.
         taken: number of accepted commands since the node started.
         ignored: number of commands that came while none was taken, or named no joint of the robot; the bus counts
@@ -44,8 +47,11 @@ class Commander(Device):
         gate: CommandGate,
         notices: Notices,
         max_accelerations: Mapping[str, float],
+        namespace: str = NAMESPACE,
     ) -> None:
         super().__init__("commander")
+        self.sources = tuple(in_namespace(topic, namespace) for topic in JOINT_SOURCES)
+        self.how_to_clear, self._how_to_enable = in_namespace(CLEAR_STOP, namespace), in_namespace(ENABLE, namespace)
         self.driver, self.gate, self.notices = driver, gate, notices
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
         self.taken = self.ignored = 0
@@ -65,7 +71,7 @@ class Commander(Device):
         )
         self.mimics = MimicJoints(joints, self.limiter.lower, self.limiter.upper)
         self._safety = safety
-        self._rivals = RivalTopics(driver.joints, lambda: self.simulation.now, notices)
+        self._rivals = RivalTopics(driver.joints, self.sources, lambda: self.simulation.now, notices)
         self._seconds = 0.0
         self.watchdog = Watchdog(self, safety.silence)
         self.is_enabled = not safety.start_disabled
@@ -95,9 +101,9 @@ class Commander(Device):
     def why_ignored(self) -> str:
         """Reason why commands are ignored now, and counted; empty if they are taken."""
         if self.is_stopped:
-            return f"the emergency stop is active; {CLEAR_STOP}"
+            return f"the emergency stop is active; {self.how_to_clear}"
         if not self.is_enabled:
-            return f"commands are disabled; {ENABLE}"
+            return f"commands are disabled; {self._how_to_enable}"
         return "the robot is on its way home" if self.is_homing else ""
 
     def admit(self, topic: str, node: str, stamp: int) -> bool:
@@ -142,7 +148,7 @@ class Commander(Device):
         Raises:
             RejectedCommandError: the start guard refuses it; nothing was changed.
         """
-        source = JOINT_SOURCES.index(topic)
+        source = self.sources.index(topic)
         before = self.limiter.source[joints]
         beyond = self.limiter.follow(source, joints, positions, self.measured, guarded=guarded)
         if np.count_nonzero(before != source):
@@ -164,7 +170,7 @@ class Commander(Device):
 
     def is_source_of(self, topic: str, joints: Iterable[int]) -> bool:
         """Return True if these joints follow a topic: no other has commanded them since, and none was held."""
-        return bool((self.limiter.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
+        return bool((self.limiter.source[list(joints)] == self.sources.index(topic)).all())
 
     def hold_until_commanded(self) -> None:
         """Hold the robot's current position, as long as there was no command."""
@@ -184,7 +190,7 @@ class Commander(Device):
         if not self.is_stopped:
             self.is_stopped = True
             self.hold(why)
-            self.notices.log(f"{why}; {CLEAR_STOP}")
+            self.notices.log(f"{why}; {self.how_to_clear}")
 
     def clear_stop(self) -> None:
         """End an emergency stop: the robot holds until the next command."""
@@ -274,8 +280,8 @@ class Watchdog:
         if self._silence is None:
             return
         commander, limiter = self._commander, self._commander.limiter
-        for number, topic in enumerate(JOINT_SOURCES):
-            if topic in UNWATCHED_TOPICS or topic in self._silent or not commander.gate.is_silent(topic):
+        for number, (kind, topic) in enumerate(zip(JOINT_SOURCES, commander.sources, strict=True)):
+            if kind in UNWATCHED_TOPICS or topic in self._silent or not commander.gate.is_silent(topic):
                 continue
             joints: Numbers = np.flatnonzero(limiter.source == number)
             if len(joints):

@@ -96,9 +96,8 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
 class RobotCommands:
     """Handlers of the topics and services that clients send to; grippers are right, left."""
 
-    def __init__(self, config: RobotConfig, commander: Commander, grippers: Sequence[GripperRange], base: Base) -> None:
-        self._config, self._commander = config, commander
-        self._grippers, self._base = tuple(grippers), base
+    def __init__(self, config: RobotConfig, commander: Commander, grippers: Sequence[GripperRange]) -> None:
+        self._config, self._commander, self._grippers = config, commander, tuple(grippers)
         self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
         moved = {name: number for name, number in commander.numbers.items() if name not in commander.mimics.leaders}
         self._named: dict[int | None, NamedJoints] = {None: NamedJoints(moved)}
@@ -163,16 +162,6 @@ class RobotCommands:
             commander.follow(topic, joints, positions)
             commander.confirm(topic, node, stamp)
 
-    def move_base(self, row: Endpoint, message: Any, node: str) -> None:
-        """Turn and move the base."""
-        if len(message.data) == 3 and self._base.mode is BaseMode.ORIGINAL:
-            line = f"{row.name}: 3 numbers are taken as turn [rad] and motion along x and y [m]"
-            remedy = f"for speeds set {MODE}: velocity in the robot configuration (logged once)"
-            self._commander.notices.log_once(row.name, f"{line}; {remedy}")
-        if self._commander.admit(row.name, node, 0):
-            self._base.command(message.data.tolist())
-            self._commander.confirm(row.name, node, 0)
-
     def stop(self, _row: Endpoint, message: Any, node: str) -> None:
         """Stop on true; false comes from a button that is not pressed, and clears nothing."""
         if message.data:
@@ -196,3 +185,20 @@ class RobotCommands:
             commander.set_enabled(request.data)
             commander.notices.log(f"commands {'enabled' if request.data else 'disabled'} by {node or 'a client'}")
         return SetBoolResponse(success=True, message="commands enabled" if request.data else "commands disabled")
+
+
+class BaseCommands:
+    """Handler of the topic that moves the base of a robot."""
+
+    def __init__(self, commander: Commander, base: Base) -> None:
+        self._commander, self._base = commander, base
+
+    def move_base(self, row: Endpoint, message: Any, node: str) -> None:
+        """Turn and move the base."""
+        if len(message.data) == 3 and self._base.mode is BaseMode.ORIGINAL:
+            line = f"{row.name}: 3 numbers are taken as turn [rad] and motion along x and y [m]"
+            remedy = f"for speeds set {MODE}: velocity in the robot configuration (logged once)"
+            self._commander.notices.log_once(row.name, f"{line}; {remedy}")
+        if self._commander.admit(row.name, node, 0):
+            self._base.command(message.data.tolist())
+            self._commander.confirm(row.name, node, 0)

@@ -17,7 +17,7 @@ from cellwright.middleware.messages.conversions import header, nanoseconds, pose
 from cellwright.middleware.messages.standard import Pose as PoseMessage
 from cellwright.middleware.messages.standard import PoseArray
 from cellwright.robot.commander import Commander
-from cellwright.robot.interface import TARGET_EE_POSES
+from cellwright.robot.interface import JOINT_SOURCES, TARGET_EE_POSES
 from cellwright.robot.limiter import Numbers
 from cellwright.robot.model import body_of
 from cellwright.robot.servos import Array, fastest
@@ -57,24 +57,25 @@ class EePoses(Device):
     Args:
         config: the robot.
         commander: decides whether a command is taken, and has joints follow.
+        model: the engine's model of the robot alone.
         message_time: returns the time that messages carry [ns].
         caps: maximum speed of a tip along [m/s], and about [rad/s].
     """
 
     def __init__(
-        self, config: RobotConfig, commander: Commander, message_time: Callable[[], int], caps: tuple[float, float]
+        self,
+        config: RobotConfig,
+        commander: Commander,
+        model: mujoco.MjModel,
+        message_time: Callable[[], int],
+        caps: tuple[float, float],
     ) -> None:
         super().__init__("ee poses")
-        self._config, self._commander, self._message_time, self._caps = config, commander, message_time, caps
-        self._arms: list[_ArmTarget] = []
-
-    def attach(self, simulation: Simulation) -> None:
-        """Look up joints and links."""
-        super().attach(simulation)
-        model, config = simulation.model, self._config
+        self._config, self._commander, self._message_time = config, commander, message_time
+        self._topic = commander.sources[JOINT_SOURCES.index(TARGET_EE_POSES)]
         self._model, self._data = model, mujoco.MjData(model)
-        self._timestep = float(simulation.clock.timestep)
-        joints = self._commander.driver.joints
+        self._arms: list[_ArmTarget] = []
+        joints = commander.driver.joints
         self._qpos = np.array([model.joint(name).qposadr[0] for name in joints], dtype=int)
         for place, arm in enumerate(config.arms):
             tip = config.command_links[place] if place < len(config.command_links) else arm.tip
@@ -85,13 +86,18 @@ class EePoses(Device):
                 lower=np.array([each.limits.lower for each in driven]),
                 upper=np.array([each.limits.upper for each in driven]),
                 velocity=VELOCITY_SHARE * np.array([fastest(each) for each in driven]),
-                caps=self._caps,
+                caps=caps,
             )
             home = np.array(arm.home)
             bodies = {"tip": body_of(tip), "reference": body_of(reference)}
             solver = ArmSolver(model, joints=arm.joints, **bodies, home=home, limits=limits)
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=np.intp)
             self._arms.append(_ArmTarget(numbers, solver, tip, reference, home))
+
+    def attach(self, simulation: Simulation) -> None:
+        """Keep the length of a step."""
+        super().attach(simulation)
+        self._timestep = float(simulation.clock.timestep)
 
     def reset(self) -> None:
         """End all motions."""
@@ -119,9 +125,9 @@ class EePoses(Device):
         for arm, pose in zip(self._arms, poses, strict=True):
             if pose is None:
                 continue
-            if arm.target is None or not self._commander.is_source_of(TARGET_EE_POSES, arm.numbers):
+            if arm.target is None or not self._commander.is_source_of(self._topic, arm.numbers):
                 arm.positions = np.clip(measured[arm.numbers], arm.solver.limits.lower, arm.solver.limits.upper)
-                self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
+                self._commander.follow(self._topic, arm.numbers, arm.positions)
             arm.target = pose
 
     def poses(self, link: str | None = None) -> list[Pose]:
@@ -136,7 +142,7 @@ class EePoses(Device):
         commander = self._commander
         moving = []
         for arm in self._arms:
-            if arm.target is not None and commander.is_source_of(TARGET_EE_POSES, arm.numbers):
+            if arm.target is not None and commander.is_source_of(self._topic, arm.numbers):
                 moving.append((arm, arm.target))
             else:
                 arm.target = None
@@ -152,7 +158,7 @@ class EePoses(Device):
         for arm, target in moving:
             moved = arm.positions + arm.solver.step(data, target, self._timestep)
             arm.positions = np.clip(moved, arm.solver.limits.lower, arm.solver.limits.upper)
-            commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
+            commander.follow(self._topic, arm.numbers, arm.positions)
 
     def get_state(self) -> State:
         """Return the targets of the arms and their progress."""

@@ -17,13 +17,15 @@ from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, Direction
 from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, Where, accepts, publishes
 from cellwright.middleware.ros1.identity import Identity, node_name
 
+NAMESPACE = "io_teleop"
+"""Namespace of the topics, and begin of the services beside it."""
 NODE = "/sim_robot_controller_node"
 """Default name of the node in ROS: that of the vendor's general node."""
 
 TOPIC, SERVICE = EndpointKind.TOPIC, EndpointKind.SERVICE
 ARMS = Where.when("with arms in the robot configuration", lambda robot: robot.config.arms)
 GRIPPERS = Where.when("with grippers in the robot configuration", lambda robot: robot.config.grippers)
-FREE_BASE = Where.when("without a fixed link", lambda robot: robot.config.fixed_link is None)
+FREE_BASE = Where.when("without a fixed link", lambda robot: robot.has_base and robot.config.fixed_link is None)
 SIMULATED_TIME = Where.when("with simulated time", lambda robot: robot.sim_time)
 EACH_CAMERA = Where("for each camera of the robot configuration", lambda robot: robot.cameras)
 JOINTS, POSES = "sensor_msgs/JointState", "geometry_msgs/PoseArray"
@@ -124,13 +126,35 @@ class _Node(NamedTuple):
     config: RobotConfig
     cameras: tuple[str, ...]
     sim_time: bool
+    has_base: bool
+
+
+def in_namespace(text: str, namespace: str) -> str:
+    """Return a name of the table, or a text with such names, in another namespace.
+
+    Example:
+        >>> in_namespace("/io_teleop/joint_cmd", "left"), in_namespace("/io_teleop_reset_robot", "left")
+        ('/left/joint_cmd', '/left_reset_robot')
+    """
+    return text.replace(NAMESPACE, namespace)
 
 
 def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
 ) -> tuple[Endpoint, ...]:
     """Return the rows of a robot's node, with its working cameras, and /clock if it publishes its own time."""
-    robot = _Node(config, tuple(cameras), sim_time)
+    return _rows(_Node(config, tuple(cameras), sim_time, has_base=True), node)
+
+
+def rows_in_cell(
+    config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, namespace: str = NAMESPACE
+) -> tuple[Endpoint, ...]:
+    """Return the rows of a robot that stands at its place in a cell, which has the clock, in a namespace."""
+    found = _rows(_Node(config, tuple(cameras), sim_time=False, has_base=False), node)
+    return tuple(replace(row, name=in_namespace(row.name, namespace)) for row in found)
+
+
+def _rows(robot: _Node, node: str) -> tuple[Endpoint, ...]:
     found = [row for row in IO_TELEOP if row.where is not EACH_CAMERA and row.where.subjects(robot)]
     found += [row.of(name) for name in robot.cameras for row in IO_TELEOP if row.where is EACH_CAMERA]
     return tuple(replace(row, node=node) for row in found)

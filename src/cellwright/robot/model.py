@@ -13,7 +13,7 @@ from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Link
 from cellwright.mechanism.chain import JOINT_TYPES
-from cellwright.mechanism.robot_bodies import add_robot, initial_posture
+from cellwright.mechanism.robot_bodies import ITERATIONS, add_robot, initial_posture
 from cellwright.mechanism.shapes import (
     ShapeBuilder,
     add_floor,
@@ -74,7 +74,9 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
         DescriptionError: the engine cannot build the robot.
     """
     with _report_refusal(config):
-        whole, stepping = (_specify(config, timestep, self_collision, is_seen) for is_seen in (True, False))
+        whole, stepping = (
+            _specify(config, timestep, is_touched=self_collision, is_seen=is_seen) for is_seen in (True, False)
+        )
         add_floor(whole)
         model = whole.compile()
     world, data = RobotWorld(config, model, model), mujoco.MjData(model)
@@ -87,7 +89,17 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     return RobotWorld(config, model, stepping.compile())
 
 
-def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen: bool) -> Any:  # noqa: FBT001
+def build_links(config: RobotConfig) -> mujoco.MjModel:
+    """Build the links and joints of a robot without shapes: enough for its kinematics.
+
+    Raises:
+        DescriptionError: the engine cannot build the robot.
+    """
+    with _report_refusal(config):
+        return _specify(config, TIMESTEP, is_touched=False, is_seen=False).compile()
+
+
+def _specify(config: RobotConfig, timestep: Fraction, *, is_touched: bool, is_seen: bool) -> Any:
     """Return the specification of a robot's model, with shapes that are touched, seen or both."""
     spec = mujoco.MjSpec()
     spec.modelname = config.name
@@ -103,8 +115,7 @@ def _specify(config: RobotConfig, timestep: Fraction, is_touched: bool, is_seen:
     option.disableflags |= int(_Disable.mjDSBL_ACTUATION | _Disable.mjDSBL_SPRING | _Disable.mjDSBL_DAMPER)
     if not is_touched:
         option.disableflags |= int(_Disable.mjDSBL_CONTACT)
-    # Two are usual; up to fifty when many drives reach their limits at once.
-    option.iterations = 100
+    option.iterations = ITERATIONS
     base = spec.worldbody.add_body(name=BASE_BODY, mocap=True, **pose_arguments(config.base_pose))
     shapes, touched = ShapeBuilder(spec, is_touched=is_touched, is_seen=is_seen), set()
 

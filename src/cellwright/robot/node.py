@@ -10,25 +10,23 @@ from typing import Any
 import mujoco
 
 from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.device import Device
 from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
-from cellwright.robot.commander import Commander
-from cellwright.robot.commands import RobotCommands
+from cellwright.robot.commands import BaseCommands
+from cellwright.robot.controller import Place, RobotController
 from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
-from cellwright.robot.ee_poses import EePoses
-from cellwright.robot.grippers import gripper_ranges
-from cellwright.robot.homing import Homing
 from cellwright.robot.model import TIMESTEP, body_of, build_robot
-from cellwright.robot.notices import Notices
-from cellwright.robot.publications import CameraTopics, RobotPublications, add_cameras
-from cellwright.robot.safety import TIP_SPEED, TIP_TURNING, CommandGate, SafetySettings
-from cellwright.robot.servos import JointServos, Motion
+from cellwright.robot.publications import add_cameras
+from cellwright.robot.safety import SafetySettings
+from cellwright.robot.servos import Motion
 from cellwright.util.pose import Pose
 
 
@@ -102,40 +100,34 @@ class RobotNode:
             self.simulation = Simulation(
                 self.world.stepping, timestep=settings.timestep, first_pose=self.world.set_initial_posture
             )
-            self.servos = JointServos(config.robot, settings.motion)
-            self.driver: Driver = self.servos
+            live = None
             if driver is not None:
                 # From here on its thread closes it.
                 on_failure.pop_all()
-                self.driver = live = LiveDriver(config, driver)
+                live = LiveDriver(config, driver)
                 on_failure.callback(live.close)
             clock = self.simulation.clock
-            now = clock.read
-            self.bus = Bus(now, report)
-            self.message_time = message_time = stamp if stamp and not sim_time else clock.message_time
-            """Function that returns the time that messages carry [ns]."""
-            gate = CommandGate(safety, now, message_time, lambda: 0 if stamp and not sim_time else clock.offset)
-            self.bus.on_input.append(gate.note_arrival)
+            self.bus = Bus(clock.read, report)
             self.bus.on_notice.append(report)
-            notices = Notices(now, self._notify)
-            self.commander = Commander(self.driver, config.robot, safety, gate, notices, config.max_accelerations)
-            self.homing = Homing(config, self.commander)
+            self.message_time = stamp if stamp and not sim_time else clock.message_time
+            """Function that returns the time that messages carry [ns]."""
+            place = Place(
+                self.bus, clock.read, self.message_time, lambda: 0 if stamp and not sim_time else clock.offset
+            )
             self.base = Base(config)
-            caps = (safety.tip_speed or TIP_SPEED, safety.tip_turning or TIP_TURNING)
-            self.ee_poses = EePoses(config, self.commander, message_time, caps)
+            self.controller = controller = RobotController(
+                config, self.world.stepping, place, safety, motion=settings.motion, driver=live
+            )
+            self.servos, self.driver, self.commander = controller.servos, controller.driver, controller.commander
+            self.homing, self.ee_poses, self.grippers = controller.homing, controller.ee_poses, controller.grippers
             self.commander.on_hold.append(self.base.halt)
-            self._add_devices()
-            self.grippers = grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
-            self.cameras = add_cameras(config, self.simulation, partial(SceneCapture.of, self), report)
+            self._add_devices(live)
+            about = config.base_pose.position
+            service = RenderService(self.simulation, partial(SceneCapture.of, self), about=about, report=report)
+            self.cameras = add_cameras(config, self.simulation, service, report)
             """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=settings.node, sim_time=sim_time)
-            handlers = (
-                RobotCommands(config, self.commander, grippers, self.base),
-                self.homing,
-                self.ee_poses,
-                RobotPublications(config.robot, self.commander, grippers, message_time),
-                CameraTopics(self.cameras, message_time),
-            )
+            handlers = (*controller.handlers(self.cameras), BaseCommands(self.commander, self.base))
             bind(self.bus, self.simulation, table, handlers)
             self.simulation.reset()
             on_failure.pop_all()
@@ -154,22 +146,14 @@ class RobotNode:
             "driver": self.has_driver,
         }
 
-    def _notify(self, line: str) -> None:
-        for take in self.bus.on_notice:
-            take(line)
-
-    def _add_devices(self) -> None:
-        """Add the devices in order: sources of targets act before the commander."""
-        self.simulation.add(self.servos)
-        if isinstance(self.driver, LiveDriver):
-            self.commander.on_clear.append(self.driver.clear)
+    def _add_devices(self, live: LiveDriver | None) -> None:
+        between: list[Device] = [self.base]
+        if live is not None:
+            self.commander.on_clear.append(live.clear)
             # It may have been moved by hand meanwhile.
             self.commander.on_clear.append(lambda: self.commander.hold(self.commander.why_held))
-            self.simulation.add(
-                Mirror(self.driver, self.servos, self.commander.stop, self.commander.hold_until_commanded)
-            )
-        for device in (self.base, self.ee_poses, self.commander, self.homing):
-            self.simulation.add(device)
+            between.insert(0, Mirror(live, self.servos, self.commander.stop, self.commander.hold_until_commanded))
+        self.controller.add_devices(self.simulation, *between)
 
     @property
     def refused(self) -> int:

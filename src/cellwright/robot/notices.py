@@ -4,7 +4,6 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.robot.interface import JOINT_SOURCES
 from cellwright.robot.limiter import NO_SOURCE, Numbers
 
 MAX_NAMES = 256
@@ -88,12 +87,13 @@ class RivalTopics:
 
     Args:
         joints: names of the joints.
+        sources: the topics, in the order of their indices.
         now: returns the time of the run [ns].
         notices: log.
     """
 
-    def __init__(self, joints: tuple[str, ...], now: Callable[[], int], notices: Notices) -> None:
-        self._joints, self._now, self._notices = joints, now, notices
+    def __init__(self, joints: Sequence[str], sources: Sequence[str], now: Callable[[], int], notices: Notices) -> None:
+        self._joints, self._sources, self._now, self._notices = joints, sources, now, notices
         self._changes: dict[tuple[int, int], int] = {}  # time of the newest change from one source to another [ns]
 
     def forget(self) -> None:
@@ -112,7 +112,7 @@ class RivalTopics:
                 self._warn(min(source, other), max(source, other), self._joints[joint])
 
     def _warn(self, first: int, second: int, joint: str) -> None:
-        one, two = JOINT_SOURCES[first], JOINT_SOURCES[second]
+        one, two = self._sources[first], self._sources[second]
         self._notices.log_once(
             f"rivals {one} {two}",
             f"{one} and {two} both command {joint}: it follows whichever message is newest; choose one with "

@@ -21,8 +21,7 @@ from cellwright.middleware.messages.standard import JointState
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.render_service import RenderService
-from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.robot.commander import CLEAR_STOP, Commander
+from cellwright.robot.commander import Commander
 from cellwright.robot.grippers import GripperRange
 from cellwright.robot.model import body_of
 from cellwright.robot.servos import as_slice
@@ -35,18 +34,25 @@ STATUS_PERIOD = Fraction(1, 10)
 def add_cameras(
     config: RobotConfig,
     simulation: Simulation,
-    capture: Callable[[], SceneCapture],
+    service: RenderService,
     report: Callable[[str], None] = lambda _line: None,
+    *,
+    prefix: str = "",
 ) -> dict[str, PictureCamera]:
-    """Add the cameras of a robot, by name; one that cannot be made is reported and left out."""
-    service = RenderService(simulation, capture, about=config.base_pose.position, report=report)
+    """Add the cameras of a robot, by name; one that cannot be made is reported and left out.
+
+    The `prefix` is that of the robot's bodies in the engine; its cameras have it too, as devices.
+    """
     found: dict[str, PictureCamera] = {}
     for described in config.cameras:
         try:
             if described.name in found:
                 raise UsageError("another camera has this name")
             description = picture_camera(config, described)
-            camera = PictureCamera(replace(description, frame=body_of(description.frame)), service, report=report)
+            frame = prefix + description.frame if prefix else body_of(description.frame)
+            camera = PictureCamera(
+                replace(description, name=prefix + description.name, frame=frame), service, report=report
+            )
             simulation.add(camera)
             found[described.name] = camera
         except UsageError as error:
@@ -92,11 +98,12 @@ class StatusTopic(Device):
         super().__init__(name)
         self._bus, self._commander = output.bus, commander
         self._publisher = output.advertise()
+        self._publisher.is_state = False
         output.simulation.watch(name, STATUS_PERIOD, self._publish, output.rank)
 
     def reset(self) -> None:
         """Begin a run, without the newest message of the last one."""
-        self._bus.forget_latched()
+        self._publisher.forget()
 
     def set_state(self, state: State) -> None:
         """Continue from a saved state, as at the beginning of a run."""
@@ -128,7 +135,7 @@ def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
 def _status_message(commander: Commander) -> str:
     """Return the reason why commands are not followed, or the nodes that send them."""
     if commander.is_stopped:
-        return f"{commander.why_held}; {CLEAR_STOP}"
+        return f"{commander.why_held}; {commander.how_to_clear}"
     if not commander.is_enabled:
         return commander.why_ignored
     if commander.is_homing:

@@ -119,6 +119,7 @@ class _Map:
         self._furniture()
         self._carriers()
         self._arms()
+        self._robots()
         self._names()
         if not self._places:
             self._sensors()
@@ -134,6 +135,7 @@ class _Map:
         points += [each.pose.position[:2] for each in trial.sensors]
         points += [each.pose.position[:2] for each in trial.furniture]
         points += [end[:2] for arm in trial.arms for end in arm.mount.ends]
+        points += [each.pose.position[:2] for each in trial.layout.robots]
         for belt in trial.layout.belts:
             points += [each.position[:2] for each in (belt.spawn, belt.wall) if each is not None]
         x, y = np.array(points or [(-1.0, -1.0), (1.0, 1.0)]).T
@@ -299,6 +301,12 @@ class _Map:
             x, y, _ = arm.pose.transform((0.0, RAIL_LIMIT / 2, 0.0)) if arm.is_original else arm.mount.ends[1]
             of = "the arm" if len(self._trial.arms) == 1 else arm.name
             self._text(x, y, f"rail of {of}", color=RAIL, va="bottom", xytext=(0, 4))
+
+    def _robots(self) -> None:
+        for robot in self._trial.layout.robots:
+            x, y, _ = robot.pose.position
+            self._axes.add_patch(Circle((y, x), 0.2, facecolor="#7fa8c9", edgecolor=RAIL, lw=1.2, zorder=8))
+            self._text(x, y, robot.name, color=RAIL, va="bottom", xytext=(0, 12))
 
     def _sensors(self) -> None:
         for sensor in self._trial.sensors:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, Ends, Movers, MovingBodies, end_of_belt
 from cellwright.engine.bounding_boxes import Mask, gaps
 from cellwright.engine.sleeping_groups import Groups, SleepingGroups
+from cellwright.mechanism.welds import add_weld, grip_name
 from tests.cell.devices.floor import Floor, named, one_of_each
 from tests.support.places import BELT
 
@@ -139,3 +140,28 @@ def test_open_groups_are_watched_by_passengers_alone(table: Table) -> None:
     count = len(table.groups.boxes)
     assert np.isinf(movers.watched[: movers.free, :count]).all()
     assert (movers.watched[-1] == movers.never[-1]).all()
+
+
+def test_part_on_a_frame_without_shapes_moves_with_the_joints_behind_it() -> None:
+    spec = mujoco.MjSpec()
+    upper = spec.worldbody.add_body(name="upper")
+    upper.add_joint(name="shoulder")
+    upper.add_geom(size=(0.1, 0.1, 0.1), type=mujoco.mjtGeom.mjGEOM_BOX)
+    lower = upper.add_body(name="lower", pos=(0.0, 0.0, 1.0))
+    lower.add_joint(name="elbow")
+    lower.add_geom(size=(0.1, 0.1, 0.1), type=mujoco.mjtGeom.mjGEOM_BOX)
+    lower.add_body(name="tip", pos=(0.0, 0.0, 0.5))
+    part = spec.worldbody.add_body(name="part", pos=(0.0, 0.0, 5.0))
+    part.add_freejoint()
+    part.add_geom(size=(0.02, 0.02, 0.02), type=mujoco.mjtGeom.mjGEOM_BOX)
+    add_weld(spec, grip_name("part"), "tip", "part", 0.004)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.eq_active[0] = 1
+    bodies = {name: int(model.body(name).id) for name in ("upper", "lower", "tip", "part")}
+    moving = MovingBodies(model, {})
+    assert moving.carrier(data, bodies["part"]) == bodies["tip"]
+    relative = moving.relative_levers(data, bodies["part"], bodies["tip"], [bodies["upper"], bodies["lower"]])
+    shoulder, elbow = (int(model.joint(name).dofadr[0]) for name in ("shoulder", "elbow"))
+    assert relative[0, elbow] >= 0.5 + 0.02
+    assert relative[1, elbow] == relative[0, shoulder] == 0.0

@@ -297,7 +297,10 @@ class MovingBodies:
         welds = [weld for weld, _ in self._welds[body] if data.eq_active[weld]]
         apart = np.linalg.norm(self._model.eq_data[welds, 3:6], axis=1).max(initial=0.0)
         reach = apart + self.boxes.radius[body]
-        levers = self._levers[carrier] + reach * (self._turns & (self._levers[carrier] > 0.0))
+        own = self._levers.get(carrier)
+        if own is None:  # a frame without shapes, such as the tip of a robot's arm
+            own = self.boxes.levers(carrier)
+        levers = own + reach * (self._turns & (own > 0.0))
         return np.array([np.where(self._levers[link] > 0.0, 0.0, levers) for link in links]).reshape(-1, len(levers))
 
     def _find_trees(self) -> tuple[Numbers, dict[int, list[int]]]:

@@ -16,6 +16,7 @@ from cellwright.cell.model.bins import add_bin
 from cellwright.cell.model.clones import clone_name, first_bodies
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
+from cellwright.cell.model.own_robot import add_own_robot, first_positions
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.cell.model.shelf import shelf_slot
 from cellwright.cell.model.tray import add_fixed_tray
@@ -23,6 +24,7 @@ from cellwright.config.layout.arm_models import home_of, joints_of, moving_links
 from cellwright.config.layout.layout import Layout
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.shapes import Visuals
+from cellwright.mechanism.robot_bodies import ITERATIONS
 from cellwright.mechanism.welds import add_weld, find_weld, grip_name
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
@@ -89,7 +91,7 @@ class WorldPart:
         name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint, unless it is a clone.
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
-        grips: id of the weld to each gripper, by the name of its arm.
+        grips: id of the weld to each gripper, by the name of its arm or hand.
         locks: id of the weld to the tray of each AGV, by the AGV's number.
         start: its pose when a run begins, in the world frame.
         pooled: true if it waits on the shelf until it is put into play.
@@ -233,7 +235,11 @@ def _specified(trial: Trial, bodies: Iterable[str] | None) -> _Specified:
     spec.compiler.degree = False
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
+    if layout.robots:
+        spec.option.iterations = ITERATIONS
     add_arms(spec, visuals, trial, contact_time(timestep))
+    for robot in layout.robots:
+        add_own_robot(spec, visuals, robot, trial.robot_models[robot.name])
     for agv in trial.carriers:
         add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
@@ -335,6 +341,9 @@ def _add_holds(spec: Any, part: str, trial: Trial, time: float) -> None:
     for arm in trial.arms:
         if arm.tool.kind != "none":
             add_weld(spec, grip_name(part, arm.namespace), arm.holder, part, time)
+    for robot in trial.layout.robots:
+        for hand in robot.hands:
+            add_weld(spec, grip_name(part, hand.name), robot.prefix + hand.link, part, time)
     for agv in trial.carriers:
         add_weld(spec, f"lock{agv.number}|{part}", agv.tray_link, part, time)
 
@@ -347,10 +356,12 @@ def _locate(model: Any, part: _Planned, slot: Pose, trial: Trial) -> WorldPart:
     geoms = range(first, first + int(model.body_geomnum[body]))
 
     locks = {each.number: int(model.equality(f"lock{each.number}|{part.name}").id) for each in trial.carriers}
+    holders = {arm.name: arm.namespace for arm in trial.arms}
+    holders |= {hand.name: hand.name for robot in trial.layout.robots for hand in robot.hands}
     grips = {
-        arm.name: weld
-        for arm in trial.arms
-        if (weld := find_weld(model, grip_name(part.name, arm.namespace))) is not None
+        name: weld
+        for name, of_weld in holders.items()
+        if (weld := find_weld(model, grip_name(part.name, of_weld))) is not None
     }
     return WorldPart(
         name=part.name,
@@ -380,4 +391,7 @@ def first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[n
             for name in arm.gripper_names.joints:
                 qpos[model.joint(name).qposadr[0]] = arm.tool.fingers.opening / 2
                 ctrl[model.actuator_ctrladr[model.actuator(name).id]] = arm.tool.fingers.opening / 2
+    for name, position in first_positions(trial).items():
+        qpos[model.joint(name).qposadr[0]] = position
+        ctrl[model.actuator_ctrladr[model.actuator(name).id]] = position
     return qpos, ctrl

@@ -7,14 +7,13 @@ import mujoco
 
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.arm_looks import dress_cup
-from cellwright.cell.model.own_models import form_of
+from cellwright.cell.model.own_models import add_link
 from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, bare_arm, home_of, joints_of
 from cellwright.config.layout.arms import Arm
-from cellwright.config.models.model import UserModel
 from cellwright.config.robot.model import Link
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER
-from cellwright.engine.shapes import Role, Touch, Visuals, add_shape
+from cellwright.engine.shapes import Touch, Visuals
 from cellwright.mechanism.chain import add_chain
 from cellwright.mechanism.drives import add_drive, give_link_mass, stiff_drives
 from cellwright.mechanism.gripper_model import Contacts, add_parallel_gripper
@@ -72,14 +71,9 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
     def fill(body: Any, link: Link) -> None:
         give_link_mass(body, link)
         body.gravcomp = 1.0
-        form = form_of(link.name, UserModel(link.shapes))
-        form.add_meshes(spec, visuals)
-        for shape in form.touched:
-            role = Role.BOTH if shape in form.seen else Role.SOLID
-            geom = add_shape(body, replace(shape, share=0.0), role, Touch.ROBOT)
+        for geom in add_link(spec, visuals, body, link):
             if link.name == beam:
                 geom.contype, geom.conaffinity = _BEAM_BITS
-        visuals.add(link.name, *(shape for shape in form.seen if shape not in form.touched))
         if link.name == cup:
             dress_cup(spec, visuals, body, arm.prefix + CUP_GEOM, arm.prefix + CUP_FACE_GEOM, contact_time)
 

@@ -16,6 +16,7 @@ from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.meshes import read_mesh, read_surfaces
 from cellwright.config.models.model import Furniture, ModelShape, ModelShapeKind, Surface, UserModel
 from cellwright.config.models.reader import MAX_PART_EXTENT
+from cellwright.config.robot.model import Link
 from cellwright.config.trial.trial import Trial
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Mesh, Role, Shape, Touch, Visuals, add_mesh, add_shape, bounds
@@ -185,6 +186,22 @@ def add_furniture(spec: Any, visuals: Visuals, pieces: Iterable[Furniture]) -> N
         for shape in form.touched:
             add_shape(body, shape, Role.BOTH if shape in form.seen else Role.SOLID, Touch.FIXED)
         visuals.add(name, *(shape for shape in form.seen if shape not in form.touched))
+
+
+def add_link(spec: Any, visuals: Visuals, body: Any, link: Link) -> list[Any]:
+    """Add the shapes of a robot's link to its body; return the geoms that it touches with.
+
+    Raises:
+        ModelFileError: a mesh cannot be used.
+    """
+    form = form_of(link.name, UserModel(link.shapes))
+    form.add_meshes(spec, visuals)
+    visuals.add(link.name, *(shape for shape in form.seen if shape not in form.touched))
+    roles = [Role.BOTH if shape in form.seen else Role.SOLID for shape in form.touched]
+    return [
+        add_shape(body, replace(shape, share=0.0), role, Touch.ROBOT)
+        for shape, role in zip(form.touched, roles, strict=True)
+    ]
 
 
 def form_of(name: str, model: UserModel) -> PartGeometry:

@@ -88,7 +88,7 @@ def _is_original(each: Named, mount: Mount, reader: Reader) -> bool:
 def _own(each: Named, reader: Reader) -> tuple[Arm, ArmModel] | None:
     """Return an arm with a model of its own; None after errors."""
     values, entries = each.values, each.table.entries
-    path = _find(str(values["model"]), entries["model"].value, reader)
+    path = find_model(str(values["model"]), entries["model"].value, reader)
     if path is None:
         return None
     # most cells have no robot of their own
@@ -128,8 +128,8 @@ def _own(each: Named, reader: Reader) -> tuple[Arm, ArmModel] | None:
     return None if reader.problems.error_count > before else (arm, ArmModel(robot, config.base_pose, collision))
 
 
-def _find(reference: str, node: Located, reader: Reader) -> Path | None:
-    """Return the file of a model: beside the cell's, or in a package of ROS or of Python."""
+def find_model(reference: str, node: Located, reader: Reader) -> Path | None:
+    """Return the file of a model, beside the cell's or in a package of ROS or of Python; None after an error."""
     folder = Path(node.place.path).parent
     named = FileReference.read(reference)
     folders = [folder] if named.package is None else [*_packages(named.package, folder)]

@@ -23,7 +23,7 @@ BASES = (EMPTY, GEAR2017)
 """Cells that come with Cellwright, beside files."""
 MAX_BASES = 10
 """Maximum number of cells that are based on one another."""
-SECTIONS = ("bins", "belts", "carriers", "trays", "arms", "structure", "places", "views", "sensors")
+SECTIONS = ("bins", "belts", "carriers", "trays", "arms", "robots", "structure", "places", "views", "sensors")
 """Sections whose entries are named by the file, and changed one by one."""
 PACKAGED = "<gear2017>"
 """Place of the entries of the packaged cell, in messages."""
@@ -45,7 +45,7 @@ _DEPENDENT: Mapping[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
 
 
 _VIEWS = "views"
-_SEEN = ("bins", "belts", "carriers", "trays", "arms")
+_SEEN = ("bins", "belts", "carriers", "trays", "arms", "robots")
 """Sections with things that views look at."""
 
 

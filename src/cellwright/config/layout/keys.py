@@ -174,6 +174,17 @@ ARM = Keys(
 )
 """Keys of an arm."""
 
+HANDS = Keys(optional={"reach": quantity(0.005, 0.3, "m")}, strict="entry", texts="cell-hands")
+"""Keys of the hands of a robot that hold parts."""
+
+ROBOT = Keys(
+    {"model": Reader.name, "at": POINT},
+    {"turn": ANGLE, "namespace": read_namespace, "hands": section(HANDS, dict)},
+    strict="entry",
+    texts="cell-robots",
+)
+"""Keys of a robot that is driven over its own topics."""
+
 BLOCK = Keys(
     {"at": POINT, "size": quantities((3,), _SIDE, "[x, y, z]")}, {"turn": ANGLE}, strict="entry", texts="cell-blocks"
 )
@@ -206,6 +217,7 @@ CELL = Keys(
         "carriers": section_of(CARRIER),
         "arms": section_of(ARM),
         "arm_clearance": quantity(0.01, 1.0, "m"),
+        "robots": section_of(ROBOT),
         "structure": section_of(STRUCTURE),
         "places": section_of(FRAME),
         "views": section_of(VIEW),

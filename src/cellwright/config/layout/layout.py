@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias, TypeVar
 
 from cellwright.config.layout.arms import Arm
+from cellwright.config.layout.robots import CellRobot
 from cellwright.config.layout.surroundings import FloorLine, Place, Structure, View
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
@@ -274,6 +275,7 @@ class Layout:
         views: camera presets.
         places: named poses of the user's.
         arm_clearance: distance [m] that a guard keeps between arms; None without a guard.
+        robots: robots that are driven over their own topics.
 
     The shelf is outside every view, and in line with the cell. The engine's broad phase uses boxes along the principal
     axes of all objects. A shelf to one side would skew these axes, and every flat object would fill a fat box.
@@ -297,6 +299,7 @@ class Layout:
     views: tuple[View, ...] = ()
     places: tuple[Place, ...] = ()
     arm_clearance: float | None = None
+    robots: tuple[CellRobot, ...] = ()
 
     @property
     def stations(self) -> tuple[Station, ...]:
@@ -374,6 +377,7 @@ class Layout:
             views=tuple(each.moved(by) for each in self.views),
             places=tuple(each.moved(by) for each in self.places),
             arm_clearance=self.arm_clearance,
+            robots=tuple(each.moved(by) for each in self.robots),
         )
 
 

@@ -14,7 +14,7 @@ MAX_LENGTH: Final = 60
 """Maximum length of a name [characters]."""
 PLACE_SECTIONS = ("bins", "belts", "carriers", "trays")
 """Sections of places that parts can be put."""
-NAMED_SECTIONS = (*PLACE_SECTIONS, "structure", "arms")
+NAMED_SECTIONS = (*PLACE_SECTIONS, "structure", "arms", "robots")
 """Sections whose names share the topics, frames and bodies of the cell."""
 RESERVED = frozenset(
     {
@@ -36,7 +36,7 @@ _ARM = "arm"
 
 @accepts({"type": "string", "pattern": f"^{_NAME.pattern}$"})
 def read_namespace(reader: Reader, node: YamlNode) -> str | None:
-    """Return a namespace of topics below `/ariac`."""
+    """Return a namespace: of the topics of an arm, below `/ariac`, or of a robot."""
     name = reader.name(node)
     if name is not None and (not _NAME.fullmatch(name) or len(name) > MAX_LENGTH or name in RESERVED):
         reader.problems.error(node, f"must be letters, digits and _, and no name of the cell's own (got {name!r})")

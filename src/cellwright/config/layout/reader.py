@@ -20,10 +20,12 @@ from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.basing import BASED_ON, GEAR2017, PACKAGED, with_base
 from cellwright.config.layout.layout import Belt, Bin, Carrier, KeyFrames, Layout, Tray
 from cellwright.config.layout.names import NAMED_SECTIONS, PLACE_SECTIONS, NameCheck
+from cellwright.config.layout.robot_reader import read_robots
 from cellwright.config.layout.surroundings import Place, Structure, View
 from cellwright.config.layout.values import Named, placed, turned
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Table
+from cellwright.config.robot.config import RobotConfig
 from cellwright.util.pose import Pose
 
 SHELF = Pose((1.0, -40.0, 0.0))
@@ -58,6 +60,7 @@ class Cell:
         moved_by: pose of the cell's frame in the world, by which the reader of the whole trial moves it.
         has_arm: True if the file's own section places an arm, without which the trial decides.
         arm_models: models of the arms that have their own, by name.
+        robot_models: configurations of the robots, by name.
         sensors: the section `sensors` with what it is based on; None if there is none.
         refused: names of entries that were refused: what refers to them needs no report.
     """
@@ -66,6 +69,7 @@ class Cell:
     moved_by: Pose = field(default_factory=Pose)
     has_arm: bool = False
     arm_models: Mapping[str, ArmModel] = field(default_factory=dict)
+    robot_models: Mapping[str, RobotConfig] = field(default_factory=dict)
     sensors: Table | None = None
     refused: frozenset[str] = frozenset()
 
@@ -86,7 +90,8 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
     arms, models = read_arms(named, reader)
     if "arm_clearance" in values and len(named) < 2:
         reader.problems.error(section.entries["arm_clearance"], "the cell has no two arms; leave it out")
-    layout = _layout(values, arms, reader)
+    robots, configs = read_robots(values.get("robots", ()), reader)
+    layout = replace(_layout(values, arms, reader), robots=robots)
     _check_names(section, reader, types)
     if not any(name in section.entries for name in NAMED_SECTIONS):
         message = f"the cell is empty; describe bins and belts, or begin from 2017's with {BASED_ON}: {GEAR2017}"
@@ -98,6 +103,7 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
         moved_by=values.get("frame", Pose()),
         has_arm=any(each.entry.place.path != PACKAGED for each in named),
         arm_models=models,
+        robot_models=configs,
         sensors=sensors if isinstance(sensors, Table) else None,
         refused=_names(section) - read,
     )

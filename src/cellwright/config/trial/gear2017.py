@@ -215,6 +215,7 @@ def _read(
         overrides=tuple(map(str, overrides)),
         layout=layout,
         arm_models=cell.arm_models,
+        robot_models=cell.robot_models,
         **own,
     )
     parts.check_faulty(faulty, trial, reader)

@@ -17,6 +17,7 @@ from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Carrier, Layout, Station
 from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
+from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Limits
 from cellwright.config.sensors import SensorConfig
 from cellwright.util.errors import UsageError
@@ -193,6 +194,7 @@ class Trial:
         initial_joint_states: initial positions of the arm's joints [rad; m]; the usual ones for joints not named.
         part_models: user-defined part types, by name.
         arm_models: models of the arms that have their own, by name.
+        robot_models: configurations of the robots that are driven over their own topics, by name.
         furniture: further static models in the cell.
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
@@ -228,6 +230,7 @@ class Trial:
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
     part_models: Mapping[str, UserModel] = field(default_factory=dict)
     arm_models: Mapping[str, ArmModel] = field(default_factory=dict)
+    robot_models: Mapping[str, RobotConfig] = field(default_factory=dict)
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)

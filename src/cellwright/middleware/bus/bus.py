@@ -123,28 +123,24 @@ class Bus:
     def forget_latched(self) -> None:
         """Forget all latched messages, as when a run restarts; subscriptions stay, as if they had always existed."""
         for topic in self._topics.values():
-            for subscription in topic.subscriptions:
-                subscription.since = -1
-            for publisher in topic.publishers:
-                publisher.newest = None
-                publisher.update_listeners()
+            topic.forget_latched()
 
     def latched(self, clock_offset: int = 0) -> dict[str, list[str | None]]:
-        """Return the newest messages of all latched topics as JSON values: CDR in base64, by topic and publisher.
+        """Return the newest latched messages that are state, as JSON values: CDR in base64, by topic and publisher.
 
         Their stamps are in the time of the run: by `clock_offset` [ns] before message time.
         """
         found = {}
         for name, topic in sorted(self._topics.items()):
-            newest = [publisher.newest for publisher in topic.publishers if publisher.latch]
+            newest = [publisher.newest for publisher in topic.publishers if publisher.is_state]
             if any(message is not None for message in newest):
                 found[name] = [None if each is None else self._latched_text(each, -clock_offset) for each in newest]
         return found
 
     def set_latched(self, state: Mapping[str, Sequence[str | None]], clock_offset: int = 0) -> None:
-        """Replace all latched messages by what `latched` returned; nothing is delivered to listeners."""
+        """Replace the latched messages that are state by what `latched` returned; nothing is delivered to listeners."""
         for name, topic in self._topics.items():
-            publishers = [publisher for publisher in topic.publishers if publisher.latch]
+            publishers = [publisher for publisher in topic.publishers if publisher.is_state]
             for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
                 known = topic.message_class
                 message = None if text is None or known is None else self.types.from_cdr(b64decode(text), known)

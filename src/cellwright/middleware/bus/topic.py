@@ -91,6 +91,14 @@ class Topic:
                 subscription.callback(newest)
         self._notify_publishers()
 
+    def forget_latched(self) -> None:
+        """Forget the latched messages; subscriptions stay, as if they had always existed."""
+        for subscription in self.subscriptions:
+            subscription.since = -1
+        for publisher in self.publishers:
+            publisher.newest = None
+            publisher.update_listeners()
+
     def remove(self, subscription: Subscription) -> None:
         """Remove a subscription."""
         if subscription in self.subscriptions:
@@ -144,6 +152,8 @@ class Publisher:
         self._count = 0
         self.node = node
         self.latch = latch
+        self.is_state = latch
+        """True if its newest message is part of the state of a run."""
         self.on_listeners = on_listeners
         self._newest: Message | Callable[[], Message | None] | None = None
 
@@ -157,6 +167,10 @@ class Publisher:
     @newest.setter
     def newest(self, message: Message | None) -> None:
         self._newest = message
+
+    def forget(self) -> None:
+        """Forget the newest message of its topic."""
+        self._topic.forget_latched()
 
     @property
     def listeners(self) -> int:

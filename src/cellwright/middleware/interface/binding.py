@@ -157,18 +157,21 @@ class _Streamed(_OnDemand):
         return reading.restamped(max(0, reading.time_ns + offset)) if offset else reading
 
 
-def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: Iterable[object]) -> None:
+def bind(
+    bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: Iterable[object], *, first: int = 1
+) -> None:
     """Put every row of a table on a bus.
 
     A row's handler is a method of one of the `handlers`. For a service or an incoming topic it is called with each
     request or message: `handler(row, message, node)`. For an outgoing topic it is called once: `handler(output)`. An
-    object with an attribute `subject` handles rows of that subject alone.
+    object with an attribute `subject` handles rows of that subject alone. The
+    rows have ranks from `first` on.
 
     Raises:
         UsageError: a row names a handler that does not exist.
     """
     found = tuple(handlers)
-    for rank, row in enumerate(table, 1):
+    for rank, row in enumerate(table, first):
         if row.kind is EndpointKind.ACTION:
             bus.actions[row.name] = row.type  # its topics have rows of their own
             continue

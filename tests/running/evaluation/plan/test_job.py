@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright import load_trial
 from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.trial import Trial
@@ -203,3 +204,14 @@ def test_log_name_of_long_trial_name_can_be_written(tmp_path: Path) -> None:
 
 def test_log_name_is_no_path_whatever_a_file_of_results_says() -> None:
     assert log_name("../up", 1, "../../etc") == "___up-1-______et.log"
+
+
+def test_digest_depends_on_robot_and_not_on_its_folder(tmp_path: Path) -> None:
+    digests = []
+    for folder, link in (("here", "base"), ("there", "base"), ("elsewhere", "post")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "post.urdf").write_text(f'<robot name="post"><link name="{link}"/></robot>')
+        cell = tmp_path / folder / "cell.yaml"
+        cell.write_text("cell: {robots: {post: {model: post.urdf, at: [0, 0, 0]}}}")
+        digests.append(models_digest(load_trial(cell)))
+    assert digests[0] == digests[1] != digests[2]

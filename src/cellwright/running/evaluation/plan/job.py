@@ -170,16 +170,19 @@ def _key(facts: Mapping[str, Any], seed: int, *, vary: bool) -> str:
 
 
 def models_digest(trial: Trial) -> str:
-    """Return the digest of a trial's own part types, furniture and arms, with their files, wherever these are."""
+    """Return the digest of a trial's own part types, furniture, arms and robots, and of their files, anywhere."""
     models = [*trial.part_models.values(), *(each.model for each in trial.furniture)]
-    links = [link for arm in trial.arm_models.values() for link in arm.robot.links.values()]
+    robots = trial.robot_models.values()
+    described = [*(arm.robot for arm in trial.arm_models.values()), *(each.robot for each in robots)]
+    links = [link for robot in described for link in robot.links.values()]
     shapes = [
         *(shape for model in models for shape in model.shapes),
         *(shape for link in links for shape in link.shapes),
     ]
-    named = [*(shape.mesh for shape in shapes), *(model.mjcf for model in models)]
+    configs = [path for each in robots for path in (each.path, each.urdf_path)]
+    named = [*(shape.mesh for shape in shapes), *(model.mjcf for model in models), *configs]
     files = [file for file in named if file is not None]
-    text = repr((trial.part_models, trial.furniture, trial.arm_models))
+    text = repr((trial.part_models, trial.furniture, trial.arm_models, trial.robot_models))
     # Machines may have the files in other folders: names and contents count, not paths.
     for file in files:
         text = text.replace(repr(file), repr(file.name))

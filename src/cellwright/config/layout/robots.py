@@ -1,0 +1,55 @@
+"""Robots of the robot face in a layout: where each stands, and the namespace of its topics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cellwright.util.pose import Pose
+
+NAMESPACE = "io_teleop"
+"""Namespace of a robot's topics, if it has no other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """Hand that holds a part: one that is near its grasp point when it closes.
+
+    Attributes:
+        name: its name among all that can hold a part, `ROBOT/right`.
+        side: number of the gripper and of the arm in the robot's configuration: 0 is right, 1 left.
+        link: link whose origin is the grasp point.
+        reach: distance [m] from there to a part that it can hold.
+    """
+
+    name: str
+    side: int
+    link: str
+    reach: float
+
+
+@dataclass(frozen=True, slots=True)
+class CellRobot:
+    """Robot of a cell that is driven over its own topics.
+
+    Attributes:
+        name: its name in the layout.
+        model: the robot as written: a bundled one, or the path of its configuration or description.
+        pose: frame in the world of its root link, or of the link that its configuration fixes.
+        namespace: namespace of its topics.
+        hands: the hands that hold parts; without any, they only push.
+    """
+
+    name: str
+    model: str
+    pose: Pose
+    namespace: str = NAMESPACE
+    hands: tuple[Hand, ...] = ()
+
+    @property
+    def prefix(self) -> str:
+        """Prefix of its links, joints and devices in the simulation."""
+        return f"{self.name}/"
+
+    def moved(self, by: Pose) -> CellRobot:
+        """Return the robot moved by a pose of the world."""
+        return replace(self, pose=by @ self.pose)

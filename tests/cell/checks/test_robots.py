@@ -1,0 +1,21 @@
+"""Check of robots in a cell."""
+
+from cellwright.cell.checks.robots import robot_problems
+from tests.cell.robot_cells import ASIDE, AT_BIN, tandem_cell
+
+
+def test_robot_that_stands_free_is_accepted() -> None:
+    assert robot_problems(tandem_cell()) == []
+
+
+def test_robot_within_the_floor_is_refused_with_link_and_depth() -> None:
+    found = robot_problems(tandem_cell(ASIDE.replace("1.16", "1.0")))
+    assert found
+    assert all(each.startswith("cell.robots.qinglong: Link_") for each in found)
+    assert all(each.endswith("within the floor; move the robot, or raise it: at") for each in found)
+    assert any("Link_ankle_l_roll begins 0.150 m" in each for each in found)
+
+
+def test_robot_within_a_bin_is_refused() -> None:
+    found = robot_problems(tandem_cell(AT_BIN.replace("at: [0.8, 0.0]", "at: [0.3, 0.26]").replace("0.5}", "0.68}")))
+    assert any("within bin1" in each for each in found)
