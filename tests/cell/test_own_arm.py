@@ -1,6 +1,7 @@
 """A cell with an arm of another model: it follows trajectories, picks and places, in lockstep and again."""
 
 import math
+from contextlib import closing
 
 import pytest
 
@@ -104,3 +105,16 @@ def test_arm_without_a_cup_has_no_gripper_and_moves() -> None:
     assert cell.gripper is None
     assert [*client.joint_positions] == sorted(trial.joints)
     assert not [name for name in cell.topics() if "gripper" in name]
+
+
+def test_camera_is_fixed_to_a_link_of_the_model() -> None:
+    eye = "{{type: rgb_camera, frame: wrist_3_link, pose: {{xyz: [0, 0, 0.1]}}, width: 64, height: 48}}"
+    cell = Cell(ur5_cell(f"{PEDESTAL}cellwright: {{{{sensors: {{{{eye: {eye}}}}}}}}}"))
+    client = Client.in_process(cell)
+    frames = client.latest("/tf_static")
+    with closing(cell.simulation):
+        picture = client.camera("eye").wait(5.0)
+    assert picture is not None
+    assert picture.colour.shape == (48, 64, 3)
+    parents = {each.child_frame_id: each.header.frame_id for each in frames.message.transforms}
+    assert parents["eye_frame"] == "wrist_3_link"

@@ -26,6 +26,7 @@ from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.controllers import ControllerServices
 from cellwright.cell.interface.devices import CellDevices, Intention
+from cellwright.cell.interface.frames import on_link
 from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_device, make_plugin_sensor
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import rows
@@ -361,7 +362,7 @@ class Cell(CellDevices):
         self, description: SensorConfig, scene: ModelSnapshot, report: Callable[[str], None]
     ) -> Sensor[Any]:
         if isinstance(description, PictureCameraConfig):
-            return PictureCamera(description, self.render_service, report=report)
+            return PictureCamera(on_link(description, self.trial), self.render_service, report=report)
         if description.type == "logical_camera":
             return LogicalCamera(description.name, description.pose, scene)
         if description.type in _RANGE_SENSORS:
@@ -372,10 +373,8 @@ class Cell(CellDevices):
         names = [f"{demo_origin(self.trial)}|{name}" for name, _ in self.trial.demo_clones()]
         if not names:
             return None
-        pool = [self.parts.part(name) for name in names]
-        demo = DemoTray(
-            next(iter(self.trays.values())), self.parts, pool, [each for _, each in self.trial.demo_clones()]
-        )
+        pool, ordered = [self.parts.part(name) for name in names], [each for _, each in self.trial.demo_clones()]
+        demo = DemoTray(next(iter(self.trays.values())), self.parts, pool, ordered)
 
         def begin(effect: Effect) -> None:
             if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:

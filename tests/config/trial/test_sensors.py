@@ -108,7 +108,7 @@ def test_camera_type_decides_colour_and_depth(kind: str, colour: bool, depth: bo
         (f"type: rgb_camera, {POSE}, when_late: weit", "when_late: unknown value 'weit'; did you mean wait"),
         (
             f"type: rgb_camera, {POSE}, frame: wrist3_link",
-            "frame: unknown value 'wrist3_link'; did you mean wrist_3_link",
+            "frame: no arm has a link 'wrist3_link'; did you mean wrist_3_link",
         ),
         (
             f"type: depth_camera, {POSE}, width: 1920, height: 1080",
@@ -171,7 +171,7 @@ def test_sensor_is_not_named_after_a_topic_of_the_cell() -> None:
 
 def test_camera_on_missing_arm_is_refused() -> None:
     section = f"{{eye: {{type: rgb_camera, {POSE}, frame: wrist_3_link}}}}"
-    assert "frame: the frame wrist_3_link requires an arm" in refusal(section, "")
+    assert "frame: no frame 'wrist_3_link' in a cell without an arm" in refusal(section, "")
 
 
 def test_too_many_cameras_are_refused() -> None:

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
-from cellwright.config.layout.arm_models import chain_in_engine
+from cellwright.config.layout.arm_models import chain_in_engine, links_by_frame
 from cellwright.config.layout.arms import Arm
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
@@ -47,6 +48,11 @@ def static_frames(trial: Trial) -> list[TfFrame]:
         if isinstance(camera, PictureCameraConfig)
     ]
     return frames
+
+
+def on_link(camera: PictureCameraConfig, trial: Trial) -> PictureCameraConfig:
+    """Return a camera with the engine's name of the link that it is fixed to."""
+    return replace(camera, frame=links_by_frame(trial.arms, trial.arm_models).get(camera.frame, camera.frame))
 
 
 def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:

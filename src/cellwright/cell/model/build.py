@@ -20,7 +20,7 @@ from cellwright.cell.model.own_robot import add_own_robot, first_positions
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.cell.model.shelf import shelf_slot
 from cellwright.cell.model.tray import add_fixed_tray
-from cellwright.config.layout.arm_models import home_of, joints_of, moving_links
+from cellwright.config.layout.arm_models import home_of, joints_of, links_by_frame, moving_links
 from cellwright.config.layout.layout import Layout
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.shapes import Visuals
@@ -254,8 +254,9 @@ def _specified(trial: Trial, bodies: Iterable[str] | None) -> _Specified:
             [f"{trial.name}: the parts may have at most {MAX_SHAPES} shapes in total (got {shapes})"]
         )
     _add_fixed(spec, visuals, layout, len(everything))
+    links = links_by_frame(trial.arms, trial.arm_models)
     for sensor in trial.sensors:
-        add_housing(visuals, sensor)
+        add_housing(visuals, sensor, links)
     add_furniture(spec, visuals, trial.furniture)
     add_part_meshes(visuals)
     for each in own.values():

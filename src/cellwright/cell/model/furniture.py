@@ -4,7 +4,7 @@ Surfaces that parts lie on are thick solids: a part that falls from a metre move
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import mujoco
@@ -25,15 +25,15 @@ _LEG_PITCH = 2.1
 _LINE_HEIGHT = 0.002
 
 
-def add_housing(visuals: Visuals, sensor: SensorConfig) -> None:
-    """Add the housing of a sensor at its pose; that of a camera moves with the body it is fixed to."""
+def add_housing(visuals: Visuals, sensor: SensorConfig, links: Mapping[str, str]) -> None:
+    """Add the housing of a sensor at its pose; that of a camera moves with the link whose frame it is fixed to."""
     housing: tuple[Shape, ...]
     if isinstance(sensor, PictureCameraConfig):
         # all of it is behind the optical centre, which is at the pose
         housing = _cube(-0.014, 0.024, 0.09, 0.026), _lens(0.009, -0.007, colours.SENSOR_LENS)
     else:
         housing = _housing(sensor.type)
-    body = sensor.frame if isinstance(sensor, PictureCameraConfig) else "world"
+    body = links.get(sensor.frame, "world") if isinstance(sensor, PictureCameraConfig) else "world"
     visuals.add(body, *(shape.moved(sensor.pose) for shape in housing))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cellwright.config.gripper_links import GripperNames, gripper_links
@@ -87,6 +87,11 @@ def bare_arm(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
 def chain_in_engine(arm: Arm, models: Mapping[str, ArmModel]) -> RobotModel:
     """Return an arm with its mount and its tool, by the names that it has in the engine."""
     return UR10.prefixed(arm.prefix) if arm.is_original else arm_model(arm, models[arm.name], arm.prefix)
+
+
+def links_by_frame(arms: Sequence[Arm], models: Mapping[str, ArmModel]) -> dict[str, str]:
+    """Return the links of arms, as the engine names them, by their frames."""
+    return {arm.frame_of(link): link for arm in arms for link in chain_in_engine(arm, models).links}
 
 
 def moving_links(arm: Arm, models: Mapping[str, ArmModel]) -> list[str]:

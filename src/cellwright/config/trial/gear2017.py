@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from cellwright.config.footprints import PART_TYPES
+from cellwright.config.layout.arm_models import links_by_frame
 from cellwright.config.layout.basing import CELL
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.layout import Layout
@@ -191,7 +192,8 @@ def _read(
     reserved = reserved_names(layout)
     sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reserved, reader) or ()
     sensors += read_cell_sensors(cell, sensors, reader)
-    sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reserved, reader) or ()
+    links = links_by_frame(layout.arms if has_arm else (), cell.arm_models)
+    sensors += section(OWN, partial(read_cameras, frames=links), sensors, reserved, reader) or ()
     _raise_errors(overrides, reader.problems)
 
     frames = Trial(name, options=options, layout=layout).reference_frames

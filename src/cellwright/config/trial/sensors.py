@@ -4,7 +4,6 @@ import re
 from collections.abc import Collection, Sequence
 from typing import get_args
 
-from cellwright.config.arm import ARM_FRAMES
 from cellwright.config.layout.layout import Layout
 from cellwright.config.parsing.reader import Keys, Reader, any_name, number, one_of, section, whole
 from cellwright.config.parsing.schema import NAME, accepts, mapping
@@ -55,7 +54,7 @@ NOISE = Keys(
 CAMERA = Keys(
     {"type": read_camera_type, "pose": Reader.pose},
     {
-        "frame": one_of((WORLD, *ARM_FRAMES)),
+        "frame": Reader.name,
         "width": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels"),
         "height": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels"),
         "fov": number(MIN_FOV, MAX_FOV, "rad"),
@@ -179,9 +178,17 @@ def check_sensor_name(entry: Entry, sensor: SensorConfig, reserved: Collection[s
 
 
 def read_cameras(
-    own: YamlNode, sensors: Sequence[SensorConfig], reserved: Collection[str], reader: Reader, *, has_arm: bool
+    own: YamlNode,
+    sensors: Sequence[SensorConfig],
+    reserved: Collection[str],
+    reader: Reader,
+    *,
+    frames: Collection[str],
 ) -> tuple[PictureCameraConfig, ...]:
-    """Return the cameras under `sensors` in the section `cellwright`; names of topics and other sensors are refused."""
+    """Return the cameras under `sensors` in the section `cellwright`; names of topics and other sensors are refused.
+
+    A camera is fixed to the world, or to one of the `frames` of the cell's arms.
+    """
     node = own.get("sensors") if isinstance(own, Table) else None
     table = reader.table(node) if node else None
     if table is None:
@@ -190,12 +197,12 @@ def read_cameras(
         reader.problems.error(table, f"too many cameras (got {len(table.entries)}, at most {MAX_CAMERAS})")
         return ()
     used_names = {sensor.name for sensor in sensors}
-    cameras = [_camera(entry, used_names, reserved, reader, has_arm=has_arm) for entry in table.entries.values()]
+    cameras = [_camera(entry, used_names, reserved, reader, frames=frames) for entry in table.entries.values()]
     return tuple(camera for camera in cameras if camera is not None)
 
 
 def _camera(
-    entry: Entry, used_names: Collection[str], reserved: Collection[str], reader: Reader, *, has_arm: bool
+    entry: Entry, used_names: Collection[str], reserved: Collection[str], reader: Reader, *, frames: Collection[str]
 ) -> PictureCameraConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
@@ -207,8 +214,11 @@ def _camera(
     if not CAMERA.complete(values):
         return None
     camera = PictureCameraConfig(name, **values)
-    if camera.frame != WORLD and not has_arm:
-        message = f"the frame {camera.frame} requires an arm; write arm: {{type: ur10}}"
+    if camera.frame not in (WORLD, *frames):
+        known = did_you_mean(camera.frame, (WORLD, *frames))
+        message = f"no frame {camera.frame!r} in a cell without an arm; write arm: {{type: ur10}}"
+        if frames:
+            message = f"no arm has a link {camera.frame!r}{known}"
         reader.problems.error(table.entries["frame"].value, message)
     _check_together(entry, camera, reader)
     return camera
