@@ -40,10 +40,11 @@ MARKS = (
 def fields(trial: Trial, places: Sequence[PlaceReach]) -> Iterator[tuple[Mark, Pose, tuple[float, float]]]:
     """Yield rectangles with one mark, each with its middle in the world and its size [m].
 
-    At each point the arm counts that can do most there.
+    At each point the arm counts that can do most there. Without places none are marked if an arm is not quick to solve.
     """
     arms = () if places else reaches(trial)
-    for surface in surfaces_in(trial) if trial.arms else ():
+    is_known = bool(trial.arms) and all(arm.is_quick for arm in arms)
+    for surface in surfaces_in(trial) if is_known else ():
         known = [each.states for each in places if each.surface == surface]
         states = np.max(known, axis=0) if known else np.where(in_reach(surface, arms), State.CLEAR, State.OUT)
         for mark in MARKS if places else (OUT_OF_REACH,):

@@ -1,6 +1,7 @@
 """Findings about cells of one's own."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,8 @@ from cellwright.config.layout.arms import Arm, Mount
 from cellwright.config.trial.catalogue import bundled
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
+from cellwright.viewer.map_reach import fields
+from tests.cell.arm_cells import ARMS, PEDESTAL
 from tests.cell.checks.odd import SMALL, bin_at, camera_over, post_at, trial_with
 from tests.support.places import LAYOUT
 
@@ -83,3 +86,15 @@ def test_bin_of_2017_counts_when_the_rail_is_elsewhere() -> None:
 def test_cell_without_an_arm_has_no_reach() -> None:
     layout = replace(SMALL, bins=(bin_at("far", -3.0, 0.0),))
     assert findings(trial_with(layout, has_arm=False)) == ()
+
+
+def test_arm_whose_first_axis_is_tilted_takes_too_long_to_be_judged(tmp_path: Path) -> None:
+    urdf = tmp_path / "tilted.urdf"
+    text = (ARMS / "ur5.urdf").read_text()
+    urdf.write_text(text.replace('xyz="0 0 0.089159" rpy="0 0 0"', 'xyz="0 0 0.089159" rpy="0 0.3 0"'))
+    cell = PEDESTAL.replace("at: [-0.1, 0.55], size", "at: [-0.1, 9.0], size")
+    upright, tilted = (load_trial(text=cell.format(model=file)).trial for file in (ARMS / "ur5.urdf", urdf))
+    assert [each.key for each in findings(upright)] == ["cell.bins.bin1"]
+    assert findings(tilted) == ()
+    assert {mark.meaning for mark, _, _ in fields(upright, ())} == {"out of reach, tool down"}
+    assert not [*fields(tilted, ())]

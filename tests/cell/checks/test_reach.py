@@ -98,6 +98,8 @@ def gantry() -> MountedArm:
 
 def test_arm_without_a_pan_axis_is_solved_point_by_point() -> None:
     reach = Reach(gantry())
+    assert not reach.is_quick
+    assert ORIGINAL.is_quick
     points = np.array([(0.49, -0.49, 0.7), (0.0, 0.0, 0.2), (0.6, 0.0, 0.7)])
     assert reach.mask(points).tolist() == [True, False, False]
     (posture,) = reach.postures(points[0])

@@ -83,6 +83,11 @@ class Reach:
         self._families: dict[Key, _Family] = {}
         self._ranks: dict[Key, list[tuple[float, Vector]]] = {}
 
+    @property
+    def is_quick(self) -> bool:
+        """Whether postures of one point stand for others: without that, a place takes seconds to minutes."""
+        return self._pan is not None
+
     def mask(self, points: Array) -> Mask:
         """Return which points the tool reaches; the last axis is x, y, z in the world [m]."""
         flat = points.reshape(-1, 3)
