@@ -14,7 +14,7 @@ from cellwright.motion.kinematics import COMFORTABLE, face, forward
 from cellwright.motion.mounts import FixedMount, RailMount
 from cellwright.motion.ur_solver import UrSolver
 from cellwright.util.pose import Pose
-from tests.cell.arm_cells import ur5_cell
+from tests.cell.arm_cells import PEDESTAL, ur5_cell
 
 
 def arm_of(trial: Trial) -> MountedArm:
@@ -56,6 +56,13 @@ def test_tool_is_the_face_of_the_cup_or_else_the_tip() -> None:
     assert tips["none"].transform((0.0, 0.0, 0.1)) == pytest.approx(tips["vacuum"].position, abs=1e-9)
     ahead = (0.0, 0.0, 1.0)
     assert tips["none"].rotate(ahead) == pytest.approx(tips["vacuum"].rotate(ahead), abs=1e-9)
+
+
+def test_tool_of_fingers_is_the_middle_between_their_pads() -> None:
+    text = PEDESTAL.replace("      tip: tool0\n", "      tip: tool0\n      tool: {{kind: parallel, length: 0.1}}\n")
+    fingers, cup = arm_of(ur5_cell(text)), arm_of(ur5_cell())
+    assert fingers.chain.base_T_tool.position == pytest.approx(cup.chain.base_T_tool.position, abs=1e-9)
+    assert [joint.name for joint in fingers.chain.joints] == [joint.name for joint in cup.chain.joints]
 
 
 def test_rail_of_an_own_arm_lies_along_its_axis() -> None:

@@ -30,7 +30,8 @@ _COMFORTABLE = (0.256, 0.568)
 class MountedArm:
     """Arm of a cell on its mount.
 
-    The z axis of its tool points out of it. Its origin is the middle of the cup's face; without a cup, that of the tip.
+    The z axis of its tool points out of it. Its origin is the middle of the cup's face, or that between the pads of
+    fingers; without either, that of the tip.
 
     Attributes:
         name: its name in the layout.
@@ -75,7 +76,8 @@ def mounted_arm(arm: Arm, models: Mapping[str, ArmModel]) -> MountedArm:
     robot = UR10 if arm.is_original else arm_model(arm, models[arm.name], "")
     rail = robot.driven[0] if arm.mount.kind == "rail" else None
     base = robot.root if rail is None else rail.child
-    tip, tip_T_tool = (GRIPPER, _GRIPPER_T_FACE) if GRIPPER in robot.links else (arm.tip, Pose())
+    ahead = 0.0 if arm.tool.fingers is None else arm.tool.length
+    tip, tip_T_tool = (GRIPPER, _GRIPPER_T_FACE) if GRIPPER in robot.links else (arm.tip, Pose((0.0, 0.0, ahead)))
     chain = chain_of(robot, tip, base=base, tip_T_tool=tip_T_tool)
     home = home_of(arm, joints_of(arm, models))
     world_T_base = arm.pose @ link_poses(robot, {})[base]

@@ -153,11 +153,6 @@ class Arm:
         return "" if self.is_original and not self.namespace else f"{self.name}/"
 
     @property
-    def tool_link(self) -> str:
-        """Link of its tool by the name in the engine: that of the cup, or the tip."""
-        return self.prefix + (GRIPPER if self.tool.kind == "vacuum" else self.tip)
-
-    @property
     def start_prefix(self) -> str:
         """Prefix of its joints in the postures that a run begins in, which name those of all arms."""
         return f"{self.name}/" if self.namespace else ""

@@ -281,7 +281,7 @@ class CellTarget(Target):
             "varied": self._is_varied or cell.start.bounds is not None,
             "bounds": None if cell.start.bounds is None else asdict(cell.start.bounds),
             "joints": dict(cell.start.joints),
-            "arms": {arm.name: {"namespace": arm.namespace, "tool": arm.tool_link} for arm in cell.trial.arms},
+            "arms": {arm.name: {"namespace": arm.namespace, "tool": arm.holder} for arm in cell.trial.arms},
             "checkpoints": sorted(nanoseconds(when) for when, _ in self._options.checkpoints),
             **origin.facts(),
         }
