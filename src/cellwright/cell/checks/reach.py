@@ -85,7 +85,7 @@ class Reach:
 
     @property
     def is_quick(self) -> bool:
-        """Whether postures of one point stand for others: without that, a place takes seconds to minutes."""
+        """True if postures of one point stand for others: without that, a place takes seconds to minutes."""
         return self._pan is not None
 
     def mask(self, points: Array) -> Mask:
