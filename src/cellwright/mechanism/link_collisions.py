@@ -4,8 +4,8 @@ A pair is never near if its smallest distance exceeds `CLEARANCE` in a sample of
 is searched by branch and bound: balls around its shapes bound the distance from below, in all postures at once. The
 engine then measures the postures in the order of these bounds, until none can be nearer than the nearest one.
 
-A sample misses narrow contacts: from the nearest postures a random descent goes on downhill. (Measured on the UR10:
-base and second wrist touch in none of 5000 random postures, and overlap by 7 mm after the descent.)
+A sample misses narrow contacts: from the nearest postures a descent goes on downhill, joint by joint. (Measured on the
+UR10: base and second wrist touch in none of 5000 random postures, and overlap by 7 mm after a descent.)
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _MARGIN = 0.005  # [m] by which a sample has to keep the distance: the search is
 _SEED = 2017
 _TURN = 2 * np.pi
 _BLOCK = 7  # joints that share a set of Halton points
-_DESCENT = 0.3  # [m]; a descent from further away ends nowhere near
-_STARTS, _STEPS = 4, 100  # of the descent: the nearest postures, and steps from each
-_FIRST_STEP, _SHRINK = 0.3, 0.95  # share of a joint's range (of 1 rad or 1 m at most), and its factor after a miss
+_DESCENT = 0.5  # [m]; a descent from further away ends nowhere near
+_STARTS, _ROUNDS = 4, 24  # of the descent: the nearest postures, and rounds from each
+_FIRST_STEP = 0.3  # share of a joint's range, of 1 rad or 1 m at most
 
 Floats: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = NDArray[np.int64]
@@ -154,24 +154,26 @@ class _Sample:
         return all(self._distance(shapes, self._postures[number]) <= 0.0 for number in order[::-1])
 
     def _comes_near(self, shapes: Numbers, joints: list[int], start: Floats) -> bool:
-        """Return whether a random descent from a posture brings two links nearer than the clearance.
+        """Return whether the way downhill from a posture brings two links nearer than the clearance.
 
-        A step that comes nearer is kept; after a miss steps get shorter.
+        In each round every joint tries a step to either side, and keeps one that comes nearer. After a round without
+        any, steps are halved.
         """
-        random = np.random.default_rng(_SEED)
-        low, high = self._range[joints].T
-        step = _FIRST_STEP * np.minimum(high - low, 1.0)
-        nearest, posture, scale = self._distance(shapes, start), start, 1.0
-        for way in random.normal(size=(_STEPS, len(joints))):
-            tried = posture.copy()
-            tried[joints] = np.clip(posture[joints] + scale * step * way, low, high)
-            distance = self._distance(shapes, tried)
-            if distance <= CLEARANCE + _MARGIN:
-                return True
-            if distance < nearest:
-                nearest, posture = distance, tried
-            else:
-                scale *= _SHRINK
+        low, high = self._range.T
+        steps = _FIRST_STEP * np.minimum(high - low, 1.0)
+        nearest, posture = self._distance(shapes, start), start
+        for _ in range(_ROUNDS):
+            before = nearest
+            for joint, sign in product(joints, (1.0, -1.0)):
+                tried = posture.copy()
+                tried[joint] = min(max(posture[joint] + sign * steps[joint], low[joint]), high[joint])
+                distance = self._distance(shapes, tried)
+                if distance <= CLEARANCE + _MARGIN:
+                    return True
+                if distance < nearest:
+                    nearest, posture = distance, tried
+            if nearest == before:
+                steps = steps / 2
         return False
 
     def _distance(self, shapes: Numbers, posture: Floats) -> float:
