@@ -179,6 +179,17 @@ def test_arm_without_tool_has_no_end_effector() -> None:
     assert [group.attrib["name"] for group in semantic.findall("group")] == ["arm"]
 
 
+def test_fingers_are_links_of_the_tool_that_no_controller_of_the_arm_moves() -> None:
+    trial = ur5_cell(PEDESTAL.replace("tip: tool0", "tip: tool0\n      tool: {{kind: parallel}}"))
+    cell = planned_cell(trial, cell_description(trial, build_world(trial), MOVEIT))
+    semantic = check_srdf(srdf(cell), cell.urdf)
+    group = next(each for each in semantic.findall("group") if each.get("name") == "tool")
+    assert [link.attrib["name"] for link in group] == ["gripper_palm", "left_finger", "right_finger"]
+    assert cell.passive_joints == ["left_finger_joint", "right_finger_joint"]
+    (effector,) = semantic.findall("end_effector")
+    assert effector.attrib["parent_link"] == "tool0"
+
+
 def test_drives_follow_at_the_limits_of_the_package() -> None:
     """All joints swing at once, each at its maximum acceleration and up to its maximum velocity, through the bin."""
     trial, _, cell = planned("ur5")

@@ -7,12 +7,12 @@ from pathlib import Path
 from cellwright.cell.export.description import CellDescription, cell_description
 from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, FOLLOW_OF_ARM
 from cellwright.cell.model.build import build_world
+from cellwright.config.gripper_links import GripperNames
 from cellwright.config.layout.arm_models import arm_model, home_of, joints_of
 from cellwright.config.layout.arms import Arm
 from cellwright.config.robot.model import Limits, RobotModel
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.config.trial.trial import Trial
-from cellwright.config.ur10 import GRIPPER
 from cellwright.mechanism.drives import stiff_drives
 from cellwright.mechanism.link_collisions import Progress, unchecked_pairs
 from cellwright.middleware.ros2.packages.contents import MOVEIT
@@ -78,12 +78,20 @@ def _planned_arm(trial: Trial, arm: Arm) -> PlannedArm:
         name="arm" if len(trial.arms) == 1 else arm.name,
         joints=tuple(named[0]),
         flange=prefix + ("tool0" if arm.is_original else arm.tip),
-        tool=prefix + GRIPPER if arm.tool.kind == "vacuum" else None,
+        tool=_tool_links(arm),
         home=named[0],
         max_velocity=named[1],
         max_acceleration=named[2],
         action=CONTROLLER_NAMES[FOLLOW_OF_ARM if arm.namespace else FOLLOW].format(arm=arm.namespace),
     )
+
+
+def _tool_links(arm: Arm) -> tuple[str, ...]:
+    """Return the links of an arm's tool, the one that holds parts first."""
+    if arm.tool.kind == "none":
+        return ()
+    fingers = GripperNames(arm.frame_prefix).fingers if arm.tool.kind == "parallel" else ()
+    return (arm.frame_of(arm.holder), *fingers)
 
 
 def _check_names(trial: Trial) -> None:

@@ -60,7 +60,7 @@ def planned_arm(name: str = "arm", prefix: str = "", joints: tuple[str, ...] = N
         name=name,
         joints=names,
         flange=f"{prefix}flange",
-        tool=f"{prefix}cup",
+        tool=(f"{prefix}cup",),
         home=dict(zip(names, (0.5, -1.0, 0.0)[-len(names) :], strict=True)),
         max_velocity=dict.fromkeys(names, 2.0),
         max_acceleration=dict.fromkeys(names, 5.0),
@@ -155,7 +155,7 @@ def test_arm_without_rail_has_one_group() -> None:
 
 
 def test_arm_without_tool_has_no_end_effector(cell: PlannedCell) -> None:
-    bare = replace(cell, arms=(replace(cell.arms[0], tool=None),))
+    bare = replace(cell, arms=(replace(cell.arms[0], tool=()),))
     semantic = check_srdf(srdf(bare), bare.urdf)
     assert semantic.find("end_effector") is None
     assert [each.attrib["name"] for each in semantic.findall("group")] == ["arm_on_rail", "arm"]

@@ -16,7 +16,7 @@ import yaml
 from cellwright.middleware.ros2.packages.contents import MOVEIT, package_files
 
 TOOL = "tool"
-"""Group of the link with which the only arm of a cell holds parts."""
+"""Group of the links with which the only arm of a cell holds parts."""
 
 HOME = "home"
 """Named state in which a run begins."""
@@ -36,7 +36,7 @@ class PlannedArm:
         name: name of its groups.
         joints: joints of the controller, in its order, which is that of the chain.
         flange: link whose pose is planned.
-        tool: link of the tool, which the arm's last link carries; None without a tool.
+        tool: links of the tool, of which the arm's last link carries the first; none without a tool.
         home: position of each joint when a run begins [rad; m].
         max_velocity: maximum velocity of each joint [rad/s; m/s].
         max_acceleration: maximum acceleration of each joint [rad/s^2; m/s^2].
@@ -46,7 +46,7 @@ class PlannedArm:
     name: str
     joints: tuple[str, ...]
     flange: str
-    tool: str | None
+    tool: tuple[str, ...]
     home: Mapping[str, float]
     max_velocity: Mapping[str, float]
     max_acceleration: Mapping[str, float]
@@ -177,10 +177,12 @@ def _add_arm(robot: Element, cell: PlannedCell, arm: PlannedArm) -> None:
         chain = {"base_link": cell.parent_of(joints[0]), "tip_link": arm.flange}
         SubElement(SubElement(robot, "group", name=group), "chain", chain)
         _add_home(robot, group, {joint: arm.home[joint] for joint in joints})
-    if arm.tool is not None:
+    if arm.tool:
         group = cell.tool_group(arm)
-        SubElement(SubElement(robot, "group", name=group), "link", name=arm.tool)
-        places = {"parent_link": cell.carrier_of(arm.tool), "parent_group": cell.whole_group(arm)}
+        tool = SubElement(robot, "group", name=group)
+        for link in arm.tool:
+            SubElement(tool, "link", name=link)
+        places = {"parent_link": cell.carrier_of(arm.tool[0]), "parent_group": cell.whole_group(arm)}
         SubElement(robot, "end_effector", {"name": group, "group": group, **places})
 
 
