@@ -26,5 +26,5 @@ def test_cell_loads_and_its_kits_can_be_filled(path: Path) -> None:
     assert places <= seen
 
 
-def test_there_are_four_cells() -> None:
-    assert len(CELLS) == 4
+def test_cells_are_found() -> None:
+    assert len(CELLS) >= 6
