@@ -17,7 +17,7 @@ from cellwright.middleware.interface.binding import Output, bind
 from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
-from cellwright.robot.commands import RobotCommands
+from cellwright.robot.commands import BaseCommands, RobotCommands
 from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.homing import Homing
 from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
@@ -127,7 +127,7 @@ def test_tables_are_imported_without_engine(module: str) -> None:
     ("table", "classes"),
     [
         ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction, ControllerServices)),
-        (IO_TELEOP, (RobotCommands, Homing, EePoses, RobotPublications, CameraTopics)),
+        (IO_TELEOP, (RobotCommands, BaseCommands, Homing, EePoses, RobotPublications, CameraTopics)),
     ],
     ids=["cell", "robot"],
 )
