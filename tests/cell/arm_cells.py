@@ -4,6 +4,7 @@ from pathlib import Path
 
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
+from tests.config.robot.mjcf_robots import menagerie
 
 ARMS = Path(__file__).parents[1] / "data" / "arms"
 
@@ -22,6 +23,10 @@ orders: {{order_0: {{tray: tray1, parts: [{{type: gear_part, xy: [0.05, 0.03]}}]
 """
 """A UR5 on a pedestal between a bin and a tray."""
 
+SPEEDS = ", ".join(
+    f"{name}_joint: {{velocity: 3.1}}"
+    for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+)
 
 TWO_ON_A_RAIL = (ARMS.parent / "two_arms.yaml").read_text()
 """Two arms of 2017 on one rail, with a bin before each."""
@@ -45,6 +50,14 @@ cellwright: {{parts: {{board_part: {{mass: 0.2, shapes: [{{box: [0.3, 0.1, 0.02]
 def ur5_cell(text: str = PEDESTAL) -> Trial:
     """Return the trial of a cell with a UR5."""
     return load_trial(text=text.format(model=ARMS / "ur5.urdf")).trial
+
+
+def ur5e_cell(entries: str) -> Trial:
+    """Return the trial of a cell with the UR5e of the MuJoCo Menagerie, with further entries of the arm."""
+    arm = f"model: {menagerie('universal_robots_ur5e/ur5e.xml')}, mount: {{kind: pedestal, at: [0, 0, 0.5]}}"
+    home = "home: {shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}"
+    text = f"cell: {{arms: {{arm: {{{arm}, tip: attachment_site, limits: {{{SPEEDS}}}, {home}, {entries}}}}}}}"
+    return load_trial(text=text).trial
 
 
 FINGERS = """

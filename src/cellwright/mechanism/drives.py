@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from cellwright.config.robot.given_drives import GivenDrive
 from cellwright.config.robot.model import Joint, JointType, Link, RobotModel
 from cellwright.mechanism.chain import add_chain, give_mass, inertia_along_link
 from cellwright.util.halton import halton
@@ -101,6 +102,26 @@ def stiff_drives(robot: RobotModel, bandwidth: float = BANDWIDTH) -> dict[str, D
             p=bandwidth**2 * total, d=2.0 * bandwidth * total, effort=joint.limits.effort, armature=armature
         )
     return drives
+
+
+def given_drive(given: GivenDrive, effort: float) -> Drive:
+    """Return the drive of a joint as its file gives it.
+
+    In the file its set point is a position alone, so it lags behind a motion; here it has the velocity too.
+
+    Args:
+        given: the file's figures.
+        effort: its largest force [N; N m].
+    """
+    servo, dynamics = given.servo, given.dynamics
+    return Drive(
+        p=servo.kp,
+        d=servo.kv,
+        effort=effort,
+        damping=dynamics.damping,
+        armature=dynamics.armature,
+        dry_friction=dynamics.friction,
+    )
 
 
 def give_link_mass(body: Any, link: Link) -> None:

@@ -80,6 +80,22 @@ def test_model_in_a_package_is_found(folder: Path, monkeypatch: pytest.MonkeyPat
         ),
         (f"{UR5}, namespace: a/b", "namespace: must be letters, digits and _"),
         (f"{UR5}, names: long", "unknown names of joints 'long'"),
+        (f"{UR5}, drives: as_given", "left.drives: only an MJCF file gives drives (got ur5.urdf); use drives: stiff"),
+        (f"{UR5}, drives: given", "unknown drives 'given'; did you mean as_given"),
+        (f"{UR5}, collision: {{primitives: {{forarm_link: []}}}}", "unknown link 'forarm_link'; did you mean forearm"),
+        (
+            f"{UR5}, collision: {{primitives: {{tool0: [{{sphere: {{radius: 0}}}}]}}}}",
+            "tool0[0].sphere: lengths of a sphere must be from 0.0001 to",
+        ),
+        (
+            f"{UR5}, collision: {{primitives: {{tool0: [{{sphere: {{radius: 0.1}}, use: seen}}]}}}}",
+            "tool0[0].use: unknown entry",
+        ),
+        (
+            f"{UR5}, collision: {{primitives: {{tool0: [{{pose: {{xyz: [0, 0, 0]}}}}]}}}}",
+            "must have exactly one of box, cylinder, capsule, sphere (got none)",
+        ),
+        (f"{UR5}, collision: {{primitives: {{tool0: 3}}}}", "must be a list of 0 to 200 shapes (got the number 3)"),
     ],
 )
 def test_arm_with_a_mistake_is_refused_with_line_and_remedy(folder: Path, arm: str, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Arm of any model in the engine: links on their mount, stiff drives, and a suction cup or a parallel gripper."""
+"""Arm of any model in the engine: links on their mount, drives, and a suction cup or a parallel gripper."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,7 +15,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.shapes import Touch, Visuals
 from cellwright.mechanism.chain import add_chain
-from cellwright.mechanism.drives import add_drive, give_link_mass, stiff_drives
+from cellwright.mechanism.drives import add_drive, give_link_mass, given_drive, stiff_drives
 from cellwright.mechanism.gripper_model import Contacts, add_parallel_gripper
 from cellwright.mechanism.link_shapes import with_collision_shapes
 from cellwright.motion.chain import chain_of
@@ -83,7 +83,8 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
     joints = add_chain(spec.worldbody, chain, fill, pose=arm.pose)
     for name, drive in stiff_drives(robot, arm.bandwidth).items():
         if name in joints:
-            add_drive(spec, joints[name], drive)
+            given = model.drives.get(name.removeprefix(arm.prefix))
+            add_drive(spec, joints[name], drive if given is None else given_drive(given, drive.effort))
     if fingers is not None:
         contacts, tip = Contacts(Touch.ROBOT.value, contact_time), spec.body(arm.prefix + arm.tip)
         add_parallel_gripper(spec, tip, fingers, arm.gripper_names, contacts, arm.tool.palm_distance)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from cellwright.config.gripper_links import GripperNames, gripper_links
 from cellwright.config.layout.arms import Arm, Tool
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.collision_shapes import CollisionShapes
+from cellwright.config.robot.given_drives import GivenDrive
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel, parent_T_child
 from cellwright.config.ur10 import GRIPPER, INITIAL_POSITIONS, UR10
 from cellwright.util.pose import Pose
@@ -38,11 +39,13 @@ class ArmModel:
         robot: links and joints.
         mount_T_root: pose of its root link on its mount.
         collision: shapes that its links touch with.
+        drives: drives that its file gives its joints, by joint; empty if they are stiff ones, by their inertia.
     """
 
     robot: RobotModel
     mount_T_root: Pose
     collision: CollisionShapes
+    drives: Mapping[str, GivenDrive] = field(default_factory=dict)
 
 
 def arm_model(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:

@@ -18,14 +18,15 @@ from cellwright.config.parsing.schema import accepts, schema_of
 from cellwright.config.parsing.tree import Entry, Located, Problem, Table, YamlNode
 from cellwright.config.robot.cell_needs import missing_for_cell
 from cellwright.config.robot.collision_shapes import CollisionShapes
+from cellwright.config.robot.given_drives import GivenDrive, given_drives
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf_file import package_folders
 from cellwright.config.ur10 import UR10
-from cellwright.util.errors import CellwrightError, DescriptionError, did_you_mean
+from cellwright.util.errors import DescriptionError, UsageError, did_you_mean
 
 _HEIGHTS: Mapping[MountKind, float] = {"rail": 0.9, "pedestal": 0.5, "table": 0.7, "floor": 0.0}
 """Default height of each mount [m]."""
-_OF_OTHERS = ("tip", "tool", "limits", "bandwidth", "collision")
+_OF_OTHERS = ("tip", "tool", "limits", "drives", "bandwidth", "collision")
 """Entries that an arm with a model of its own has; those of 2017's arm are fixed."""
 
 
@@ -121,11 +122,34 @@ def _own(each: Named, reader: Reader) -> tuple[Arm, ArmModel] | None:
     for problem in missing_for_cell(robot, path, [joint.name for joint in chain]):
         reader.problems.add(problem)
     collision = values.get("collision", CollisionShapes())
+    _check_primitives(collision, robot, each.table, reader)
+    drives = _given(each, config.urdf_path, [joint.name for joint in chain], reader)
+    made = ArmModel(robot, config.base_pose, collision, drives)
+    return None if reader.problems.error_count > before else (arm, made)
+
+
+def _given(each: Named, path: Path, joints: Sequence[str], reader: Reader) -> dict[str, GivenDrive]:
+    """Return the drives that an arm has from its file; none if it has stiff ones, or after an error."""
+    if each.values.get("drives") != "as_given":
+        return {}
+    entries = each.table.entries
+    if "bandwidth" in entries:
+        reader.problems.error(entries["bandwidth"], "is of stiff drives; leave it out, or leave out drives: as_given")
     try:
-        collision.check(robot)
-    except CellwrightError as error:
-        reader.problems.error(entries["collision"], str(error))
-    return None if reader.problems.error_count > before else (arm, ArmModel(robot, config.base_pose, collision))
+        return given_drives(path, joints)
+    except UsageError as error:
+        reader.problems.error(entries["drives"], str(error))
+        return {}
+
+
+def _check_primitives(collision: CollisionShapes, robot: RobotModel, table: Table, reader: Reader) -> None:
+    """Report shapes of links that the robot does not have."""
+    for name in collision.primitives:
+        if name not in robot.links:
+            given = reader.table(table.entries["collision"].value)
+            links = reader.table(given.entries["primitives"].value) if given else None
+            assert links is not None
+            reader.problems.error(links.entries[name], f"unknown link {name!r}{did_you_mean(name, robot.links)}")
 
 
 def find_model(reference: str, node: Located, reader: Reader) -> Path | None:

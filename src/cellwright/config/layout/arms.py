@@ -25,6 +25,9 @@ Axis: TypeAlias = Literal["x", "y"]
 ToolKind: TypeAlias = Literal["vacuum", "parallel", "none"]
 JointNames: TypeAlias = Literal["plain", "prefixed"]
 
+DriveKind: TypeAlias = Literal["stiff", "as_given"]
+"""Drives of an arm: by the inertia of its joints, or those of its MJCF file."""
+
 HOLDERS: Mapping[ToolKind, str] = {"vacuum": GRIPPER, "parallel": GripperNames().palm}
 """Link of each kind of tool that holds parts."""
 

@@ -6,7 +6,7 @@ Lengths are in m, angles in rad; all places are in the frame of the cell, which 
 from typing import get_args
 
 from cellwright.config.layout.arm_reader import by_name, mounted
-from cellwright.config.layout.arms import Axis, JointNames, MountKind
+from cellwright.config.layout.arms import Axis, DriveKind, JointNames, MountKind
 from cellwright.config.layout.names import read_namespace
 from cellwright.config.layout.tool_reader import read_tool
 from cellwright.config.layout.values import (
@@ -21,6 +21,7 @@ from cellwright.config.layout.values import (
     section_of,
     turned,
 )
+from cellwright.config.models.reader import read_primitives
 from cellwright.config.parsing.quantities import quantities, quantity
 from cellwright.config.parsing.reader import Keys, Reader, number, one_of, section
 from cellwright.config.parsing.schema import Elsewhere, words
@@ -138,7 +139,11 @@ MOUNT = Keys(
 """Keys of an arm's mount."""
 
 COLLISION = Keys(
-    optional={"kind": one_of(get_args(MeshContact), "kind of shapes"), "threshold": number(*THRESHOLDS)},
+    optional={
+        "kind": one_of(get_args(MeshContact), "kind of shapes"),
+        "threshold": number(*THRESHOLDS),
+        "primitives": read_primitives,
+    },
     strict="entry",
     texts="cell-collision",
 )
@@ -164,6 +169,7 @@ ARM = Keys(
         "tool": read_tool,
         "home": by_name(quantity(-100.0, 100.0, "rad or m")),
         "limits": by_name(section(JOINT_LIMITS, dict)),
+        "drives": one_of(get_args(DriveKind), "drives"),
         "bandwidth": quantity(5.0, 200.0, "rad/s"),
         "collision": section(COLLISION, CollisionShapes),
         "namespace": read_namespace,

@@ -101,6 +101,24 @@ def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     return tuple(found.values())
 
 
+@accepts(lambda: mapping(array(_PRIMITIVE.schema() | _exactly_one(*_PRIMITIVES), 0, MAX_SHAPES)))
+def read_primitives(reader: Reader, node: YamlNode) -> dict[str, tuple[ModelShape, ...]] | None:
+    """Return boxes, cylinders, capsules and spheres by the names of what they are of; None after an error.
+
+    A name may have an empty list: nothing of it is touched.
+    """
+    table = reader.table(node)
+    if table is None:
+        return None
+    errors = reader.problems.error_count
+    found = {
+        name: _shapes(entry.value, reader, _PRIMITIVE, 0)
+        for entry in table.entries.values()
+        if (name := reader.text_key(entry)) is not None
+    }
+    return None if reader.problems.error_count > errors else found
+
+
 @accepts(array({"type": "number", "minimum": 0, "maximum": 1}, 3, 4))
 def _colour(reader: Reader, node: YamlNode) -> Colour | None:
     """Return red, green, blue and opacity (1 if the file gives none)."""
@@ -158,7 +176,7 @@ def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[s
         reader.problems.error(where, "needs either 'shapes' or 'file'" + (", not both" if shapes else ""))
         return None
     errors = reader.problems.error_count
-    model = _from_file(file, reader) if file else UserModel(_shapes(shapes, reader) if shapes else ())
+    model = _from_file(file, reader) if file else UserModel(_shapes(shapes, reader, _SHAPE) if shapes else ())
     if model is None or reader.problems.error_count > errors:
         return None
     return replace(model, mass=values.get("mass", model.mass), colour=values.get("color"))
@@ -183,26 +201,27 @@ def _from_file(node: YamlNode, reader: Reader) -> UserModel | None:
     return model
 
 
-def _shapes(node: YamlNode, reader: Reader) -> tuple[ModelShape, ...]:
-    if not isinstance(node, Items) or not 0 < len(node.items) <= MAX_SHAPES:
+def _shapes(node: YamlNode, reader: Reader, keys: Keys, fewest: int = 1) -> tuple[ModelShape, ...]:
+    """Return the shapes in a list, each with these keys."""
+    if not isinstance(node, Items) or not fewest <= len(node.items) <= MAX_SHAPES:
         found = f"a list of {len(node.items)}" if isinstance(node, Items) else describe(node)
-        reader.problems.error(node, f"must be a list of 1 to {MAX_SHAPES} shapes (got {found})")
+        reader.problems.error(node, f"must be a list of {fewest} to {MAX_SHAPES} shapes (got {found})")
         return ()
     shapes = []
     for item in node.items:
         expressions.check_expressions(item, reader.problems)
         table = reader.table(item)
-        shape = _shape(table, reader) if table else None
+        shape = _shape(table, reader, keys) if table else None
         if shape:
             shapes.append(shape)
     return tuple(shapes)
 
 
-def _shape(table: Table, reader: Reader) -> ModelShape | None:
-    values = _SHAPE.read(table, reader)
-    forms = [name for name in _FORMS if name in table]
+def _shape(table: Table, reader: Reader, keys: Keys) -> ModelShape | None:
+    values, known = keys.read(table, reader), [name for name in _FORMS if name in keys.names]
+    forms = [name for name in known if name in table]
     if len(forms) != 1:
-        reader.problems.error(table, f"must have exactly one of {', '.join(_FORMS)} (got {', '.join(forms) or 'none'})")
+        reader.problems.error(table, f"must have exactly one of {', '.join(known)} (got {', '.join(forms) or 'none'})")
         return None
     (form,) = forms
     if form != "mesh" and "scale" in table:
@@ -287,12 +306,11 @@ _ROUND: Read = section(
     lambda radius, length: (float(radius), float(length), 0.0),
 )
 _SPHERE: Read = section(Keys({"radius": _length}, strict="entry"), lambda radius: (float(radius), 0.0, 0.0))
+_PRIMITIVES: Mapping[str, Read] = {"box": _lengths, "cylinder": _ROUND, "capsule": _ROUND, "sphere": _SPHERE}
+_PRIMITIVE: Keys = Keys(optional={**_PRIMITIVES, "pose": Reader.pose}, strict="entry")
 _SHAPE: Keys = Keys(
     optional={
-        "box": _lengths,
-        "cylinder": _ROUND,
-        "capsule": _ROUND,
-        "sphere": _SPHERE,
+        **_PRIMITIVES,
         "mesh": _mesh,
         "pose": Reader.pose,
         "color": _colour,
