@@ -8,14 +8,20 @@ from tests.config.robot.mjcf_robots import menagerie
 
 ARMS = Path(__file__).parents[1] / "data" / "arms"
 
-PEDESTAL = """
-cell:
-  arms:
-    arm:
+_UR5 = """\
       model: {model}
       mount: {{kind: pedestal, at: [0, 0, 0.5]}}
       tip: tool0
       home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
+"""
+"""Entry of a UR5 on a pedestal."""
+
+PEDESTAL = f"""
+cell:
+  arms:
+    arm:
+{_UR5}"""
+PEDESTAL += """\
   bins: {{bin1: {{at: [-0.1, 0.55], size: [0.5, 0.4], surface: 0.45}}}}
   trays: {{tray1: {{at: [-0.1, -0.55], size: [0.5, 0.4], surface: 0.45}}}}
 parts: [{{type: gear_part, in: bin1, grid: [3, 2]}}]
@@ -31,15 +37,16 @@ SPEEDS = ", ".join(
 TWO_ON_A_RAIL = (ARMS.parent / "two_arms.yaml").read_text()
 """Two arms of 2017 on one rail, with a bin before each."""
 
-TWO_UR5 = """
+FACING_UR5 = f"""
 cell:
   arms:
     arm1: &ur5
-      model: {model}
-      mount: {{kind: pedestal, at: [0, 0, 0.5]}}
-      tip: tool0
-      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
-    arm2: {{<<: *ur5, mount: {{kind: pedestal, at: [1.1, 0, 0.5], turn: pi}}, names: prefixed}}
+{_UR5}    arm2: {{{{<<: *ur5, mount: {{{{kind: pedestal, at: [DISTANCE, 0, 0.5], turn: pi}}}}, names: prefixed}}}}
+"""
+"""Two UR5 that face each other, without anything else."""
+
+TWO_UR5 = FACING_UR5.replace("DISTANCE", "1.1")
+TWO_UR5 += """\
   bins: {{bin1: {{at: [0.55, 0], size: [0.4, 0.3], surface: 0.45}}}}
 parts: [{{type: board_part, in: bin1, grid: [1, 1]}}]
 cellwright: {{parts: {{board_part: {{mass: 0.2, shapes: [{{box: [0.3, 0.1, 0.02], pose: {{xyz: [0, 0, 0.01]}}}}]}}}}}}
@@ -60,15 +67,13 @@ def ur5e_cell(entries: str) -> Trial:
     return load_trial(text=text).trial
 
 
-FINGERS = """
+FINGERS = f"""
 cell:
   arms:
     arm:
-      model: {model}
-      mount: {{kind: pedestal, at: [0, 0, 0.5]}}
-      tip: tool0
+{_UR5}"""
+FINGERS += """\
       tool: {tool}
-      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
   bins: {{bin1: {{at: [0, 0.6], size: [0.5, 0.4], surface: 0.45}}}}
   trays: {{tray1: {{at: [0, -0.6], size: [0.5, 0.4], surface: 0.45}}}}
 parts: [{{type: cube, in: bin1, grid: [2, 1]}}]

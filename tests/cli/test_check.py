@@ -1,10 +1,12 @@
 """Tests of `cellwright check`."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from tests.cell.arm_cells import ARMS, PEDESTAL
 from tests.cell.checks.test_findings import OWN
 from tests.cli.conftest import CommandLine
 
@@ -38,6 +40,19 @@ def test_check_warns_of_what_cannot_work(cellwright: CommandLine, tmp_path: Path
     lines = ran.out.splitlines()
     assert lines[0] == (f"warning: {file}:5: cell.bins.far: out of reach of the arm, tool down; move it nearer")
     assert len(lines) == 4
+
+
+def test_arm_and_robot_that_the_engine_refuses_are_errors_with_their_lines(
+    cellwright: CommandLine, tmp_path: Path
+) -> None:
+    straight = re.sub("home: .*", "home: {{}}", PEDESTAL).format(model=ARMS / "ur5.urdf")
+    low = "  robots: {qinglong: {model: qinglong, at: [-2.2, 0.0, 1.0]}}\n"
+    (tmp_path / "own.yaml").write_text(straight.replace("  bins:", f"{low}  bins:"))
+    ran = cellwright("check", "own.yaml")
+    assert ran.status == 2
+    lines = ran.out.splitlines()
+    assert lines[0].startswith("error: own.yaml:8: cell.arms.arm.home: the arm cannot move its tool")
+    assert lines[1].startswith("error: own.yaml:9: cell.robots.qinglong: Link_")
 
 
 def test_check_of_missing_file_prints_error_as_json(cellwright: CommandLine) -> None:

@@ -52,11 +52,11 @@ def check(
         paths = _paths([word for word in files if word not in given])
         report = check_files(paths, options.overrides(overrides), options.xacro_arguments(given))
         if report.trial is not None:  # the engine judges some files of models
-            found = map(str, cell_warnings(report.trial, report.places))
+            faults = (*arm_problems(report.trial), *robot_problems(report.trial))
             report = replace(
                 report,
-                errors=(*model_problems(report.trial), *arm_problems(report.trial), *robot_problems(report.trial)),
-                warnings=(*report.warnings, *found),
+                errors=(*model_problems(report.trial), *(str(each.at(report.places, "error")) for each in faults)),
+                warnings=(*report.warnings, *map(str, cell_warnings(report.trial, report.places))),
             )
     except CellwrightError as error:  # a missing file is a finding as well
         report = Report(errors=(str(error),))

@@ -20,7 +20,7 @@ from cellwright.clients.client.session import parse_address
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.tree import Problem
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
-from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.gear2017 import Loaded, load_trial
 from cellwright.config.trial.joining import find_files, refuse_several_trials
 from cellwright.config.trial.trial import Trial
 from cellwright.rendering.views import Viewpoint, camera_of, cameras, viewpoint
@@ -136,10 +136,10 @@ def overrides(texts: Sequence[str] | None) -> list[Override]:
 
 def load(files: Sequence[str], overrides: Sequence[Override] = ()) -> Trial:
     """Read the trial in these files; warnings are printed on stderr."""
-    return load_variants(files, [overrides])[0]
+    return load_variants(files, [overrides])[0].trial
 
 
-def load_variants(files: Sequence[str], variants: Iterable[Sequence[Override]]) -> list[Trial]:
+def load_variants(files: Sequence[str], variants: Iterable[Sequence[Override]]) -> list[Loaded]:
     """Read the trial in these files with each sequence of overrides; warnings are printed on stderr, once each."""
     loaded = [load_trial(paths(files), overrides=overrides) for overrides in variants]
     found: list[Problem] = []
@@ -149,7 +149,7 @@ def load_variants(files: Sequence[str], variants: Iterable[Sequence[Override]]) 
         found = [warning for each in loaded for warning in cell_warnings(each.trial, each.places)]
     for warning in dict.fromkeys((*(warning for each in loaded for warning in each.warnings), *found)):
         output.warn(warning)
-    return [each.trial for each in loaded]
+    return loaded
 
 
 def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:

@@ -77,6 +77,33 @@ def unchecked_pairs(robot: RobotModel, progress: Progress = lambda _share: None)
     return found
 
 
+def touched_model(robot: RobotModel) -> Any:
+    """Return a robot in the engine (`mujoco.MjModel`), with the shapes that its links touch with.
+
+    Joints have their names. `geoms_of` knows the bodies: a link `world` is not the engine's own.
+
+    Raises:
+        ModelFileError: a mesh cannot be read.
+    """
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    builder = ShapeBuilder(spec, is_touched=True, is_seen=False)
+
+    def fill(body: Any, link: Link) -> None:
+        give_mass(body, 1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+        for shape in link.shapes:
+            builder.add(body, shape)
+
+    add_chain(spec.worldbody, robot, fill, body_of=_body_of)
+    return spec.compile()
+
+
+def geoms_of(model: Any, link: str) -> list[int]:
+    """Return the shapes of a link in a model by `touched_model`."""
+    body = model.body(_body_of(link))
+    return list(range(int(body.geomadr[0]), int(body.geomadr[0] + body.geomnum[0])))
+
+
 class _Sample:
     """Robot in the engine with the shapes that its links touch with, and a sample of its postures.
 
@@ -87,19 +114,9 @@ class _Sample:
     def __init__(self, robot: RobotModel) -> None:
         self._above = {joint.child: joint for joint in robot.joints}
         self._root = robot.root
-        spec = mujoco.MjSpec()
-        spec.compiler.degree = False
-        builder = ShapeBuilder(spec, is_touched=True, is_seen=False)
-
-        def fill(body: Any, link: Link) -> None:
-            give_mass(body, 1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-            for shape in link.shapes:
-                builder.add(body, shape)
-
-        add_chain(spec.worldbody, robot, fill, body_of=_body_of)
-        self._model: Any = spec.compile()
+        self._model = touched_model(robot)
         self._data: Any = mujoco.MjData(self._model)
-        self._geoms = {name: geoms for name in robot.links if (geoms := self._geoms_of(name))}
+        self._geoms = {name: geoms for name in robot.links if (geoms := geoms_of(self._model, name))}
         self.solid = [*self._geoms]
         moved = [joint for joint in robot.joints if joint.type in JOINT_TYPES and joint.is_driven]
         self._columns = {joint.name: column for column, joint in enumerate(moved)}
@@ -210,10 +227,6 @@ class _Sample:
         while joint := self._above.get(link):
             yield link, joint
             link = joint.parent
-
-    def _geoms_of(self, link: str) -> list[int]:
-        body = self._model.body(_body_of(link))
-        return list(range(int(body.geomadr[0]), int(body.geomadr[0] + body.geomnum[0])))
 
 
 def _body_of(link: str) -> str:

@@ -10,12 +10,12 @@ def test_robot_that_stands_free_is_accepted() -> None:
 
 def test_robot_within_the_floor_is_refused_with_link_and_depth() -> None:
     found = robot_problems(tandem_cell(ASIDE.replace("1.16", "1.0")))
-    assert found
-    assert all(each.startswith("cell.robots.qinglong: Link_") for each in found)
-    assert all(each.endswith("within the floor; move the robot, or raise it: at") for each in found)
-    assert any("Link_ankle_l_roll begins 0.150 m" in each for each in found)
+    assert {each.key for each in found} == {"cell.robots.qinglong"}
+    assert all(each.message.startswith("Link_") for each in found)
+    assert all(each.message.endswith("within the floor; move the robot, or raise it: at") for each in found)
+    assert any("Link_ankle_l_roll begins 0.150 m" in each.message for each in found)
 
 
 def test_robot_within_a_bin_is_refused() -> None:
     found = robot_problems(tandem_cell(AT_BIN.replace("at: [0.8, 0.0]", "at: [0.3, 0.26]").replace("0.5}", "0.68}")))
-    assert any("within bin1" in each for each in found)
+    assert any("within bin1" in each.message for each in found)

@@ -20,15 +20,12 @@ from cellwright.cell.export.moveit import SPEED_SHARE, moveit_package, planned_c
 from cellwright.cell.model.build import build_world
 from cellwright.config.arm import ARM_JOINTS
 from cellwright.config.layout.arm_models import joints_of
-from cellwright.config.robot.model import Link
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import INITIAL_POSITIONS, UR10
-from cellwright.mechanism.chain import add_chain, give_mass
-from cellwright.mechanism.link_collisions import CLEARANCE, Reason
-from cellwright.mechanism.shapes import ShapeBuilder
+from cellwright.mechanism.link_collisions import CLEARANCE, Reason, geoms_of, touched_model
 from cellwright.middleware.ros2.packages.contents import MOVEIT
 from cellwright.middleware.ros2.packages.moveit import PlannedCell, srdf
-from cellwright.util.errors import UsageError
+from cellwright.util.errors import DescriptionError
 from tests.cell.arm_cells import PEDESTAL, TWO_UR5, ur5_cell
 from tests.middleware.ros2.packages.test_moveit import chain, check_srdf
 
@@ -48,18 +45,7 @@ class Sampled:
     """A cell as a planner has it: the collision shapes of its description, read back, in any posture."""
 
     def __init__(self, described: CellDescription, folder: Path) -> None:
-        robot = read_package(folder, described)
-        spec = mujoco.MjSpec()
-        spec.compiler.degree = False
-        builder = ShapeBuilder(spec, is_touched=True, is_seen=False)
-
-        def fill(body: Any, link: Link) -> None:
-            give_mass(body, 1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-            for shape in link.shapes:
-                builder.add(body, shape)
-
-        add_chain(spec.worldbody, robot, fill, body_of="link {}".format)
-        self.model: Any = spec.compile()
+        self.model = touched_model(read_package(folder, described))
         self.data: Any = mujoco.MjData(self.model)
 
     def postures(self, count: int, seed: int) -> Iterator[None]:
@@ -78,12 +64,8 @@ class Sampled:
 
     def distance(self, one: str, other: str) -> float:
         """Return the distance of two links [m], at most 1; negative if they overlap."""
-        pairs = product(self.geoms(one), self.geoms(other))
+        pairs = product(geoms_of(self.model, one), geoms_of(self.model, other))
         return float(min(mujoco.mj_geomDistance(self.model, self.data, a, b, 1.0, None) for a, b in pairs))
-
-    def geoms(self, link: str) -> range:
-        body = self.model.body(f"link {link}")
-        return range(int(body.geomadr[0]), int(body.geomadr[0] + body.geomnum[0]))
 
 
 @pytest.mark.slow
@@ -164,8 +146,10 @@ def test_each_of_two_arms_has_its_own_names_and_meets_the_other() -> None:
 
 
 def test_arms_whose_joints_have_other_names_in_messages_are_refused() -> None:
-    with pytest.raises(UsageError, match=r"cell\.arms\.arm1\.names: .* \(got plain\); write names: prefixed"):
+    message = "MoveIt needs the names of the robot description in messages (got plain); write names: prefixed"
+    with pytest.raises(DescriptionError) as caught:
         moveit_package(ur5_cell(TWO_UR5))
+    assert [*map(str, caught.value.problems)] == [f"cell.arms.arm1.names: {message}"]
 
 
 def test_arm_without_tool_has_no_end_effector() -> None:

@@ -71,8 +71,9 @@ def test_home_at_a_singularity_is_a_problem_with_a_bent_one_as_the_remedy() -> N
     assert arm_problems(trial) == []
     straight = replace(trial, layout=replace(trial.layout, arms=(replace(arm, home={}),)))
     (problem,) = arm_problems(straight)
-    assert problem.startswith("cell.arms.arm.home: the arm cannot move its tool in every direction from there")
-    assert "bend it, for instance" in problem
+    assert problem.key == "cell.arms.arm.home"
+    assert problem.message.startswith("the arm cannot move its tool in every direction from there")
+    assert "bend it, for instance" in problem.message
 
 
 def test_drives_as_given_have_the_gains_and_the_inertia_of_the_file() -> None:

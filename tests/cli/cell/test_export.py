@@ -5,7 +5,7 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from tests.cell.arm_cells import ARMS, PEDESTAL
+from tests.cell.arm_cells import ARMS, PEDESTAL, TWO_UR5
 from tests.cli.conftest import CommandLine
 
 
@@ -55,6 +55,14 @@ def test_what_cannot_be_written_is_refused(
     (tmp_path / "taken").touch()
     ran = cellwright("cell", "export", cell, *words)
     assert (ran.status, ran.err.splitlines()[-1]) == (2, f"error: {message}")
+
+
+def test_arm_with_other_names_is_refused_with_its_line(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "pair.yaml").write_text(TWO_UR5.format(model=ARMS / "ur5.urdf"))
+    ran = cellwright("cell", "export", "pair.yaml", "--moveit", "pair")
+    assert ran.status == 2
+    assert "error: pair.yaml:4: cell.arms.arm1.names: MoveIt needs the names" in ran.err
+    assert not (tmp_path / "pair").exists()
 
 
 def test_cell_without_arm_is_refused_for_moveit(cellwright: CommandLine, tmp_path: Path) -> None:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from cellwright.cell.checks.obstacles import blocked_paths, obstacles, overlaps
 from cellwright.cell.checks.reach import reaches, share_out_of_reach
 from cellwright.cell.checks.sight import blind_cameras
 from cellwright.cell.checks.surfaces import surfaces_in
-from cellwright.config.layout.basing import CELL
 from cellwright.config.layout.gear2017 import gear2017
 from cellwright.config.layout.surfaces import Surface
+from cellwright.config.parsing.findings import Finding
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.trial.trial import Trial
 
@@ -21,21 +20,10 @@ _ALL = 0.99
 """Share from which all of a surface counts as out of reach."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Thing that cannot work.
-
-    Attributes:
-        key: dotted path to its description in a file; a sensor's begins with `sensors.`.
-        message: what is wrong, why, and what to do.
-    """
-
-    key: str
-    message: str
-
-
 def findings(trial: Trial) -> tuple[Finding, ...]:
     """Return what cannot work in a trial's cell; what it shares with 2017's cell is accepted as it is.
+
+    Keys of sensors begin with `sensors.`, also of those that the file has below `cell`.
 
     Example:
         >>> import cellwright
@@ -53,17 +41,13 @@ def cell_warnings(trial: Trial, places: Mapping[str, Place]) -> tuple[Problem, .
         trial: the trial.
         places: places of the entries of its file, as `Loaded` has them: without any, the cell is that of 2017.
     """
-    return tuple(_warning(each, places) for each in findings(trial)) if places else ()
+    return tuple(_in_file(each, places).at(places, "warning") for each in findings(trial)) if places else ()
 
 
-def _warning(finding: Finding, places: Mapping[str, Place]) -> Problem:
-    """Return a finding at its description, or at the next entry around it if that is not in the file."""
+def _in_file(finding: Finding, places: Mapping[str, Place]) -> Finding:
+    """Return a finding with the key that the file has: a sensor may be described below `cell`."""
     in_cell = f"cell.{finding.key}"
-    key = in_cell if in_cell in places else finding.key
-    at = key
-    while at and at not in places:
-        at = at.rpartition(".")[0]
-    return Problem(places[at or CELL], key, finding.message, "warning")
+    return Finding(in_cell, finding.message) if in_cell in places else finding
 
 
 def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:

@@ -3,6 +3,7 @@
 import mujoco
 
 from cellwright.cell.model.build import build_world
+from cellwright.config.parsing.findings import Finding
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import CellwrightError
 
@@ -10,8 +11,8 @@ DEPTH = 0.005
 """Depth [m] to which a robot may begin a run within something fixed: its shapes are simpler than it is."""
 
 
-def robot_problems(trial: Trial) -> list[str]:
-    """Return what is wrong with the robots of a trial beyond their descriptions, as errors of the file.
+def robot_problems(trial: Trial) -> list[Finding]:
+    """Return what is wrong with the robots of a trial beyond their descriptions.
 
     Example:
         >>> import cellwright
@@ -23,7 +24,7 @@ def robot_problems(trial: Trial) -> list[str]:
     try:
         world = build_world(trial)
     except CellwrightError as error:
-        return [f"cell.robots: {' '.join(str(error).split())}"]
+        return [Finding("cell.robots", " ".join(str(error).split()))]
     model, data = world.model, mujoco.MjData(world.model)
     world.set_initial_posture(data)
     mujoco.mj_fwdPosition(model, data)
@@ -35,8 +36,11 @@ def robot_problems(trial: Trial) -> list[str]:
             pair = (model.body(one).name, model.body(other).name)
             deepest[pair] = max(-contact.dist, deepest.get(pair, 0.0))
     return [
-        f"cell.robots.{robot.name}: {link.removeprefix(robot.prefix)} begins {depth:.3f} m within "
-        f"{'the floor' if other == 'world' else other}; move the robot, or raise it: at"
+        Finding(
+            f"cell.robots.{robot.name}",
+            f"{link.removeprefix(robot.prefix)} begins {depth:.3f} m within "
+            f"{'the floor' if other == 'world' else other}; move the robot, or raise it: at",
+        )
         for robot in trial.layout.robots
         for (link, other), depth in deepest.items()
         if link.startswith(robot.prefix)

@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from cellwright.cell.export.description import CellDescription, cell_description
 from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, FOLLOW_OF_ARM
@@ -10,6 +11,8 @@ from cellwright.cell.model.build import build_world
 from cellwright.config.gripper_links import GripperNames
 from cellwright.config.layout.arm_models import arm_model, home_of, joints_of
 from cellwright.config.layout.arms import Arm
+from cellwright.config.parsing.findings import Finding
+from cellwright.config.parsing.tree import Place
 from cellwright.config.robot.model import Limits, RobotModel
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.config.trial.trial import Trial
@@ -18,7 +21,7 @@ from cellwright.mechanism.link_collisions import Progress, unchecked_pairs
 from cellwright.middleware.ros2.packages.contents import MOVEIT
 from cellwright.middleware.ros2.packages.moveit import PlannedArm, PlannedCell, moveit_files
 from cellwright.motion.joints import DEFAULT_LIMITS
-from cellwright.util.errors import UsageError
+from cellwright.util.errors import DescriptionError
 
 SPEED_SHARE = 0.7
 """Share of a joint's published speed at which stiff drives follow within 10 mrad."""
@@ -27,20 +30,28 @@ _RISE = 0.25  # [s] in which a joint reaches that speed
 _EFFORT_SHARE = 0.5  # for the acceleration of the joint alone: the other half is for the motion of the others
 
 
-def moveit_package(trial: Trial, package: str = MOVEIT, progress: Progress = lambda _share: None) -> dict[str, bytes]:
+def moveit_package(
+    trial: Trial,
+    package: str = MOVEIT,
+    progress: Progress = lambda _share: None,
+    places: Mapping[str, Place] = MappingProxyType({}),
+) -> dict[str, bytes]:
     """Return every file of MoveIt's package for a trial's cell, by its path in the package.
 
     Args:
         trial: the trial; its cell has an arm.
         package: name of the package.
         progress: receives the share of the pairs of links that have been searched for contacts.
+        places: places of the entries of the cell's file, as `Loaded` has them, for errors.
 
     Raises:
-        DescriptionError: the engine cannot build the cell.
+        DescriptionError: the engine cannot build the cell, or joints have other names in messages than in the
+            description.
         ModelFileError: a mesh cannot be read.
-        UsageError: joints have other names in messages than in the description, or convex pieces cannot be made.
+        UsageError: convex pieces cannot be made.
     """
-    _check_names(trial)
+    if misnamed := _misnamed(trial):
+        raise DescriptionError([each.at(places, "error") for each in misnamed])
     described = cell_description(trial, build_world(trial), package)
     return {**moveit_files(planned_cell(trial, described, progress), package), **described.meshes}
 
@@ -94,15 +105,17 @@ def _tool_links(arm: Arm) -> tuple[str, ...]:
     return (arm.frame_of(arm.holder), *fingers)
 
 
-def _check_names(trial: Trial) -> None:
-    """Refuse arms whose controllers know joints by other names than the description of all arms."""
-    for arm in trial.arms:
-        if arm.joint_prefix != arm.frame_prefix:
-            names = "prefixed" if arm.frame_prefix else "plain"
-            raise UsageError(
-                f"cell.arms.{arm.name}.names: MoveIt needs the names of the robot description in messages (got "
-                f"{arm.names}); write names: {names}"
-            )
+def _misnamed(trial: Trial) -> list[Finding]:
+    """Return the arms whose controllers know joints by other names than the description of all arms."""
+    return [
+        Finding(
+            f"cell.arms.{arm.name}.names",
+            f"MoveIt needs the names of the robot description in messages (got {arm.names}); write names: "
+            f"{'prefixed' if arm.frame_prefix else 'plain'}",
+        )
+        for arm in trial.arms
+        if arm.joint_prefix != arm.frame_prefix
+    ]
 
 
 def _limits(trial: Trial, arm: Arm, joints: Mapping[str, Limits]) -> tuple[Mapping[str, float], Mapping[str, float]]:

@@ -10,6 +10,7 @@ from cellwright.cell.model.arm_looks import dress_cup
 from cellwright.cell.model.own_models import add_link
 from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, bare_arm, home_of, joints_of
 from cellwright.config.layout.arms import Arm
+from cellwright.config.parsing.findings import Finding
 from cellwright.config.robot.model import Link
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER
@@ -26,8 +27,8 @@ _BEAM_BITS = (2, 0)
 """Contacts of a rail's beam: with parts alone, since carriages of arms overlap it by design."""
 
 
-def arm_problems(trial: Trial) -> list[str]:
-    """Return what is wrong with the models of a trial's arms beyond their descriptions, as errors of the file."""
+def arm_problems(trial: Trial) -> list[Finding]:
+    """Return what is wrong with the models of a trial's arms beyond their descriptions."""
     problems = []
     for arm in trial.arms:
         if arm.is_original:
@@ -40,11 +41,11 @@ def arm_problems(trial: Trial) -> list[str]:
             spec.compile()
         except (ValueError, CellwrightError) as error:
             reason = " ".join(str(error).split())
-            problems.append(f"cell.arms.{arm.name}: the engine cannot build this arm: {reason}")
+            problems.append(Finding(f"cell.arms.{arm.name}", f"the engine cannot build this arm: {reason}"))
         chain = chain_of(model.robot, arm.tip)
         home = home_of(arm, joints_of(arm, trial.arm_models))
         if fault := home_fault(chain, [home[joint.name] for joint in chain.joints]):
-            problems.append(f"cell.arms.{arm.name}.home: {fault}")
+            problems.append(Finding(f"cell.arms.{arm.name}.home", fault))
     return problems
 
 

@@ -12,7 +12,7 @@ from cellwright.cli.arguments import Files, Overrides
 from cellwright.cli.options import refuse
 from cellwright.cli.output import progress_bar
 from cellwright.cli.parameters import option
-from cellwright.config.trial.trial import Trial
+from cellwright.config.trial.gear2017 import Loaded
 from cellwright.util.errors import UsageError
 from cellwright.util.files import update_file, write_atomic
 
@@ -49,13 +49,13 @@ def export(
     options.output_file("--mjcf", mjcf, ".xml")
     if moveit is not None:
         _check_package(moveit)
-    trial = options.load(files, options.overrides(overrides))
+    (loaded,) = options.load_variants(files, [options.overrides(overrides)])
     if moveit is not None:
-        _write_package(trial, moveit)
+        _write_package(loaded, moveit)
     if mjcf is not None:
         from cellwright.cell.export.mjcf import mjcf_text  # slow to load
 
-        write_atomic(mjcf, mjcf_text(trial))
+        write_atomic(mjcf, mjcf_text(loaded.trial))
         typer.echo(f"written: {mjcf}")
 
 
@@ -67,13 +67,13 @@ def _check_package(folder: Path) -> None:
         refuse(f"--moveit {folder}: is not a folder")
 
 
-def _write_package(trial: Trial, folder: Path) -> None:
+def _write_package(loaded: Loaded, folder: Path) -> None:
     from cellwright.cell.export.moveit import moveit_package  # slow to load
 
-    if not trial.arms:
-        refuse(f"--moveit {folder}: {trial.name} has no arm to plan for; add one under cell: arms:")
+    if not loaded.trial.arms:
+        refuse(f"--moveit {folder}: {loaded.trial.name} has no arm to plan for; add one under cell: arms:")
     with progress_bar(Console(stderr=True), "searching for pairs of links that never touch", 1.0) as show:
-        content = moveit_package(trial, folder.resolve().name, show or (lambda _share: None))
+        content = moveit_package(loaded.trial, folder.resolve().name, show or (lambda _share: None), loaded.places)
     try:
         for path, text in content.items():
             update_file(folder / path, text)

@@ -225,7 +225,7 @@ def evaluated_trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequen
             options.refuse(f"{name}: has no order, and is no trial beside others; to join it, write such as {others}")
         parts = [*split_names(name), *(joined or ([] if alone.has_arm else [ARM_AND_SENSORS]))]
         swept = variants(sweeps, name if len(names) > 1 else "")
-        trials = options.load_variants([joined_name(parts)], swept)
+        trials = [each.trial for each in options.load_variants([joined_name(parts)], swept)]
         check_effect(sweeps, trials)
         if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
             # An unknown backend is reported once, and not by every run.

@@ -15,18 +15,11 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.motion import tool_down
 from cellwright.running.run import Outcome, RunOptions, run_cell
-from tests.cell.arm_cells import ur5_cell
+from tests.cell.arm_cells import FACING_UR5, ur5_cell
 
 TWO_ARMS = Path(__file__).parents[4] / "examples" / "cells" / "two_arms.yaml"
-FACING = """
-cell:
-  arms:
-    arm1: &ur5
-      model: {model}
-      mount: {{kind: pedestal, at: [0, 0, 0.5]}}
-      tip: tool0
-      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
-    arm2: {{<<: *ur5, mount: {{kind: pedestal, at: [DISTANCE, 0, 0.5], turn: pi}}, names: prefixed}}
+FACING = FACING_UR5
+FACING += """\
   belts: {{belt: {{from: [0.6, 2.0], to: [0.6, -1.5], width: 0.3, surface: 0.45, speed: 0.12}}}}
   trays:
     far: {{at: [1.4, -0.5], size: [0.4, 0.3], surface: 0.45}}
