@@ -16,6 +16,7 @@ from cellwright import load_trial
 from cellwright.cell.export.mjcf import mjcf_text
 from cellwright.cell.model.build import build_world
 from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import UsageError
 from tests.cell.arm_cells import ur5_cell
 from tests.cell.export.test_description import with_furniture
 
@@ -59,6 +60,12 @@ def test_engine_writes_six_digits_again_afterwards() -> None:
     spec.worldbody.add_body(pos=(1 / 3, 0.0, 0.0))
     spec.compile()
     assert 'pos="0.333333 0 0"' in spec.to_xml()
+
+
+def test_engine_without_the_switch_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ctypes.CDLL", lambda _: object())
+    with pytest.raises(UsageError, match=rf"six digits at most \(got mujoco {mujoco.__version__}\); use 4\.0\.1"):
+        mjcf_text(ur5_cell())
 
 
 def test_solver_is_that_of_the_cell() -> None:

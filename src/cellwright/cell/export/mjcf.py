@@ -9,6 +9,7 @@ import mujoco
 
 from cellwright.cell.model.build import cell_specification
 from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import UsageError
 
 _DIGITS = 17  # with which any number is read again as it was
 
@@ -21,6 +22,7 @@ def mjcf_text(trial: Trial) -> str:
     Raises:
         DescriptionError: the engine refuses the cell.
         ModelFileError: a user-defined model that the engine cannot use.
+        UsageError: this version of the engine cannot write numbers in full.
     """
     spec = cell_specification(trial)
     with _all_digits():
@@ -30,11 +32,16 @@ def mjcf_text(trial: Trial) -> str:
 
 @contextmanager
 def _all_digits() -> Iterator[None]:
-    """Let the engine write numbers in full; it writes six digits by default, and has a switch in its library alone."""
-    library = ctypes.CDLL(str(next(Path(mujoco.__file__).parent.glob("libmujoco*"))))
-    before = library._mjPRIVATE__get_xml_precision()
-    library._mjPRIVATE__set_xml_precision(_DIGITS)
+    """Let the engine write numbers in full: it writes six digits, and only its library has a switch for that."""
+    library = ctypes.CDLL(str(next(Path(mujoco.__file__).parent.glob("*mujoco.*"))))
+    try:
+        get, put = library._mjPRIVATE__get_xml_precision, library._mjPRIVATE__set_xml_precision
+    except AttributeError:
+        version = mujoco.mj_versionString()
+        raise UsageError(f"mjcf: this engine writes six digits at most (got mujoco {version}); use 4.0.1") from None
+    before = get()
+    put(_DIGITS)
     try:
         yield
     finally:
-        library._mjPRIVATE__set_xml_precision(before)
+        put(before)
