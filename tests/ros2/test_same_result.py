@@ -14,7 +14,6 @@ from cellwright.clients.client.socket_transport import SocketTransport
 from tests.ros1.ground import Ground as Master
 from tests.ros2.ground import Ground
 from tests.ros2.requirement import installation
-from tests.support.cells import JOINTS as ARM_JOINTS
 from tests.support.processes import Process
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.ros2.fixtures"]
@@ -38,21 +37,21 @@ def work(client: Client) -> list[str]:
 
 
 def work_with_two(client: Client) -> list[str]:
-    """Move two arms on one rail, each by a command of its own; return what was seen of both."""
+    """Move two arms of six joints, each by a command before it was heard of; return what was seen of both."""
     seen = [f"started {client.start_competition()}"]
     arms = {name: client.arm(name) for name in ("arm1", "arm2")}
-    client.sleep(0.1)
-    for arm, rail in zip(arms.values(), (-1.0, 0.9), strict=True):
-        arm.send_arm([[rail, 3.14, -1.0, 1.51, 3.77, -1.51, 0.0]], [0.5], joints=ARM_JOINTS)
-        arm.control_gripper(rail > 0.0)
+    for arm, pan in zip(arms.values(), (1.4, 1.7), strict=True):
+        arm.send_arm([[1.6, -1.2, pan, -2.0, -1.57, 0.0]], [0.5])
+        arm.control_gripper(pan > 1.5)
     client.sleep(0.8)
     for name, arm in arms.items():
-        seen += [name, f"{arm.joint_positions['linear_arm_actuator_joint']!r} {arm.gripper_enabled}"]
+        seen += [name, f"{arm.joint_positions['shoulder_pan_joint']!r} {arm.gripper_enabled}"]
     return [*seen, f"ended {client.end_competition()}"]
 
 
 Work = Callable[[Client], list[str]]
-SCENARIOS: dict[str, Work] = {"lesson": work, str(Path(__file__).parents[1] / "data" / "two_arms.yaml"): work_with_two}
+EXAMPLES = Path(__file__).parents[2] / "examples" / "cells"
+SCENARIOS: dict[str, Work] = {"lesson": work, str(EXAMPLES / "two_arms.yaml"): work_with_two}
 
 
 def in_one_process(trial: str) -> tuple[list[str], str]:

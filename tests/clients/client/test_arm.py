@@ -2,10 +2,10 @@
 
 import pytest
 
-from cellwright import Cell, Client
+from cellwright import Cell, Client, Trial
 from cellwright.clients.client.arm import ARM_JOINTS, trajectory_message
 from cellwright.config.trial.gear2017 import load_trial
-from tests.cell.arm_cells import TWO_ON_A_RAIL
+from tests.cell.arm_cells import FACING_UR5, PEDESTAL, TWO_ON_A_RAIL, ur5_cell
 
 
 def test_command_and_suction_are_those_of_one_of_two_arms() -> None:
@@ -22,6 +22,26 @@ def test_command_and_suction_are_those_of_one_of_two_arms() -> None:
     assert first.control_gripper(enable=True)
     client.sleep(0.1)
     assert (first.gripper_enabled, second.gripper_enabled, first.gripper_attached) == (True, False, False)
+
+
+@pytest.mark.parametrize("text", [PEDESTAL, FACING_UR5.replace("DISTANCE", "1.1")])
+def test_arm_of_any_model_takes_a_command_before_its_first_joint_states(text: str) -> None:
+    trial = ur5_cell(text)
+    client = Client.in_process(Cell(trial))
+    arm = client.arm("arm2") if trial.arms[0].namespace else client
+    assert arm.joint_states.message is None
+    before = arm.joints
+    goal = [{"elbow_joint": 1.5, "shoulder_lift_joint": -1.1}.get(name.removeprefix("arm2_"), 0.0) for name in before]
+    arm.send_arm([goal], [1.0])
+    client.sleep(0.02)
+    assert (len(before), before) == (6, arm.joints)
+
+
+def test_arm_of_a_cell_without_a_description_has_the_joints_of_2017(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = Client.in_process(Cell(Trial("one arm", has_arm=True)))
+    assert tuple(client.joints) == ARM_JOINTS
+    monkeypatch.setattr("cellwright.clients.client.description._LAYOUT", "/another/layout")
+    assert client.joints == ARM_JOINTS
 
 
 def test_sleeping_client_has_new_states_of_all_arms_afterwards() -> None:

@@ -33,6 +33,7 @@ from cellwright.util.errors import (
     UnknownNameError,
     UsageError,
 )
+from tests.cell.arm_cells import ur5_cell
 from tests.clients.operators import nodes as robots
 from tests.support.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, way
 from tests.support.waiting import TIMEOUT, wait_until
@@ -170,6 +171,12 @@ def test_passive_subscription_does_not_stop_advance(monkeypatch: pytest.MonkeyPa
         transport.advance(400_000_000)
         assert requests.count(FrameKind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
         assert len(times) == 202
+
+
+def test_arm_of_any_model_takes_a_command_before_its_first_joint_states() -> None:
+    with served(Cell(ur5_cell())) as home, connected(home) as transport:
+        client = Client(transport)
+        assert client.move_arm([[1.5, -1.1, 0.0, -2.0, -1.5, 0.0]], [0.5])
 
 
 def test_socket_errors_match_in_process_errors() -> None:

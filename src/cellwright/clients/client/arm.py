@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from cellwright.clients.client.session import NodeClient
+from cellwright.clients.client.description import CellDescription
 from cellwright.config import arm
 from cellwright.config.gripper_links import GripperNames
 from cellwright.config.ur10 import GRIPPER_JOINT
@@ -11,7 +11,7 @@ from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory
-from cellwright.util.errors import UsageError
+from cellwright.util.errors import CellwrightError, UsageError
 
 ARM_JOINTS = tuple(sorted(arm.ARM_JOINTS))
 """The arm's joints in the order of joint states (alphabetical)."""
@@ -33,7 +33,7 @@ class ClientArm:
         space: begin of the names: `/ariac`, or `/ariac/arm1` of one of several arms.
     """
 
-    def __init__(self, node: NodeClient, space: str) -> None:
+    def __init__(self, node: CellDescription, space: str) -> None:
         self._node, self._space = node, space
         self.joint_states = node.latest(f"{space}/joint_states")
         """Newest joint states (sensor_msgs/JointState)."""
@@ -145,9 +145,19 @@ class ClientArm:
 
     @property
     def joints(self) -> Sequence[str]:
-        """Names of the joints in the order of joint states; those of 2017's arm before the first message."""
+        """Names of the joints in the order of joint states; before the first message the cell is asked for them."""
         message = self.joint_states.message
-        return ARM_JOINTS if message is None else [name for name in message.name if not name.endswith(_OF_GRIPPERS)]
+        if message is None:
+            return self._described_joints()
+        return [name for name in message.name if not name.endswith(_OF_GRIPPERS)]
+
+    def _described_joints(self) -> Sequence[str]:
+        """Return the joints of the cell's description; those of 2017's arm if there is none, as in another's cell."""
+        try:
+            arms = {f"/ariac/{arm.namespace}".rstrip("/"): arm.name for arm in self._node.layout().arms}
+            return sorted(joint.name for joint in self._node.chains()[arms[self._space]].joints)
+        except (CellwrightError, KeyError):
+            return ARM_JOINTS
 
 
 def trajectory_message(
