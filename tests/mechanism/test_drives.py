@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -42,8 +43,8 @@ def model_of(robot: RobotModel, drives: dict[str, Drive]) -> mujoco.MjModel:
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
-    def fill(body: object, link: Link) -> None:
-        body.gravcomp = 1.0  # type: ignore[attr-defined]
+    def fill(body: Any, link: Link) -> None:
+        body.gravcomp = 1.0
         inertial = link.inertial or Inertial(1e-6, inertia=(1e-9, 1e-9, 1e-9, 0.0, 0.0, 0.0))
         give_mass(body, inertial.mass, inertial.pose.position, inertia_along_link(inertial))
 

@@ -1,6 +1,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import example, given
@@ -231,8 +232,8 @@ def test_other_arms_do_not_have_the_form(name: str) -> None:
         (3, {"is_prismatic": True}),
     ],
 )
-def test_deviation_from_the_form_is_seen(place: int, change: dict[str, object]) -> None:
+def test_deviation_from_the_form_is_seen(place: int, change: dict[str, Any]) -> None:
     joints = list(UR5.joints)
     assert ur_form(Chain(tuple(joints), UR5.base_T_tool)) is not None
-    joints[place] = replace(joints[place], **change)  # type: ignore[arg-type]
+    joints[place] = replace(joints[place], **change)
     assert ur_form(Chain(tuple(joints), UR5.base_T_tool)) is None

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias, get_args
 from cellwright.util.errors import DescriptionError
 
 Holding: TypeAlias = Literal["weld", "friction"]
-"""How a gripper holds a part: by a weld that breaks under too high a load, or by the friction of its pads alone."""
+"""Hold of a part: by a weld that breaks under too high a load, or by the friction of the pads alone."""
 
 BOUNDS: Mapping[str, tuple[float, float, str]] = {
     "opening": (0.005, 0.5, "m"),

@@ -99,7 +99,7 @@ class _Map:
         self._metre = 72.0 * scale
         """Length of a metre on the map [points]."""
         self._taken: list[Span] = []
-        """What names should not cover: parts, belts and other names."""
+        """Parts, belts and names: names should not cover them."""
         self._size = 8.0 * max(0.7, min(1.0, scale / 1.1))
         self._figure = Figure(figsize=((left - right) * scale + 0.6, (top - bottom) * scale + 0.9))
         width, height = self._figure.get_size_inches()

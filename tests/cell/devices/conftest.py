@@ -13,3 +13,13 @@ def shared() -> Floor:
 @pytest.fixture
 def floor(shared: Floor) -> Floor:
     return shared.reset()
+
+
+@pytest.fixture(scope="module")
+def original_cell() -> Floor:
+    return Floor(one_of_each(), "original")
+
+
+@pytest.fixture
+def original(original_cell: Floor) -> Floor:
+    return original_cell.reset()

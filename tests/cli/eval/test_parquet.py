@@ -12,18 +12,9 @@ from pyarrow import parquet
 from cellwright.running.evaluation.plan.shard import Shard
 from tests.cli.conftest import CommandLine
 from tests.cli.eval.test_merge import WORK, jobs_of, made_up, store
-from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.support.quick_children import QUICK_WORKERS
 
 TABLE = "results.parquet"
-
-
-@pytest.fixture
-def tiny(cellwright: CommandLine) -> CommandLine:
-    Path("tiny.yaml").write_text(TRIAL, encoding="utf-8")
-    Path("other.yaml").write_text(TRIAL + "time_limit: 400\n", encoding="utf-8")
-    Path("programs.py").write_text(PROGRAMS, encoding="utf-8")
-    return cellwright
 
 
 def test_merged_table_equals_that_of_one_machine(tiny: CommandLine) -> None:

@@ -7,15 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.running.evaluation.programs import PROGRAMS, TRIAL
 from tests.support.ports import free_port
-
-
-@pytest.fixture
-def tiny(cellwright: CommandLine) -> CommandLine:
-    Path("tiny.yaml").write_text(TRIAL, encoding="utf-8")
-    Path("programs.py").write_text(PROGRAMS, encoding="utf-8")
-    return cellwright
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.config.layout.arms import Arm, Mount, original_mount
+from cellwright.config.layout.arms import Arm, Mount, MountKind, original_mount
 from cellwright.util.pose import Pose
 from tests.support.places import LAYOUT
 
@@ -21,8 +21,8 @@ def test_base_moves_along_the_axis_of_its_rail_alone() -> None:
 
 
 @pytest.mark.parametrize(("kind", "height", "count"), [("pedestal", 0.5, 1), ("table", 0.7, 5)])
-def test_mount_stands_on_the_floor_and_ends_under_the_arm(kind: str, height: float, count: int) -> None:
-    found = Mount(kind, Pose((1.0, 2.0, height))).structure("stand")  # type: ignore[arg-type]
+def test_mount_stands_on_the_floor_and_ends_under_the_arm(kind: MountKind, height: float, count: int) -> None:
+    found = Mount(kind, Pose((1.0, 2.0, height))).structure("stand")
     assert found is not None
     assert len(found.boxes) == count
     heights = [

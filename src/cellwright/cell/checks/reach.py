@@ -77,7 +77,7 @@ class Reach:
         x, y, _ = tool.inverse().transform(last.point)
         is_along = abs(np.dot(last.axis, tool.rotate((0.0, 0.0, 1.0)))) > math.cos(_VERTICAL)
         self.turns_tool = not last.is_prismatic and bool(is_along) and math.hypot(x, y) < _ON_AXIS
-        """Whether the last joint turns the tool about its own axis alone."""
+        """True if the last joint turns the tool about its own axis alone."""
         self._free = self._free_chain()
         self._solver = solver_of(self._free, arm.home)
         self._families: dict[Key, _Family] = {}

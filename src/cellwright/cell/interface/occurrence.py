@@ -29,6 +29,17 @@ WITH_CAMERAS = Where.when(
     "with AGVs or logical cameras",
     lambda trial: trial.carriers or any(sensor.type == "logical_camera" for sensor in trial.sensors),
 )
+EACH_BREAK_BEAM = Where("for each break beam", lambda trial: _sensors(trial, "break_beam"))
+EACH_PROXIMITY_SENSOR = Where("for each proximity sensor", lambda trial: _sensors(trial, "proximity_sensor"))
+EACH_LASER_PROFILER = Where("for each laser profiler", lambda trial: _sensors(trial, "laser_profiler"))
+EACH_LOGICAL_CAMERA = Where("for each logical camera", lambda trial: _sensors(trial, "logical_camera"))
+EACH_COLOUR_CAMERA = Where(
+    "for each rgb_camera and rgbd_camera", lambda trial: _sensors(trial, "rgb_camera", "rgbd_camera")
+)
+EACH_DEPTH_CAMERA = Where(
+    "for each depth_camera and rgbd_camera", lambda trial: _sensors(trial, "depth_camera", "rgbd_camera")
+)
+EACH_CLOUD_CAMERA = Where("for each depth_camera", lambda trial: _sensors(trial, "depth_camera"))
 
 
 class CompetitionMode(Enum):
@@ -51,15 +62,6 @@ def _flows(trial: Trial) -> set[str]:
     return {part.belt for part in trial.belt_parts}
 
 
-def _each_sensor(text: str, *types: SensorType | CameraType) -> Where:
-    """Return the occurrence of a row that exists for each sensor of some types."""
-    return Where(text, lambda trial: [sensor.name for sensor in trial.sensors if sensor.type in types])
-
-
-EACH_BREAK_BEAM = _each_sensor("for each break beam", "break_beam")
-EACH_PROXIMITY_SENSOR = _each_sensor("for each proximity sensor", "proximity_sensor")
-EACH_LASER_PROFILER = _each_sensor("for each laser profiler", "laser_profiler")
-EACH_LOGICAL_CAMERA = _each_sensor("for each logical camera", "logical_camera")
-EACH_COLOUR_CAMERA = _each_sensor("for each rgb_camera and rgbd_camera", "rgb_camera", "rgbd_camera")
-EACH_DEPTH_CAMERA = _each_sensor("for each depth_camera and rgbd_camera", "depth_camera", "rgbd_camera")
-EACH_CLOUD_CAMERA = _each_sensor("for each depth_camera", "depth_camera")
+def _sensors(trial: Trial, *types: SensorType | CameraType) -> list[str]:
+    """Return the names of the sensors of some types."""
+    return [sensor.name for sensor in trial.sensors if sensor.type in types]

@@ -19,7 +19,7 @@ ORIGINAL = "ur10"
 """Model of the arm of 2017: a UR10 on a rail, with its cup."""
 
 MountKind: TypeAlias = Literal["floor", "pedestal", "table", "rail"]
-"""What carries an arm."""
+"""Kind of thing that carries an arm."""
 
 Axis: TypeAlias = Literal["x", "y"]
 ToolKind: TypeAlias = Literal["vacuum", "parallel", "none"]

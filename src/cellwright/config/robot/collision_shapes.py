@@ -10,7 +10,7 @@ from cellwright.config.robot.model import RobotModel
 from cellwright.util.errors import UsageError, did_you_mean
 
 MeshContact: TypeAlias = Literal["hull", "pieces"]
-"""How a mesh touches: as its one convex hull, or as convex pieces."""
+"""Shape with which a mesh touches: its one convex hull, or convex pieces."""
 
 DEFAULT_THRESHOLD = 0.05
 """Concavity up to which a piece is not divided further, relative to the size of its mesh."""

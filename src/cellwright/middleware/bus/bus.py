@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from cellwright.middleware.bus.qos import LATCHED, RELIABLE, Qos
 from cellwright.middleware.bus.refusals import Refusals
 from cellwright.middleware.bus.topic import (
-    LATCHED,
-    RELIABLE,
     Callback,
     Direction,
     Handler,
     Publisher,
-    Qos,
     Subscription,
     Topic,
     TopicInfo,

@@ -1,4 +1,4 @@
-"""Topics: their declaration, publishers, subscriptions and quality of service."""
+"""Topics: their declaration, publishers and subscriptions."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TypeAlias
 
+from cellwright.middleware.bus.qos import RELIABLE, Qos
 from cellwright.middleware.messages import Message, type_of
 from cellwright.middleware.messages.validation import describe_value
 from cellwright.util.errors import UsageError
@@ -22,37 +23,6 @@ class Direction(Enum):
 
     OUT = "out"
     IN = "in"
-
-
-@dataclass(frozen=True, slots=True)
-class Qos:
-    """Quality of service of a topic, in the terms of ROS 2.
-
-    A publisher that `is_reliable` sends lost messages again. A reliable subscription gets nothing from a publisher that
-    is not reliable.
-    """
-
-    is_reliable: bool = True
-    is_transient_local: bool = False  # true if a late subscriber gets the newest messages
-    depth: int = 10  # messages that are kept
-
-    @property
-    def text(self) -> str:
-        """Return the quality of service in words: "reliable, depth 10", "best effort, depth 1000"."""
-        words = ["reliable" if self.is_reliable else "best effort"]
-        words += ["transient local"] * self.is_transient_local
-        return ", ".join([*words, f"depth {self.depth}"])
-
-
-RELIABLE = Qos()
-LATCHED = Qos(is_transient_local=True, depth=1)
-COMMANDS = Qos(depth=1000)
-"""Quality of service of what the cell receives. Messages may each command a part of the joints, so none may replace an
-earlier one that waits; the depth is more than a program publishes at once. Publishers of any depth match."""
-BEST_EFFORT_COMMANDS = Qos(is_reliable=False, depth=COMMANDS.depth)
-"""The same for topics with publishers of both kinds: a best-effort subscription receives from reliable ones, too."""
-LARGE = Qos(depth=2)
-"""Quality of service of pictures and point clouds: of such large messages, best effort loses most in ROS 2."""
 
 
 class Topic:

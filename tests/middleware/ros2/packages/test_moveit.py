@@ -120,17 +120,20 @@ def check_srdf(text: str, description: str) -> ET.Element:
 
 def chain(description: str, base: str, tip: str) -> list[str]:
     """Return the joints between two links that are not fixed, from the base on."""
-    above = {
-        each.find("child").attrib["link"]: each  # type: ignore[union-attr]
-        for each in ET.fromstring(description).findall("joint")
-    }
+    above = {_link(each, "child"): each for each in ET.fromstring(description).findall("joint")}
     found = []
     while tip != base:
         joint = above[tip]
         if joint.get("type") != "fixed":
             found.append(joint.attrib["name"])
-        tip = joint.find("parent").attrib["link"]  # type: ignore[union-attr]
+        tip = _link(joint, "parent")
     return found[::-1]
+
+
+def _link(joint: ET.Element, end: str) -> str:
+    found = joint.find(end)
+    assert found is not None
+    return found.attrib["link"]
 
 
 def test_groups_are_chains_with_and_without_the_rail(cell: PlannedCell) -> None:

@@ -67,7 +67,7 @@ class Timeline:
         self._senders: dict[str, list[dict[str, Any]]] = {name: [] for name in cell.senders}
         cell.competition.on_effect.append(self._take_effect)
         self._lasting: dict[str, dict[str, Any]] = {}
-        """What each gripper holds, by the gripper's name."""
+        """Part that each gripper holds, by the gripper's name."""
         for gripper in cell.grippers.values():
             gripper.on_change.append(self._take_grip)
 
