@@ -31,3 +31,15 @@ def final01(folder: Path, more: str = "") -> Cell:
 def tandem_cell(text: str = AT_BIN) -> Trial:
     """Return the trial of a cell with a small robot."""
     return load_text(text=text).trial
+
+
+BESIDE_ARM = """
+cell:
+  arms:
+    arm: {mount: {kind: rail, at: [0.3, 0]}}
+  robots:
+    tandem: {model: tandem, at: [-0.3, 1.15, 0.5], namespace: left}
+  bins: {bin1: {at: [-0.3, -0.5]}}
+parts: [{type: gear_part, in: bin1, grid: [2, 2]}]
+"""
+"""A small robot in the way of an arm along its rail."""

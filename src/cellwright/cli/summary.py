@@ -262,7 +262,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
         *(("finals", line) for line in _final(final)),
         *(("collision", collision.sentence()) for collision in result.collisions[:_MAX_COLLISIONS]),
         ("", f"and {more} more" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
-        ("arms", "" if result.nearest_arms is None else f"nearest: {result.nearest_arms.sentence()}"),
+        ("nearest", "" if result.nearest_arms is None else result.nearest_arms.sentence()),
         ("simulated", f"{result.simulated:.1f} s in {result.wall:.1f} s: {result.real_time_factor:.1f} x real time"),
         ("state hash", result.state_hash),
         ("versions", ", ".join(f"{name} {version}" for name, version in known[:3])),

@@ -1,4 +1,4 @@
-"""Distances between arms, and the guard that stops arms before they come too near."""
+"""Distances between arms and robots, and the guard that stops arms before they come too near."""
 
 import mujoco
 import pytest
@@ -9,6 +9,7 @@ from cellwright.clients.client import ClientArm
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.run.collisions import CollisionWatch
 from tests.cell.arm_cells import TWO_ON_A_RAIL
+from tests.cell.robot_cells import BESIDE_ARM
 
 RAIL = "linear_arm_actuator_joint"
 CLEARANCE = 0.1
@@ -96,3 +97,20 @@ def test_run_continues_alike_from_a_snapshot_at_a_stop() -> None:
     cell.restore(kept)
     cell.simulation.step_until(3_000_000_000)
     assert cell.state_hash() == first
+
+
+def test_guard_stops_an_arm_before_a_robot() -> None:
+    text = BESIDE_ARM.replace("cell:\n", f"cell:\n  arm_clearance: {CLEARANCE}\n")
+    lines: list[str] = []
+    cell = Cell(load_trial(text=text).trial, report=lines.append)
+    client, watch = Client.in_process(cell), CollisionWatch(cell)
+    client.sleep(0.1)
+    joints = {name: value for name, value in client.joint_positions.items() if name != "vacuum_gripper_joint"}
+    client.send_arm([list((joints | {RAIL: 1.5}).values())], [2.0], joints=[*joints])
+    client.sleep(3.0)
+    assert watch.nearest is not None
+    assert watch.nearest.other.startswith("tandem_")
+    assert CLEARANCE - 0.015 < watch.nearest.distance < CLEARANCE + 0.05
+    (line,) = lines
+    assert line.startswith("arm_clearance: arm stopped: forearm_link would be ")
+    assert " mm from tandem_" in line

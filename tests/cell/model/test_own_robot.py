@@ -33,7 +33,7 @@ def test_weight_of_robot_alone_is_compensated() -> None:
         assert model.body_gravcomp[body] == float(is_link)
 
 
-def test_links_touch_parts_and_fixed_things_but_not_each_other() -> None:
+def test_links_of_an_only_robot_touch_parts_and_fixed_things_but_not_each_other() -> None:
     model = build_world(tandem_cell()).model
     own = [geom for geom in range(model.ngeom) if model.body(model.geom_bodyid[geom]).name.startswith("tandem/")]
     bits = {(int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])) for geom in own}

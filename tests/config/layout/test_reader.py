@@ -223,7 +223,7 @@ REFUSALS = {
     "arms: {arm: {mount: {kind: wall, at: [0, 0]}}}": "1: arms.arm.mount.kind: unknown kind of mount 'wall' (known",
     "arms: {a: {mount: {kind: rail, at: [0, 0]}}, b: {mount: {kind: rail, at: [1, 0]}, namespace: a}}": "1: "
     "arms.b.namespace: a has this namespace",
-    "arm_clearance: 0.1": "1: arm_clearance: the cell has no two arms; leave it out",
+    "arm_clearance: 0.1": "1: arm_clearance: the cell has no two arms, nor an arm and a robot; leave it out",
     "frame: {turn: 1}": "1: frame: the required entry 'at' is missing",
     "bins: {a: {at: [1, 2], open: [y]}}": "1: bins.a.open: must be a list of +x, -x, +y, -y",
     "bins: {a: {at: [1, 2], open: [+y, +y]}}": "1: bins.a.open: must be a list of +x, -x, +y, -y (got a list)",

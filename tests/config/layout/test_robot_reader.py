@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.layout.robots import NAMESPACE
+from cellwright.config.layout.robots import MAX_ROBOTS, NAMESPACE
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import DescriptionError
@@ -94,3 +94,9 @@ def test_hands_of_a_robot_without_grippers_are_refused(tmp_path: Path) -> None:
     (tmp_path / "post.urdf").write_text(URDF)
     (found,) = refusals(tmp_path, "post: {model: post.urdf, at: [0, 0, 0], hands: {}}")
     assert found.endswith("post has no arm with a gripper in its configuration; leave out hands")
+
+
+def test_more_robots_than_the_engine_tells_apart_are_refused(tmp_path: Path) -> None:
+    robots = [f"r{n}: {{model: tandem, at: [{n}, 0, 0], namespace: r{n}}}" for n in range(MAX_ROBOTS + 1)]
+    (found,) = refusals(tmp_path, *robots)
+    assert found == f"cell.yaml:{MAX_ROBOTS + 3}: cell.robots.r{MAX_ROBOTS}: a cell has at most 8 robots (got 9)"

@@ -6,6 +6,7 @@ import pytest
 
 from cellwright.config.robot.config import ArmConfig, GripperConfig, Posture, RangeEnd, RobotConfig
 from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
+from cellwright.config.robot.robots import load_robot
 
 FINGER = Joint("finger", JointType.PRISMATIC, "palm", "tip", limits=Limits(0.0, 0.04))
 
@@ -24,3 +25,9 @@ def test_home_holds_the_home_positions_of_all_groups() -> None:
     assert config.home["finger"] == 0.02
     arm = RobotConfig(robot, "hand", Path("a.yml"), Path("a.urdf"), arms=(ArmConfig(("finger",), "tip", (0.01,)),))
     assert arm.home["finger"] == 0.01
+
+
+def test_hands_are_what_the_last_joints_of_the_arms_carry() -> None:
+    found = set(load_robot("tandem", print).hand_links)
+    assert {"right_hand", "right_finger_1", "left_finger_2", "left_tip"} <= found
+    assert not found & {"torso", "head", "right_forearm"}

@@ -21,6 +21,7 @@ from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.running.run.collisions import MAX_SHOWN, Collision, CollisionWatch
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN
+from tests.cell.robot_cells import AT_BIN, BESIDE_ARM, tandem_cell
 from tests.support.cells import ARM_ONLY
 
 
@@ -74,10 +75,11 @@ def test_recorded_panel_has_collisions_and_outcome(tmp_path: Path) -> None:
 def test_panel_shows_newest_collisions_and_counts_all() -> None:
     watch = CollisionWatch(Cell(ARM_ONLY))
     assert watch.panel() == {"count": 0, "latest": []}
-    watch.collisions = [Collision("forearm_link", "bin7", float(at), at + 0.5, 0.01234) for at in range(30)]
+    watch.collisions = [Collision("arm", "forearm_link", "bin7", float(at), at + 0.5, 0.01234) for at in range(30)]
     shown = watch.panel()
     assert (shown["count"], len(shown["latest"])) == (30, MAX_SHOWN)
     assert shown["latest"][-1] == {
+        "owner": "arm",
         "link": "forearm_link",
         "obstacle": "bin7",
         "begin": 29.0,
@@ -107,3 +109,41 @@ def test_obstacle_that_is_a_clone_has_its_name() -> None:
             cell.parts.appear("populate_conveyor|pulley_part_clone_0", place)
             cell.step()
     assert "populate_conveyor|pulley_part_clone_0" in {each.obstacle for each in watch.end()}
+
+
+def test_arm_held_up_by_a_robot_is_reported_once_for_each_pair_of_links() -> None:
+    cell = Cell(tandem_cell(BESIDE_ARM))
+    client, watch = Client.in_process(cell), CollisionWatch(cell)
+    client.sleep(0.1)
+    joints = {name: value for name, value in client.joint_positions.items() if name in ARM_JOINTS}
+    client.send_arm([list((joints | {"linear_arm_actuator_joint": 1.5}).values())], [2.0], joints=[*joints])
+    client.sleep(3.0)
+    found = watch.end()
+    assert ("forearm_link", "tandem_torso") in {(each.link, each.obstacle) for each in found}
+    assert len({(each.link, each.obstacle) for each in found}) == len(found)
+    assert all(each.deviation > 0.02 for each in found)
+    assert watch.nearest is not None
+    assert watch.nearest.distance < 0.0
+
+
+@pytest.mark.parametrize(("link", "counts"), [("torso", True), ("right_upper_arm", True), ("right_hand", False)])
+def test_robot_that_touches_a_part_is_reported_but_for_its_hands(link: str, counts: bool) -> None:
+    cell = Cell(tandem_cell())
+    watch, part = CollisionWatch(cell), cell.parts.all[0]
+    model, data = cell.simulation.model, cell.simulation.data
+    shape = next(geom for geom in range(model.ngeom) if model.body(int(model.geom_bodyid[geom])).name.endswith(link))
+    place = Pose(tuple(data.geom_xpos[shape].tolist()))
+    for _ in range(150):
+        cell.parts.place(part, place)
+        cell.step()
+        assert data.ncon
+    assert ((f"tandem_{link}", part.name) in {(each.link, each.obstacle) for each in watch.end()}) == counts
+
+
+def test_what_a_robot_stands_on_is_no_obstacle() -> None:
+    stands, floats = ("at: [0.0, 0.0, -0.0005]", "at: [0.0, 0.0, 0.5]")
+    for place in (stands, floats):
+        cell = Cell(tandem_cell(AT_BIN.replace("at: [0.0, 0.0, 0.0]", place)))
+        watch = CollisionWatch(cell)
+        cell.simulation.step_until(500_000_000)
+        assert watch.end() == []

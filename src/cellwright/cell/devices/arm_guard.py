@@ -1,4 +1,4 @@
-"""Distances between the arms of a cell, and the guard that stops arms before they come too near."""
+"""Distances between the arms and robots of a cell, and the guard that stops arms before they come too near."""
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.devices.arm import Arm
+from cellwright.cell.model.link_frames import frames_by_link
 from cellwright.config.layout.arm_models import joints_of, moving_links
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
@@ -16,7 +17,7 @@ from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
 
 FAR: Final = 1e3
-"""Distance [m] that no two arms of a cell have."""
+"""Distance [m] that no two arms or robots of a cell have."""
 
 PERIOD: Final = NANOSECONDS // 50
 """Time between two looks of the guard [ns]."""
@@ -29,7 +30,7 @@ _APPROACH = 1e-4
 
 
 class Nearest(NamedTuple):
-    """Smallest distance of two arms [m], negative where they overlap, and the frames of the links that have it."""
+    """Smallest distance of two arms or robots [m], negative where they overlap, and the frames of the links."""
 
     distance: float
     link: str
@@ -37,7 +38,7 @@ class Nearest(NamedTuple):
 
 
 class ArmDistances:
-    """Distances between arms by their shapes; reading them has no effect on a run.
+    """Distances between arms and robots by their shapes; reading them has no effect on a run.
 
     Args:
         simulation: the simulation.
@@ -50,24 +51,29 @@ class ArmDistances:
         self._geoms: dict[str, NDArray[np.intp]] = {}
         self._links: dict[int, str] = {}
         """Frame of the link of each geom."""
-        for arm in trial.arms:
-            bodies = [int(model.body(name).id) for name in moving_links(arm, trial.arm_models)]
+        frames = frames_by_link(trial)
+        links = {arm.name: moving_links(arm, trial.arm_models) for arm in trial.arms}
+        for robot in trial.layout.robots:
+            # all of them: a trunk that does not move is as much in the way
+            links[robot.name] = [robot.prefix + link for link in trial.robot_models[robot.name].robot.links]
+        for owner, names in links.items():
+            bodies = [int(model.body(name).id) for name in names]
             solid = np.isin(model.geom_bodyid, bodies) & (model.geom_contype != 0)
-            self._geoms[arm.name] = np.flatnonzero(solid)
-            for geom in self._geoms[arm.name].tolist():
-                self._links[geom] = arm.frame_of(model.body(int(model.geom_bodyid[geom])).name)
+            self._geoms[owner] = np.flatnonzero(solid)
+            for geom in self._geoms[owner].tolist():
+                self._links[geom] = frames[model.body(int(model.geom_bodyid[geom])).name]
         self.pairs: tuple[tuple[str, str], ...] = tuple(combinations(self._geoms, 2))
-        """Names of the arms of each pair."""
+        """Names of the arms or robots of each pair."""
 
     def nearest(
         self, first: str, second: str, within: float = FAR, data: mujoco.MjData | None = None
     ) -> Nearest | None:
-        """Return where two arms are nearest; None if they are not nearer than `within` [m].
+        """Return where two arms or robots are nearest; None if they are not nearer than `within` [m].
 
         Shapes whose bounding spheres are farther apart than others really are need no look.
 
         Args:
-            first: name of an arm.
+            first: name of an arm or a robot.
             second: name of another.
             within: distance from which on nothing is of interest.
             data: postures with the poses of their shapes; those of now by default.
@@ -92,10 +98,10 @@ class ArmDistances:
 
 
 class ArmGuard(Device):
-    """Guard that stops the arms which move, before two of them are nearer than a clearance.
+    """Guard that stops the arms which move, before one is nearer than a clearance to another or to a robot.
 
     It looks ahead at where the arms are to be when a stop from now on would be over. So it also stops an arm before it
-    begins to move. Arms that move apart are not stopped.
+    begins to move. Arms that move apart are not stopped. Robots count where they are, and are not stopped.
 
     Args:
         arms: the arms by name.
@@ -138,6 +144,11 @@ class ArmGuard(Device):
             if arm.tool.fingers is not None:  # open, as they reach farthest
                 for name in arm.gripper_names.joints:
                     self._posture.qpos[model.joint(name).qposadr[0]] = arm.tool.fingers.opening / 2
+        self._robot_joints = [
+            int(model.joint(robot.prefix + joint.name).qposadr[0])
+            for robot in self._trial.layout.robots
+            for joint in self._trial.robot_models[robot.name].robot.driven
+        ]
 
     def reset(self) -> None:
         """Begin a run."""
@@ -167,6 +178,7 @@ class ArmGuard(Device):
         """Return the distances of pairs of arms where they are to be at a time [ns], if below the clearance."""
         for name, arm in self._arms.items():
             self._posture.qpos[self._joints[name]] = arm.controller.positions(time)
+        self._posture.qpos[self._robot_joints] = self.simulation.data.qpos[self._robot_joints]
         mujoco.mj_kinematics(self._posture.model, self._posture)
         return [self._distances.nearest(*pair, within=self._clearance, data=self._posture) for pair in pairs]
 
@@ -175,6 +187,6 @@ class ArmGuard(Device):
         arm = self._arms[name]
         if self._halted.get(name) == arm.controller.end:
             return False
-        arm.halt("another arm is too near")
+        arm.halt("another arm or a robot is too near")
         self._halted = {**self._halted, name: arm.controller.end}
         return True

@@ -32,8 +32,8 @@ def check_joints(joints: Collection[str], *names: str) -> None:
             raise UnknownNameError("arm joint", name, joints)
 
 
-def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float, arm: Arm) -> Any:
-    """Add rail, arm and cup to a model specification; return the body of the rail.
+def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: float, arm: Arm) -> None:
+    """Add rail, arm and cup to a model specification.
 
     Args:
         spec: model specification.
@@ -66,7 +66,6 @@ def add_arm(spec: Any, visuals: Visuals, settings: ArmSettings, contact_time: fl
     for name, drive in drives_of(settings).items():
         joints[name].name = prefix + name
         add_drive(spec, joints[name], drive)
-    return spec.body(prefix + UR10.root)
 
 
 def drives_of(settings: ArmSettings) -> dict[str, Drive]:

@@ -49,8 +49,8 @@ def arm_problems(trial: Trial) -> list[Finding]:
     return problems
 
 
-def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_time: float) -> Any:
-    """Add an arm to a model specification; return the body of its mount.
+def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_time: float) -> None:
+    """Add an arm to a model specification.
 
     Its weight is compensated, and its links do not touch each other.
 
@@ -89,4 +89,3 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
     if fingers is not None:
         contacts, tip = Contacts(Touch.ROBOT.value, contact_time), spec.body(arm.prefix + arm.tip)
         add_parallel_gripper(spec, tip, fingers, arm.gripper_names, contacts, arm.tool.palm_distance)
-    return spec.body(robot.root)

@@ -20,7 +20,7 @@ _POINT = Shape("sphere", (0.001, 0.0, 0.0))
 def add_own_robot(spec: Any, visuals: Visuals, robot: CellRobot, config: RobotConfig) -> None:
     """Add a robot to a model specification, before the parts.
 
-    Its weight is compensated, and its links do not touch each other, nor an arm.
+    Its weight is compensated, and its links do not touch each other.
 
     Args:
         spec: model specification.
@@ -39,7 +39,7 @@ def add_own_robot(spec: Any, visuals: Visuals, robot: CellRobot, config: RobotCo
         if link.name in grasps:
             add_shape(body, _POINT, Role.UNSEEN, name=grasps[link.name])
 
-    base = spec.worldbody.add_body(name=f"{robot.prefix}place", **pose_arguments(robot.pose))
+    base = spec.worldbody.add_body(name=robot.base, **pose_arguments(robot.pose))
     extent = ShapeBuilder(spec, is_touched=True, is_seen=False).extent
     add_robot(spec, base, config, fill, extent=extent, prefix=robot.prefix)
 

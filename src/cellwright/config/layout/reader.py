@@ -88,8 +88,9 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
     values = keys.CELL.read(section, reader)
     named: Sequence[Named] = values.get("arms", ())
     arms, models = read_arms(named, reader)
-    if "arm_clearance" in values and len(named) < 2:
-        reader.problems.error(section.entries["arm_clearance"], "the cell has no two arms; leave it out")
+    if "arm_clearance" in values and (not named or len(named) + len(values.get("robots", ())) < 2):
+        message = "the cell has no two arms, nor an arm and a robot; leave it out"
+        reader.problems.error(section.entries["arm_clearance"], message)
     robots, configs = read_robots(values.get("robots", ()), reader)
     layout = replace(_layout(values, arms, reader), robots=robots)
     _check_names(section, reader, types)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from cellwright.config.layout.arm_reader import find_model
-from cellwright.config.layout.robots import NAMESPACE, CellRobot, Hand
+from cellwright.config.layout.robots import MAX_ROBOTS, NAMESPACE, CellRobot, Hand
 from cellwright.config.layout.values import Named, turned
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Problem
@@ -24,6 +24,8 @@ _TAKEN = ("ariac", "cellwright", "controller_manager", "gazebo", "clock", "tf", 
 
 def read_robots(found: Sequence[Named], reader: Reader) -> tuple[tuple[CellRobot, ...], dict[str, RobotConfig]]:
     """Return the robots, and the configuration of each by name; those with errors are left out."""
+    if len(found) > MAX_ROBOTS:
+        reader.problems.error(found[MAX_ROBOTS].entry, f"a cell has at most {MAX_ROBOTS} robots (got {len(found)})")
     robots: dict[str, CellRobot] = {}
     configs = {}
     for each in found:

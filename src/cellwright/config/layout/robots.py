@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 
 from cellwright.util.pose import Pose
 
+MAX_ROBOTS = 8
+"""Maximum number of robots in a cell: the engine tells them apart by bits."""
 NAMESPACE = "io_teleop"
 """Namespace of a robot's topics, if it has no other."""
 
@@ -49,6 +51,20 @@ class CellRobot:
     def prefix(self) -> str:
         """Prefix of its links, joints and devices in the simulation."""
         return f"{self.name}/"
+
+    @property
+    def base(self) -> str:
+        """Body in the simulation that carries it."""
+        return f"{self.prefix}place"
+
+    @property
+    def frame_prefix(self) -> str:
+        """Prefix of its frames."""
+        return f"{self.name}_"
+
+    def frame_of(self, link: str) -> str:
+        """Return the frame of a link, by the link's name in the simulation."""
+        return self.frame_prefix + link.removeprefix(self.prefix)
 
     def moved(self, by: Pose) -> CellRobot:
         """Return the robot moved by a pose of the world."""

@@ -137,6 +137,13 @@ class RobotConfig:
         return {name: value for arm in self.arms for name, value in zip(arm.joints, arm.home, strict=True)}
 
     @property
+    def hand_links(self) -> tuple[str, ...]:
+        """Return the links that the last joint of an arm carries: its wrist, hand and fingers."""
+        last = {arm.joints[-1] for arm in self.arms if arm.joints}
+        robot = self.robot
+        return tuple(link for link in robot.links if any(joint.name in last for joint in robot.chain(link)))
+
+    @property
     def home(self) -> dict[str, float]:
         """Return the posture of a reset [rad; m], by joint: arms, waist, head and lift as configured, grippers open.
 

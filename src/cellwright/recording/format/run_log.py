@@ -4,8 +4,8 @@ Lines of JSON, each with its `kind`, and its simulation `time` [s] where it has 
 
 - `run`: trial, seed, versions and so on, the attainable score, and what the caller adds;
 - `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: actions of the referee;
-- `collision`: a finished collision of the arm; `link`, `obstacle`, `begin`, `end` [s], and `deviation` [m], the largest
-  distance of the tool from its setpoint;
+- `collision`: a finished collision of a link of an arm or a robot, the `owner`; `link`, `obstacle`, `begin`, `end` [s],
+  and `deviation` [m], the largest distance of the arm's tool from its setpoint;
 - `reset`: the simulation was reset at that time; times after it count from 0 again;
 - `result`: outcome, score with all its evidence, state hash. A log without it is of a run that was killed.
 """
@@ -59,7 +59,7 @@ class RunEvents:
         self._write({"kind": kind, "time": seconds(now), **values})
 
     def collision(self, facts: Mapping[str, Any]) -> None:
-        """Write a finished collision of the arm, with the fields of `run.collisions.Collision`."""
+        """Write a finished collision of an arm or a robot, with the fields of `run.collisions.Collision`."""
         self._write({"kind": "collision", "time": facts["end"], **facts})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cellwright.recording.plots.style import COLOURS, FAINT, INK, label_marks, mark_collisions, name_at_the_end, thinned
-from cellwright.recording.plots.tracks import Array, JointTrack, Mark, PlotData, ScoreTrack, Span, ToolTrack
+from cellwright.recording.plots.tracks import (
+    Array,
+    CollisionSpan,
+    JointTrack,
+    Mark,
+    PlotData,
+    ScoreTrack,
+    Span,
+    ToolTrack,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,10 +84,10 @@ def draw_score(axes: Axes, score: ScoreTrack, data: PlotData) -> None:
     label_marks(axes, data.marks)
 
 
-def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[Span] = ()) -> None:
+def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence[CollisionSpan] = ()) -> None:
     """Draw paths from above: x to the right and y up, or y to the left and x up if that fits the page better.
 
-    A cross is where the first tool was when a collision began.
+    A cross is where an arm's tool was when a collision of it began; the first one's, where the arm is not known.
     """
     extent = np.ptp(np.concatenate([tool.positions[:, :2] for tool in tools]), axis=0)
     across, up = (1, 0) if extent[1] > extent[0] else (0, 1)
@@ -96,7 +105,8 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack], collisions: Sequence
             if span.end < tool.times[-1]:
                 _dot(axes, tool, span.end, (across, up), "v", "let go")
     for span in collisions:
-        _dot(axes, tools[0], span.begin, (across, up), "X", "collision")
+        for tool in tools[:1] if not span.owner else [each for each in tools if each.arm == span.owner]:
+            _dot(axes, tool, span.begin, (across, up), "X", "collision")
     axes.set_title("Tool from above" if len(tools) == 1 else "Tools from above")
     axes.set_xlabel(f"{'xy'[across]} [m] in {tools[0].frame}")
     axes.set_ylabel(f"{'xy'[up]} [m]")

@@ -49,6 +49,13 @@ class Span:
 
 
 @dataclass(frozen=True)
+class CollisionSpan(Span):
+    """Period of a collision of a link: its label, and the name of the arm or robot; empty where it is not known."""
+
+    owner: str = ""
+
+
+@dataclass(frozen=True)
 class ToolTrack:
     """Path of a tool.
 
@@ -58,6 +65,7 @@ class ToolTrack:
         positions: (n, 3) [m].
         on: periods with suction on, for a tool that has suction.
         attached: periods with an attached part.
+        arm: name of its arm in a cell.
     """
 
     name: str
@@ -66,6 +74,7 @@ class ToolTrack:
     positions: Array
     on: Sequence[Span] = ()
     attached: Sequence[Span] = ()
+    arm: str = ""
 
 
 @dataclass(frozen=True)
@@ -129,7 +138,7 @@ class PlotData:
         trays: names of the trays.
         score: score over time; None for what has no score.
         marks: orders, kits and the like.
-        collisions: of the arm, each with its link and obstacle as label.
+        collisions: of arms and robots, each with its link and obstacle as label.
         states: periods of each state, by name of the state machine.
         warning: what is wrong with the recording; empty for a complete one.
     """
@@ -144,7 +153,7 @@ class PlotData:
     tray_parts: Sequence[TrackedTrayPart] = ()
     score: ScoreTrack | None = None
     marks: Sequence[Mark] = ()
-    collisions: Sequence[Span] = ()
+    collisions: Sequence[CollisionSpan] = ()
     states: dict[str, list[Span]] = field(default_factory=dict)
     commands: Sequence[CommandTrack] = ()
     warning: str = ""

@@ -126,7 +126,7 @@ class CellTarget(Target):
         if self._control is not None:
             self._control.over = ""
         self._collisions = None
-        if cell.arms:
+        if cell.arms or cell.robots:
             self._collisions = CollisionWatch(cell, self._keep_collision)
             run.callback(self._collisions.end)
             subscribe(cell.simulation.on_rewind, self._collisions.rewind, run)

@@ -1,7 +1,7 @@
-"""Collisions of a cell's arms during a run."""
+"""Collisions of a cell's arms and robots during a run."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.arm_guard import FAR, ArmDistances
+from cellwright.cell.model.link_frames import frames_by_link
 from cellwright.config.layout.arm_models import joints_of, moving_links
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.viewer.services.names import MIN_DEVIATION
@@ -30,16 +31,22 @@ MAX_SHOWN = 20
 
 @dataclass(slots=True)
 class Collision:
-    """A contact of a link of an arm with an obstacle; those of a suction cup, and of fingers with parts, do not count.
+    """A contact of a link of an arm or a robot with an obstacle.
+
+    Those of a suction cup do not count, nor those of fingers and hands with parts, nor those of a robot with what it
+    stands on.
 
     Attributes:
+        owner: name of the arm or robot.
         link: frame of the link.
-        obstacle: name of the body that it hit, such as `camera frame 2`, `bin8`, a part or a link of another arm.
+        obstacle: name of the body that it hit, such as `camera frame 2`, `bin8`, a part, or a link of another arm or
+            robot.
         begin: simulation time [s].
         end: simulation time [s] of the last check at which they touched.
-        deviation: largest distance [m] of the tool from its setpoint meanwhile.
+        deviation: largest distance [m] of the arm's tool from its setpoint meanwhile; 0 for a link of a robot.
     """
 
+    owner: str
     link: str
     obstacle: str
     begin: float
@@ -55,7 +62,7 @@ class Collision:
         """Return the collision in words.
 
         Example:
-            >>> Collision("forearm_link", "camera frame 2", 12.3, 15.4, 0.041).sentence()
+            >>> Collision("arm", "forearm_link", "camera frame 2", 12.3, 15.4, 0.041).sentence()
             'forearm_link against camera frame 2, 12.3 to 15.4 s; the tool was held up 41 mm from its goal'
         """
         held_up = f"; the tool was held up {self.deviation * 1e3:.0f} mm from its goal"
@@ -65,27 +72,29 @@ class Collision:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Watched:
-    """Arm under watch.
+    """Arm or robot under watch.
 
     Attributes:
-        arm: its device.
-        joints: addresses of its joints in `qpos`.
+        name: its name.
+        arm: the arm's device; None for a robot.
+        joints: addresses of the arm's joints in `qpos`.
         tool: body of its last link in the engine.
     """
 
-    arm: Arm
-    joints: list[int]
-    tool: int
+    name: str
+    arm: Arm | None = None
+    joints: list[int] = field(default_factory=list)
+    tool: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """Smallest distance between two arms in a run.
+    """Smallest distance between two arms or robots in a run.
 
     Attributes:
         distance: distance of two links [m]; negative where they overlap.
         link: frame of a link.
-        other: frame of the other arm's.
+        other: frame of the other's.
         time: simulation time [s].
     """
 
@@ -105,7 +114,7 @@ class Approach:
 
 
 class CollisionWatch:
-    """Collision monitor of a cell's arms; it does not affect the run.
+    """Collision monitor of a cell's arms and robots; it does not affect the run.
 
     Args:
         on_collision: called with each collision that is over.
@@ -118,25 +127,32 @@ class CollisionWatch:
         self.collisions: list[Collision] = []
         """Collisions that are over, in the order of their ends."""
         self._links: dict[int, _Watched] = {}
-        """The arm of each link, by the link's body in the engine."""
+        """The arm or robot of each link, by the link's body in the engine."""
         self._fingers: set[int] = set()
-        """Bodies of the fingers of parallel grippers."""
+        """Bodies of the fingers of parallel grippers, and of hands of robots."""
+        self._frames = frames_by_link(cell.trial)
         model = cell.simulation.model
         for arm in cell.trial.arms:
             names = [arm.prefix + name for name in joints_of(arm, cell.trial.arm_models)]
             joints = [int(model.joint(name).qposadr[0]) for name in names]
-            watched = _Watched(cell.arms[arm.name], joints, int(model.body(arm.holder).id))
+            watched = _Watched(arm.name, cell.arms[arm.name], joints, int(model.body(arm.holder).id))
             # the cup's own contacts do not count, nor do those of fingers with parts
             cup = arm.holder if arm.tool.kind == "vacuum" else ""
             links = [name for name in moving_links(arm, cell.trial.arm_models) if name != cup]
             self._links |= {int(model.body(name).id): watched for name in links}
             if arm.tool.kind == "parallel":
                 self._fingers |= {int(model.body(name).id) for name in arm.gripper_names.fingers}
+        for robot in cell.trial.layout.robots:
+            config, watched = cell.trial.robot_models[robot.name], _Watched(robot.name)
+            self._links |= {int(model.body(robot.prefix + link).id): watched for link in config.robot.links}
+            self._fingers |= {int(model.body(robot.prefix + link).id) for link in config.hand_links}
         self._link_ids = [*self._links]
+        self._standing: set[tuple[int, int]] = self._find_standing()
+        """Robots' links, each with what it stands on."""
         self._setpoint: mujoco.MjData | None = None
         self._distances = ArmDistances(cell.simulation, cell.trial)
         self.nearest: Approach | None = None
-        """Smallest distance between two arms; None with one arm."""
+        """Smallest distance between two arms or robots; None with one of them."""
         self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
 
     def end(self) -> list[Collision]:
@@ -149,7 +165,7 @@ class CollisionWatch:
         """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` by their ends.
 
         Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m]. With several
-        arms, `nearest` is their smallest distance so far.
+        arms or robots, `nearest` is their smallest distance so far.
         """
         over = [asdict(each) for each in self.collisions[-MAX_SHOWN:]]
         lasting = [asdict(each) | {"end": None} for each in self._open.values() if each.duration >= MIN_DURATION]
@@ -161,6 +177,7 @@ class CollisionWatch:
         """Forget all collisions: the run has started again."""
         self._open.clear()
         self.collisions, self.nearest = [], None
+        self._standing = self._find_standing()
 
     def rewind(self, time: int) -> None:
         """Forget all collisions after `time` [ns]: the run goes back there."""
@@ -172,32 +189,58 @@ class CollisionWatch:
     def _look(self, _index: int) -> None:
         simulation = self._cell.simulation
         data = simulation.data
-        touching: set[tuple[int, int]] = set()
-        if data.ncon:
-            bodies = simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
-            for one, other in bodies[np.isin(bodies, self._link_ids).any(axis=1)].tolist():
-                link, body = (one, other) if one in self._links else (other, one)
-                if link not in self._fingers or body not in self._cell.parts.by_body:
-                    touching.add((link, body))
+        touching = {
+            (link, body)
+            for link, body in self._contacts(simulation.model, data)
+            if (link not in self._fingers or body not in self._cell.parts.by_body)
+            and (link, body) not in self._standing
+        }
         now = simulation.time
         if self._open:
             self._close(now)
-        deviations = {arm.tool: self._deviation(arm) for arm in {self._links[link] for link, _ in touching}}
+        deviations = {owner: self._deviation(owner) for owner in {self._links[link] for link, _ in touching}}
         for link, body in touching:
-            names = self._name(link), _shown(self._name(body))
+            names = self._links[link].name, self._name(link), _shown(self._name(body))
             open_ = self._open.setdefault((link, body), Collision(*names, now, now))
-            open_.end, open_.deviation = now, max(open_.deviation, deviations[self._links[link].tool])
+            open_.end, open_.deviation = now, max(open_.deviation, deviations[self._links[link]])
 
         for pair in self._distances.pairs:
             found = self._distances.nearest(*pair, within=FAR if self.nearest is None else self.nearest.distance)
             if found is not None:
                 self.nearest = Approach(*found, now)
 
+    def _contacts(self, model: mujoco.MjModel, data: mujoco.MjData) -> set[tuple[int, int]]:
+        """Return the links that touch something, each with the other body; of two links, that of the arm comes first.
+
+        Arms come before robots in the model, and both before parts.
+        """
+        if not data.ncon:
+            return set()
+        bodies = model.geom_bodyid[data.contact.geom[: data.ncon]]
+        pairs = bodies[np.isin(bodies, self._link_ids).any(axis=1)].tolist()
+        return {
+            (link, body)
+            for pair in pairs
+            for link, body in [sorted(pair, key=lambda each: (each not in self._links, each))]
+        }
+
+    def _find_standing(self) -> set[tuple[int, int]]:
+        """Return the links of robots that touch something fixed as a run begins, each with that body."""
+        if not self._cell.trial.layout.robots:
+            return set()
+        model, data = self._cell.world.model, self._cell.world.initial_data()
+        mujoco.mj_fwdPosition(model, data)
+        return {
+            pair
+            for pair in self._contacts(model, data)
+            if self._links[pair[0]].arm is None and not model.body_weldid[pair[1]]
+        }
+
     def _name(self, body: int) -> str:
         if (part := self._cell.parts.by_body.get(body)) is not None:
             return part.name
         name = str(self._cell.simulation.model.body(body).name)
-        return self._cell.world.arm_links.get(name, name)
+        return self._frames.get(name, name)
 
     def _close(self, now: float) -> None:
         for pair in [pair for pair, collision in self._open.items() if now - collision.end > GAP]:
@@ -207,7 +250,9 @@ class CollisionWatch:
                 self._on_collision(collision)
 
     def _deviation(self, watched: _Watched) -> float:
-        """Return the distance [m] of an arm's tool from its setpoint."""
+        """Return the distance [m] of an arm's tool from its setpoint; 0 for a robot."""
+        if watched.arm is None:
+            return 0.0
         simulation = self._cell.simulation
         model = simulation.first_model  # the arms are the same in all
         if self._setpoint is None:
@@ -220,7 +265,7 @@ class CollisionWatch:
 
 
 def _shown(body: str) -> str:
-    """Return the words for a body of the model that is no link of the arm."""
+    """Return the words for a body of the model that is no link."""
     if body == "world":
         return "floor"
     return body.replace("_frame", " frame").replace("frame_", "frame ").replace("_belt", " belt")

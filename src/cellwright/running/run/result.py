@@ -101,8 +101,8 @@ class RunResult(SessionResult):
         score: points and times.
         evidence: the score with the facts that it follows from.
         heard: number of messages of each topic that was listened to.
-        collisions: collisions of the arms' links.
-        nearest_arms: smallest distance between two arms; None with one arm.
+        collisions: collisions of the links of arms and robots.
+        nearest_arms: smallest distance between two arms or robots; None with one of them.
     """
 
     outcome: Outcome

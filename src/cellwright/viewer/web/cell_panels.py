@@ -136,11 +136,11 @@ def floor_html(panel: Panel) -> str:
     floor = widgets.block(*parts)
     if (found := panel.get("collisions")) is None:
         return floor
-    parts = [widgets.title("Arm collisions", widgets.text(found["count"]))]
+    parts = [widgets.title("Collisions", widgets.text(found["count"]))]
     parts += [widgets.mark("✸", RED, widgets.text(_collision(each))) for each in reversed(found["latest"])]
     if (nearest := found.get("nearest")) is not None:
         where = f"{nearest['distance'] * 1e3:.0f} mm, {nearest['link']} to {nearest['other']}"
-        parts.append(widgets.row("nearest arms", widgets.text(where)))
+        parts.append(widgets.row("nearest", widgets.text(where)))
     if len(found["latest"]) < found["count"]:
         parts.append(widgets.dim(f"and {found['count'] - len(found['latest'])} earlier"))
     return floor + widgets.block(*parts)

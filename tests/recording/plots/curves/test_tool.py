@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from cellwright.recording.plots.curves import draw_from_above, draw_height
-from cellwright.recording.plots.tracks import Span, ToolTrack
+from cellwright.recording.plots.tracks import CollisionSpan, Span, ToolTrack
 
 TIMES = np.linspace(0.0, 10.0, 101)
 
@@ -72,7 +72,7 @@ def test_legend_of_two_tools_has_their_names() -> None:
     assert axes.get_title(loc="left") == "Heights of the tools" or axes.get_title() == "Heights of the tools"
 
 
-COLLISIONS = (Span(3.0, 3.2, "forearm / bin8"), Span(7.0, 9.0, "wrist 2 / camera frame 2"))
+COLLISIONS = (CollisionSpan(3.0, 3.2, "forearm / bin8"), CollisionSpan(7.0, 9.0, "wrist 2 / camera frame 2"))
 
 
 def test_collisions_are_shaded_named_and_in_legend_of_height() -> None:
@@ -94,6 +94,15 @@ def test_view_from_above_marks_tool_where_collisions_began() -> None:
     axes = Figure().add_subplot()
     draw_from_above(axes, [path(0)], COLLISIONS)
     assert [float(np.asarray(line.get_xdata())[0]) for line in axes.lines if line.get_marker() == "X"] == [3.0, 7.0]
+
+
+def test_view_from_above_marks_the_tool_of_the_arm_that_collided_and_none_for_a_robot() -> None:
+    axes = Figure().add_subplot()
+    tools = [replace(path(along), arm=arm) for along, arm in enumerate(("arm1", "arm2"))]
+    owners = ("arm2", "qinglong", "arm1")
+    draw_from_above(axes, tools, [CollisionSpan(3.0 + n, 4.0 + n, owner=owner) for n, owner in enumerate(owners)])
+    crosses = [np.asarray(line.get_data())[:, 0].tolist() for line in axes.lines if line.get_marker() == "X"]
+    assert sorted(crosses) == [[0.0, 3.0], [5.0, 0.0]]
 
 
 def test_without_collisions_nothing_is_marked() -> None:

@@ -187,15 +187,15 @@ def test_html_after_run_shows_final_state() -> None:
 
 def test_collisions_are_listed_newest_first() -> None:
     panel = panel_of(Cell(KITTING))
-    assert "Collisions" not in words(cell_panels.floor_html(panel)), "there is no collision watch"
+    assert "Collisions 0" not in words(cell_panels.floor_html(panel)), "there is no collision watch"
     post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
     bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
     panel["collisions"] = {"count": 0, "latest": []}
-    assert "Arm collisions 0" in words(cell_panels.floor_html(panel))
+    assert "Collisions 0" in words(cell_panels.floor_html(panel))
     assert "✸" not in words(cell_panels.head_html(panel))
     panel["collisions"] = {"count": 5, "latest": [bin7, post]}
     assert words(cell_panels.floor_html(panel)).endswith(
-        "Arm collisions 5 ✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal "
+        "Collisions 5 ✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal "
         "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 earlier"
     )
     assert "✸ t 4.3 s forearm_link against camera frame 2; tool 431 mm from its goal (5 collisions)" in words(

@@ -12,7 +12,15 @@ from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT, FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, frame_bytes, json_object
 from cellwright.recording.plots.reading.reader import SECOND, Spans
-from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span, ToolTrack, TrackedTrayPart
+from cellwright.recording.plots.tracks import (
+    CollisionSpan,
+    JointTrack,
+    Mark,
+    ScoreTrack,
+    Span,
+    ToolTrack,
+    TrackedTrayPart,
+)
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, printable
 
@@ -81,10 +89,10 @@ class BodyPath:
             x, y, z = self._frame.poses[self._body, :3].tolist()
             self._rows.append((message.time / SECOND, x, y, z))
 
-    def track(self, name: str, on: list[Span], attached: list[Span]) -> ToolTrack:
-        """Return the path, under a name."""
+    def track(self, name: str, on: list[Span], attached: list[Span], arm: str = "") -> ToolTrack:
+        """Return the path, under a name, of the tool of an arm."""
         rows = np.array(self._rows).reshape(-1, 4)
-        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:], on, attached)
+        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:], on, attached, arm)
 
 
 class CompetitionReader:
@@ -98,7 +106,7 @@ class CompetitionReader:
         self.result: dict[str, Any] = {}
         """The last line of the log; empty without one."""
         self.marks: list[Mark] = []
-        self.collisions: list[Span] = []
+        self.collisions: list[CollisionSpan] = []
         self.states = Spans()
         self.verdicts: list[tuple[float, str, dict[str, str]]] = []
         """Of each judged kit: time [s], tray, and verdict of each part by name."""
@@ -159,9 +167,9 @@ class CompetitionReader:
                     self._take_kit(event, when)
                 case "collision":
                     link = str(event["link"]).removesuffix("_link").replace("_", " ")
-                    self.collisions.append(
-                        Span(_finite(event["begin"]), _finite(event["end"]), f"{link} / {event['obstacle']}")
-                    )
+                    begin, end = _finite(event["begin"]), _finite(event["end"])
+                    label, owner = f"{link} / {event['obstacle']}", str(event.get("owner", ""))
+                    self.collisions.append(CollisionSpan(begin, end, label, owner))
                 case "trial over":
                     self.marks.append(Mark(when, str(event["reason"])))
                 case "result":

@@ -24,27 +24,29 @@ class _Arm:
     """Readers of what concerns one arm.
 
     Args:
+        name: its name.
         base: name that its topics begin with.
         path: reader of the path of its tool.
     """
 
-    def __init__(self, base: str, path: BodyPath) -> None:
+    def __init__(self, name: str, base: str, path: BodyPath) -> None:
         self.state, self.gripper = ArmStateReader(f"{base}/arm/state"), GripperReader(f"{base}/gripper/state")
-        self.path = path
+        self.name, self.path = name, path
 
-    def tool(self, name: str, end: float) -> ToolTrack:
-        """Return the path of its tool until a time [s]."""
-        return self.path.track(name, self.gripper.on.until(end), self.gripper.attached.until(end))
+    def tool(self, end: float, shown: str = "") -> ToolTrack:
+        """Return the path of its tool until a time [s], under another name than the arm's if one is given."""
+        on, attached = self.gripper.on.until(end), self.gripper.attached.until(end)
+        return self.path.track(shown or self.name, on, attached, self.name)
 
 
 def _cell(recording: RecordingFile) -> PlotData:
-    arms = {name: _Arm(base, BodyPath(recording.scene, link)) for name, (base, link) in _arms(recording).items()}
+    arms = {name: _Arm(name, base, BodyPath(recording.scene, link)) for name, (base, link) in _arms(recording).items()}
     trays, competition, commands = Trays(), CompetitionReader(), CommandReader()
     of_arms = [reader for arm in arms.values() for reader in (arm.state, arm.gripper, arm.path)]
     warning = _read(recording, (*of_arms, trays, competition, commands))
     end = recording.end_time / SECOND
     alone = "vacuum gripper" if len(arms) == 1 else ""
-    tools = [arm.tool(alone or name, end) for name, arm in arms.items()]
+    tools = [arm.tool(end, alone) for arm in arms.values()]
     joints = {name[:1].upper() + name[1:]: arm.state.tracks() for name, arm in arms.items()}
     states = competition.states.until(end)
     return PlotData(

@@ -133,8 +133,15 @@ def test_incomplete_log_line_is_refused(value: object) -> None:
 
 
 def test_collisions_of_log_have_times_and_names() -> None:
-    facts = {"link": "wrist_2_link", "obstacle": "camera frame 2", "begin": 0.1, "end": 0.4, "deviation": 0.2}
+    facts = {
+        "owner": "arm",
+        "link": "wrist_2_link",
+        "obstacle": "camera frame 2",
+        "begin": 0.1,
+        "end": 0.4,
+        "deviation": 0.2,
+    }
     (found,) = taken(event(0.4, kind="collision", **facts)).collisions
-    assert (found.begin, found.end, found.label) == (0.1, 0.4, "wrist 2 / camera frame 2")
+    assert (found.begin, found.end, found.label, found.owner) == (0.1, 0.4, "wrist 2 / camera frame 2", "arm")
     with pytest.raises(MessageError):
         taken(event(0.4, kind="collision", **{**facts, "begin": "soon"}))
