@@ -28,6 +28,7 @@ _FACTORIES = {
     "builtin_interfaces/msg/Duration": "duration",
     "builtin_interfaces/msg/Time": "stamp",
     "geometry_msgs/msg/Pose": "origin",
+    "sensor_msgs/msg/JointState": "joint_state",
     "std_msgs/msg/Header": "header",
     "trajectory_msgs/msg/JointTrajectory": "joint_trajectory",
     "trajectory_msgs/msg/JointTrajectoryPoint": "trajectory_point",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.gripper import ParallelGripperSettings
-from cellwright.mechanism.gripper_goal import GripperGoals, GripperRequest, width_of
+from cellwright.mechanism.gripper_goal import GripperGoals, GripperRequest, JointCommand, request_of_joints
 from cellwright.mechanism.trajectory_goal import GoalStatus
 from cellwright.util.errors import RejectedCommandError
 from tests.mechanism.gripper_rig import PART, Load, Rig
@@ -94,6 +95,19 @@ def test_other_command_ends_the_goal() -> None:
     assert goals.goal.status is GoalStatus.PREEMPTED
 
 
+def test_command_moves_the_fingers_and_ends_the_goal() -> None:
+    rig, goals, ended = goals_of(None)
+    goals.accept(GripperRequest("a", 0.0))
+    rig.run(0.1)
+    goals.command(GripperRequest("", 0.0))  # the same again is a command all the same
+    assert ended == ["a"]
+    goals.command(GripperRequest("", 0.06, 15.0))
+    rig.run(1.0)
+    assert ended == ["a"]
+    assert rig.gripper.read().width == pytest.approx(0.06, abs=0.5 * MM)
+    assert rig.gripper.max_force == 15.0
+
+
 def test_cancelled_goal_stops_the_fingers() -> None:
     rig, goals, ended = goals_of(None)
     goals.accept(GripperRequest("a", 0.0))
@@ -123,6 +137,8 @@ def test_cancelled_goal_keeps_the_part() -> None:
         GripperRequest("a", -0.01),
         GripperRequest("a", float("nan")),
         GripperRequest("a", 0.0, float("nan")),
+        GripperRequest("a", 0.0, -1.0),
+        GripperRequest("a", 0.0, 1.0, -0.1),
         GripperRequest("a", 0.0, 1.0, float("inf")),
     ],
 )
@@ -133,11 +149,14 @@ def test_goal_out_of_range_is_rejected_and_changes_nothing(request_: GripperRequ
         goals.accept(request_)
     assert goals.active is not None
     assert goals.active.goal_id == "before"
+    with pytest.raises(RejectedCommandError, match=r"^(?!goal).* \(got"):
+        goals.command(replace(request_, goal_id=""))
+    assert goals.active is not None
     rig.run(1.5)
     assert ended == ["before"]
 
 
-@pytest.mark.parametrize(("asked", "given_"), [(0.0, 40.0), (-1.0, 40.0), (15.0, 15.0), (1000.0, 40.0)])
+@pytest.mark.parametrize(("asked", "given_"), [(0.0, 40.0), (15.0, 15.0), (1000.0, 40.0)])
 def test_force_is_limited_to_the_grippers_own(asked: float, given_: float) -> None:
     rig, goals, _ = goals_of(None)
     assert goals.accept(GripperRequest("a", 0.0, asked)).max_force == given_
@@ -166,13 +185,47 @@ def test_state_of_active_and_ended_goal_is_restored() -> None:
 
 @given(st.floats(0.0, 0.25))
 def test_one_finger_of_a_command_means_twice_its_position(position: float) -> None:
-    assert width_of([], [position], JOINTS) == width_of(["right"], [position], JOINTS) == 2 * position
-    assert width_of(JOINTS, [position, position], JOINTS) == 2 * position
+    asked = [
+        request_of_joints("a", JointCommand(names, [position] * max(len(names), 1)), JOINTS)
+        for names in ([], ["right"], JOINTS, ["right", "left"])
+    ]
+    assert asked == [GripperRequest("a", 2 * position)] * 4
+
+
+def test_finger_with_a_limit_of_0_has_that_of_the_other() -> None:
+    command = JointCommand(JOINTS, [0.02, 0.02], [0.0, 0.0], [0.0, 10.0])
+    assert request_of_joints("a", command, JOINTS) == GripperRequest("a", 0.04, 20.0, 0.0)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_speed_and_effort_of_a_finger_are_half_of_the_grippers(count: int) -> None:
+    command = JointCommand(JOINTS[:count], [0.02] * count, [0.03] * count, [12.0, 10.0][:count])
+    assert request_of_joints("a", command, JOINTS) == GripperRequest("a", 0.04, 24.0 if count == 1 else 20.0, 0.06)
 
 
 @pytest.mark.parametrize(
-    ("names", "positions"), [(["elbow"], [0.1]), (["left", "left"], [0.1, 0.1]), (["left"], []), ([], [0.1, 0.1])]
+    ("command", "reason"),
+    [
+        (JointCommand(["elbow"], [0.1]), "joints must be left or right, each once .got elbow"),
+        (JointCommand(["left", "left"], [0.1, 0.1]), "each once .got left, left"),
+        (JointCommand(["left"], []), "a position is needed for each joint .got 0 for 1"),
+        (JointCommand([], [0.1, 0.1]), "a position is needed for each joint .got 2 for 1"),
+        (JointCommand(["left"], [0.1], velocities=[0.1, 0.1]), "a velocity is needed for each joint .got 2 for 1"),
+        (JointCommand(JOINTS, [0.1, 0.1], efforts=[1.0]), "an effort is needed for each joint .got 1 for 2"),
+        (JointCommand(JOINTS, [0.01, 0.02]), "same distance from the middle .got 0.01 and 0.02 m"),
+    ],
 )
-def test_command_for_other_joints_is_rejected(names: list[str], positions: list[float]) -> None:
-    with pytest.raises(RejectedCommandError, match="got"):
-        width_of(names, positions, JOINTS)
+def test_command_for_other_joints_is_rejected(command: JointCommand, reason: str) -> None:
+    with pytest.raises(RejectedCommandError, match=reason):
+        request_of_joints("a", command, JOINTS)
+
+
+@pytest.mark.parametrize("field", ["positions", "velocities", "efforts"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0])
+def test_finger_with_an_invalid_number_is_rejected(field: str, value: float) -> None:
+    _, goals, _ = goals_of(None)
+    for given_ in ([value], [value, 0.02], [0.02, value]):
+        numbers: dict[str, Any] = {"positions": [0.02] * len(given_), field: given_}
+        with pytest.raises(RejectedCommandError, match="got"):
+            goals.accept(request_of_joints("a", JointCommand(JOINTS[: len(given_)], **numbers), JOINTS))
+    assert goals.goal is None

@@ -22,7 +22,7 @@ from cellwright.cell.devices.parts import Overlaps, Parts
 from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor, RangeSensor
 from cellwright.cell.devices.scene import ModelSnapshot, SceneModel, collision_geoms
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper, phase_of
-from cellwright.cell.interface.action import TrajectoryAction
+from cellwright.cell.interface.action import actions_of
 from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.controllers import ControllerServices
 from cellwright.cell.interface.devices import CellDevices, Intention
@@ -190,7 +190,7 @@ class Cell(CellDevices):
             self.arm_guard.on_stop.append(partial(refusals.warn, "arm_clearance"))
         arms = [(each.namespace or None, self.arms[each.name]) for each in trial.arms]
         managers = [ControllerServices(refusals, arm.joints, subject) for subject, arm in arms]
-        handlers: list[Device] = [CellPublications(self), *(TrajectoryAction(arm, refusals, of) for of, arm in arms)]
+        handlers: list[Device] = [CellPublications(self), *actions_of(self)]
         # Handlers begin a run after the devices: they drop all messages of the last run, and publish the first ones.
         for each in handlers:
             self.simulation.add(each)

@@ -24,16 +24,33 @@ class GripperRequest:
     """Goal as received.
 
     Attributes:
-        goal_id: identifier of the goal.
+        goal_id: identifier of the goal; empty for a command without one.
         position: distance between the pads [m].
-        max_effort: gripping force that is not exceeded [N]; 0 or less: the gripper's own, which also limits it.
-        max_speed: speed of that distance [m/s]; 0 or less: the gripper's own, which also limits it.
+        max_effort: gripping force that is not exceeded [N]; 0: the gripper's own, which also limits it.
+        max_speed: speed of that distance [m/s]; 0: the gripper's own, which also limits it.
     """
 
     goal_id: str
     position: float
     max_effort: float = 0.0
     max_speed: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class JointCommand:
+    """Command for one or both finger joints.
+
+    Attributes:
+        names: names of the joints; empty for one finger.
+        positions: their positions [m]; 0 where the pads meet.
+        velocities: largest speeds [m/s]; empty or 0 for the fingers' own.
+        efforts: largest forces [N]; empty or 0 for the fingers' own.
+    """
+
+    names: Sequence[str]
+    positions: Sequence[float]
+    velocities: Sequence[float] = ()
+    efforts: Sequence[float] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,28 +125,24 @@ class GripperGoals:
         """Move to a goal, in place of the active one.
 
         Raises:
-            RejectedCommandError: the gripper cannot move there, or a number is not finite; nothing has changed.
+            RejectedCommandError: the gripper cannot move there, or a number is not valid; nothing has changed.
         """
-        settings = self._gripper.settings
-        for name, value in (("max_effort", request.max_effort), ("max_speed", request.max_speed)):
-            if not math.isfinite(value):
-                raise RejectedCommandError(f"goal {request.goal_id!r}: {name} must be a finite number (got {value:g})")
-        # by so much a width may be off when it was reached, and programs send what they have read
-        if not -GOAL_TOLERANCE <= request.position <= settings.opening + GOAL_TOLERANCE:
-            raise RejectedCommandError(
-                f"goal {request.goal_id!r}: position must be from 0 to {settings.opening:g} m "
-                f"(got {request.position:g})"
-            )
+        width, force, speed = self._checked(request)
         self._end(GoalStatus.PREEMPTED, "another goal came")
-        width = min(max(request.position, 0.0), settings.opening)
-        force, speed = (
-            min(asked, own) if asked > 0.0 else own
-            for asked, own in ((request.max_effort, settings.force), (request.max_speed, settings.speed))
-        )
         # before the goal is active: the gripper reports its command
         self._gripper.move(width, force, speed)
         self.goal = GripperGoal(request.goal_id, width, force)
         return self.goal
+
+    def command(self, request: GripperRequest) -> None:
+        """Move as for a goal, without one; the active goal ends.
+
+        Raises:
+            RejectedCommandError: as for `accept`.
+        """
+        width, force, speed = self._checked(request)
+        self._end(GoalStatus.PREEMPTED, "another command came")
+        self._gripper.move(width, force, speed)
 
     def cancel(self) -> bool:
         """End the active goal, and stop the fingers; a part stays held. Return whether there was a goal."""
@@ -157,6 +170,26 @@ class GripperGoals:
         result = None if found["result"] is None else GripperReport(**found["result"])
         self.goal = GripperGoal(**{**found, "status": GoalStatus(found["status"]), "result": result})
 
+    def _checked(self, request: GripperRequest) -> tuple[float, float, float]:
+        """Return the width [m], the force [N] and the speed [m/s] of a request."""
+        settings = self._gripper.settings
+        place = f"goal {request.goal_id!r}: " if request.goal_id else ""
+        for name, value in (("max_effort", request.max_effort), ("max_speed", request.max_speed)):
+            if not 0.0 <= value < math.inf:
+                raise RejectedCommandError(f"{place}{name} must be a number from 0 (got {value:g})")
+        # by so much a width may be off when it was reached, and programs send what they have read
+        if not -GOAL_TOLERANCE <= request.position <= settings.opening + GOAL_TOLERANCE:
+            raise RejectedCommandError(
+                f"{place}the distance between the pads must be from 0 to {settings.opening:g} m "
+                f"(got {request.position:g})"
+            )
+        width = min(max(request.position, 0.0), settings.opening)
+        force, speed = (
+            min(asked, own) if asked > 0.0 else own
+            for asked, own in ((request.max_effort, settings.force), (request.max_speed, settings.speed))
+        )
+        return width, force, speed
+
     def _update(self, gripper: ParallelGripper) -> None:
         goal = self.active
         if goal is None:
@@ -178,28 +211,44 @@ class GripperGoals:
             listener(ended)
 
 
-def width_of(names: Sequence[str], positions: Sequence[float], joints: tuple[str, str]) -> float:
-    """Return the distance between the pads [m] that a command for joints asks for.
+def request_of_joints(goal_id: str, command: JointCommand, joints: tuple[str, str]) -> GripperRequest:
+    """Return the request of a command for finger joints, as in ParallelGripperCommand.
 
-    In ParallelGripperCommand a goal is a state of joints. One finger's position is half the distance, since the other
-    one follows it.
+    The fingers stand at equal distances from the middle and share the force. So position, speed and effort of one are
+    half of the gripper's.
 
     Args:
-        names: names of the joints of the command; empty for one finger.
-        positions: their positions [m].
+        goal_id: identifier of the goal.
+        command: the command.
         joints: names of the two fingers' joints.
 
     Raises:
-        RejectedCommandError: these are not one or both fingers with a position each.
+        RejectedCommandError: these are not one or both fingers with a position each, or both differ.
 
     Example:
-        >>> width_of(["left_finger_joint"], [0.02], ("left_finger_joint", "right_finger_joint"))
-        0.04
+        >>> command = JointCommand(["left_finger_joint"], [0.02], efforts=[10.0])
+        >>> request = request_of_joints("grip", command, ("left_finger_joint", "right_finger_joint"))
+        >>> request.position, request.max_effort, request.max_speed
+        (0.04, 20.0, 0.0)
     """
-    fingers = list(names) or [joints[0]]
+    fingers = list(command.names) or [joints[0]]
     strangers = [name for name in fingers if name not in joints]
     if strangers or len(set(fingers)) < len(fingers):
-        raise RejectedCommandError(f"joints must be {' or '.join(joints)}, each once (got {', '.join(fingers)})")
-    if len(positions) != len(fingers):
-        raise RejectedCommandError(f"a position is needed for each joint (got {len(positions)} for {len(fingers)})")
-    return 2.0 * sum(positions) / len(positions)
+        raise RejectedCommandError(f"joints must be {' or '.join(joints)}, each once (got {', '.join(fingers):.200})")
+    values = {"a position": command.positions, "a velocity": command.velocities, "an effort": command.efforts}
+    for name, each in values.items():
+        if len(each) != len(fingers) and (len(each) or name == "a position"):
+            raise RejectedCommandError(f"{name} is needed for each joint (got {len(each)} for {len(fingers)})")
+    positions = [float(each) for each in command.positions]
+    if abs(positions[0] - positions[-1]) > GOAL_TOLERANCE:
+        raise RejectedCommandError(
+            f"both fingers stand at the same distance from the middle (got {positions[0]:g} and {positions[1]:g} m)"
+        )
+    speed, effort = map(_limit, (command.velocities, command.efforts))
+    return GripperRequest(goal_id, 2.0 * sum(positions) / len(positions), effort, speed)
+
+
+def _limit(values: Sequence[float]) -> float:
+    """Return the limit for both fingers together from those of each; 0 for none, and a wrong number if there is one."""
+    wrong = [value for value in values if not 0.0 <= value < math.inf]
+    return 2.0 * float(min(wrong or [value for value in values if value > 0.0], default=0.0))

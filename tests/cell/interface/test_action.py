@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.action import MAX_PUBLISHED, MAX_REMEMBERED
+from cellwright.cell.interface.action_server import MAX_PUBLISHED, MAX_REMEMBERED
 from cellwright.config.arm import ArmSettings
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot

@@ -1,11 +1,18 @@
 """Arm of a cell as a client has it."""
 
+from pathlib import Path
+
 import pytest
 
 from cellwright import Cell, Client, Trial
+from cellwright.cell.devices.finger_gripper import FingerGripper
 from cellwright.clients.client.arm import ARM_JOINTS, trajectory_message
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from tests.cell.arm_cells import FACING_UR5, PEDESTAL, TWO_ON_A_RAIL, ur5_cell
+
+FINGERS = Path(__file__).parents[2] / "data" / "fingers.yaml"
+"""Cell whose fingers are around a part."""
 
 
 def test_command_and_suction_are_those_of_one_of_two_arms() -> None:
@@ -58,3 +65,37 @@ def test_trajectory_begins_on_arrival_with_the_joints_as_named() -> None:
     assert message.joint_names == ["a", "b"]
     assert message.header.stamp.sec == 0
     assert message.points[0].positions.tolist() == [1.0, 2.0]
+
+
+def test_gripper_is_moved_to_a_width_and_stops_at_a_part() -> None:
+    cell = Cell(load_trial([FINGERS]).trial)
+    client = Client.in_process(cell)
+    assert client.gripper_width is None
+    assert client.move_gripper(0.09)
+    assert client.gripper_width == pytest.approx(0.09, abs=0.001)
+    assert not client.move_gripper(0.0, effort=12.0)
+    assert client.gripper_attached
+    assert client.gripper_width == pytest.approx(0.04, abs=0.001)
+    assert isinstance(cell.gripper, FingerGripper)
+    assert cell.gripper.max_force == 12.0
+    assert client.move_gripper(0.1)
+    assert not client.gripper_attached
+
+
+@pytest.mark.parametrize(("width", "effort"), [(0.2, 0.0), (float("nan"), 0.0), (0.05, -1.0)])
+def test_gripper_refuses_a_width_or_force_out_of_range(width: float, effort: float) -> None:
+    client = Client.in_process(Cell(load_trial([FINGERS]).trial))
+    with pytest.raises(RejectedCommandError, match="got"):
+        client.move_gripper(width, effort)
+
+
+def test_gripper_that_has_no_time_to_arrive_is_not_there() -> None:
+    client = Client.in_process(Cell(load_trial([FINGERS]).trial))
+    client.sleep(0.1)
+    assert not client.move_gripper(0.05, timeout=0.1)
+
+
+def test_cup_cannot_be_moved_to_a_width() -> None:
+    client = Client.in_process(Cell(load_trial(text=TWO_ON_A_RAIL).trial))
+    with pytest.raises(UnknownNameError, match="/ariac/arm1/gripper/command"):
+        client.arm("arm1").move_gripper(0.05)

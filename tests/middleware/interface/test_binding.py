@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.action import TrajectoryAction
+from cellwright.cell.interface.action_server import ActionServer
 from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.controllers import ControllerServices
 from cellwright.cell.interface.publications import CellPublications
@@ -126,7 +126,7 @@ def test_tables_are_imported_without_engine(module: str) -> None:
 @pytest.mark.parametrize(
     ("table", "classes"),
     [
-        ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction, ControllerServices)),
+        ((*GEAR, *PICTURES), (CellCommands, CellPublications, ActionServer, ControllerServices)),
         (IO_TELEOP, (RobotCommands, BaseCommands, Homing, EePoses, RobotPublications, CameraTopics)),
     ],
     ids=["cell", "robot"],

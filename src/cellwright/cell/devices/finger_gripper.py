@@ -1,12 +1,14 @@
 """Parallel gripper of an arm in a cell: it holds parts, and a drop region makes it drop them."""
 
 from collections.abc import Callable
-from typing import Self
+from typing import Any, Self
 
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.model.build import WorldPart
 from cellwright.config.layout.arms import Arm
 from cellwright.config.trial.trial import Trial
+from cellwright.engine.device import State
+from cellwright.mechanism.gripper_goal import GripperGoals
 from cellwright.mechanism.parallel_gripper import GOAL_TOLERANCE, ParallelGripper
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -22,6 +24,7 @@ class FingerGripper(ParallelGripper):
     Attributes:
         drop_target: each check calls it with name and world_T_part of a held part. It returns the pose to drop the
             part at, or None.
+        goals: goals of its actions, part of its state.
 
     Raises:
         UsageError: the arm has another tool.
@@ -33,6 +36,7 @@ class FingerGripper(ParallelGripper):
         name = f"gripper_{arm.namespace}" if arm.namespace else "gripper"
         super().__init__(arm.tool.fingers, arm.gripper_names, self._name_of, gripper=arm.namespace, name=name)
         self.parts, self.arm = parts, arm
+        self.goals = GripperGoals(self)
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
         parts.on_taken.append(lambda part: self.take_away(part.body))
 
@@ -55,6 +59,21 @@ class FingerGripper(ParallelGripper):
     def width(self) -> float:
         """Present distance between the pads [m]."""
         return self.read().width
+
+    def reset(self) -> None:
+        """Begin a run: the fingers stand still, and there is no goal."""
+        super().reset()
+        self.goals.reset()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the state of the fingers, with the last goal."""
+        # absent without a goal, as in recordings of cells that had none
+        return {**super().get_state(), **({} if self.goals.goal is None else {"action": self.goals.get_state()})}
+
+    def set_state(self, state: State) -> None:
+        """Restore what `get_state` returned."""
+        super().set_state(state)
+        self.goals.set_state(state.get("action", {"goal": None}))
 
     def joints(self) -> tuple[list[float], list[float], list[float]]:
         """Return positions [m], velocities [m/s] and efforts [N] of both fingers, the left one first."""

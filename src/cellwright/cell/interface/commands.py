@@ -7,6 +7,7 @@ from functools import cache
 from typing import cast, get_args
 
 from cellwright.cell.devices.conveyor import PopulationAction
+from cellwright.cell.devices.finger_gripper import FingerGripper
 from cellwright.cell.interface.devices import CellDevices, named, of_arm
 from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
@@ -17,12 +18,17 @@ from cellwright.config.layout.data import layout_data, plain
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER
 from cellwright.engine.clock import NANOSECONDS, seconds
+from cellwright.mechanism.gripper_goal import GripperRequest
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.mechanism.trajectory_controller import check_count
 from cellwright.middleware.bus import Refusals
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message, osrf_gear
-from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
+from cellwright.middleware.messages.control_msgs import (
+    GripperCommand,
+    QueryTrajectoryStateRequest,
+    QueryTrajectoryStateResponse,
+)
 from cellwright.middleware.messages.conversions import floats, nanoseconds
 from cellwright.middleware.messages.standard import JointTrajectory as JointTrajectoryMessage
 from cellwright.middleware.messages.standard import String
@@ -136,6 +142,12 @@ class CellCommands:
         """Switch the suction, or close or open the fingers."""
         of_arm(self._cell.grippers, self._cell.trial, row.subject).set_enabled(request.enable)
         return osrf_gear.VacuumGripperControlResponse(success=True)
+
+    def command_gripper(self, row: Endpoint, message: GripperCommand, _node: str) -> None:
+        """Move the fingers to a distance."""
+        gripper = of_arm(self._cell.grippers, self._cell.trial, row.subject)
+        assert isinstance(gripper, FingerGripper)  # the row is for those alone
+        gripper.goals.command(GripperRequest("", message.position, message.max_effort))
 
     def send_agv(self, row: Endpoint, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:
         """Send an AGV to inspection, or submit a fixed tray."""

@@ -12,6 +12,10 @@ EACH_ARM = Where("with an arm", lambda trial: [each.namespace or None for each i
 EACH_GRIPPER = Where(
     "with an arm", lambda trial: [each.namespace or None for each in trial.arms if each.tool.kind != "none"]
 )
+EACH_FINGERS = Where(
+    "with a parallel gripper",
+    lambda trial: [each.namespace or None for each in trial.arms if each.tool.kind == "parallel"],
+)
 WITH_NAMESPACES = Where.when("with several arms", lambda trial: any(each.namespace for each in trial.arms))
 WITH_TRAYS = Where.when("with AGVs or fixed trays", lambda trial: trial.stations)
 EACH_AGV = Where("for each AGV", lambda trial: [each.name for each in trial.carriers])

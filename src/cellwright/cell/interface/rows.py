@@ -1,6 +1,6 @@
 """Interface of the kit-building cell: all topics and services of the 2017 competition ("GEAR"), as a table.
 
-Handlers are methods of `Commands`, `CellPublications` and `TrajectoryAction`. The names, types, rates and latches are
+Handlers are methods of `CellCommands`, `CellPublications` and action servers. The names, types, rates and latches are
 the original's; "each step" means the simulation's own step. The rows mark two kinds of cheating in the competition:
 observing the trays, and controlling belt, parts and scoring.
 """
@@ -17,6 +17,7 @@ from cellwright.cell.interface.occurrence import (
     EACH_CLOUD_CAMERA,
     EACH_COLOUR_CAMERA,
     EACH_DEPTH_CAMERA,
+    EACH_FINGERS,
     EACH_FIXED_TRAY,
     EACH_FLOW,
     EACH_GRIPPER,
@@ -42,6 +43,8 @@ from cellwright.util.errors import UsageError
 ARIAC = "/ariac"
 FOLLOW = f"{ARIAC}/arm/follow_joint_trajectory"
 FOLLOW_OF_ARM = f"{ARIAC}/{{arm}}/arm/follow_joint_trajectory"
+GRIP = f"{ARIAC}/gripper/gripper_cmd"
+PARALLEL_GRIP = f"{ARIAC}/gripper/parallel_gripper_cmd"
 INTENTION = "/cellwright/intention"
 
 CONTROLLER_NAMES = {
@@ -54,6 +57,10 @@ CONTROLLER_NAMES = {
     "/ariac/{arm}/arm/state": "/{arm}_controller/controller_state",
     "/ariac/{arm}/arm/query_state": "/{arm}_controller/query_state",
     FOLLOW_OF_ARM: "/{arm}_controller/follow_joint_trajectory",
+    GRIP: "/gripper_controller/gripper_cmd",
+    PARALLEL_GRIP: "/parallel_gripper_controller/gripper_cmd",
+    "/ariac/{arm}/gripper/gripper_cmd": "/{arm}_gripper_controller/gripper_cmd",
+    "/ariac/{arm}/gripper/parallel_gripper_cmd": "/{arm}_parallel_gripper_controller/gripper_cmd",
 }
 """Names in ROS 2 for programs of ros2_control, such as MoveIt, by the name of 2017; `{arm}` is a namespace."""
 
@@ -82,6 +89,9 @@ CONTROLLER = "joint_trajectory_controller"
 CONTROL = "controller_manager"
 ACTIONS = "actionlib"
 FRAMES = "robot_state_publisher"
+FINGERS = "gripper_action_controller"
+COMMANDED_FINGERS = "pr2_gripper_controller"
+PARALLEL_FINGERS = "parallel_gripper_action_controller"
 
 IN_COMPETITION = {
     "/ariac/submit_tray": CompetitionMode.REFUSES,
@@ -186,6 +196,38 @@ ARM = (
     accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", EACH_GRIPPER,
           "Switches the suction on or off, or closes or opens fingers; always succeeds.",
           handler="control_gripper", source=GRIPPER),
+    accepts(TOPIC, "/ariac/gripper/command", "control_msgs/GripperCommand", EACH_FINGERS,
+          "Distance between the pads to move to, with a largest force; replaces the current one.",
+          handler="command_gripper", source=COMMANDED_FINGERS),
+    accepts(ACTION, GRIP, "control_msgs/GripperCommand", EACH_FINGERS,
+          "The same with a result: whether the pads are there, or a part keeps them from it; in ROS 1 the five topics "
+          "under this name.", source=FINGERS),
+    accepts(TOPIC, f"{GRIP}/goal", "control_msgs/GripperCommandActionGoal", EACH_FINGERS,
+          "Distance and largest force.", handler="take_goal", source=ACTIONS),
+    accepts(TOPIC, f"{GRIP}/cancel", "actionlib_msgs/GoalID", EACH_FINGERS,
+          "Cancels a goal; the fingers stop, and a part stays held.", handler="take_cancel", source=ACTIONS),
+    publishes(f"{GRIP}/status", "actionlib_msgs/GoalStatusArray", 5, EACH_FINGERS,
+         "Status of the goals; also published at each change.",
+         latch=True, handler="goal_status", source=ACTIONS),
+    publishes(f"{GRIP}/feedback", "control_msgs/GripperCommandActionFeedback", 10, EACH_FINGERS,
+         "Present distance and force, while a goal is active.", handler="goal_feedback", source=FINGERS),
+    publishes(f"{GRIP}/result", "control_msgs/GripperCommandActionResult", ON_EVENT, EACH_FINGERS,
+         "Result of a goal.", handler="goal_result", source=ACTIONS),
+    accepts(ACTION, PARALLEL_GRIP, "control_msgs/ParallelGripperCommand", EACH_FINGERS,
+          "The same by joints of fingers, with a largest speed; not in ROS 1, which lacks the type.",
+          source=PARALLEL_FINGERS),
+    accepts(TOPIC, f"{PARALLEL_GRIP}/goal", "control_msgs/ParallelGripperCommandActionGoal", EACH_FINGERS,
+          "Positions of finger joints, with largest speeds and forces.", handler="take_goal", source=ACTIONS),
+    accepts(TOPIC, f"{PARALLEL_GRIP}/cancel", "actionlib_msgs/GoalID", EACH_FINGERS,
+          "Cancels a goal; the fingers stop, and a part stays held.", handler="take_cancel", source=ACTIONS),
+    publishes(f"{PARALLEL_GRIP}/status", "actionlib_msgs/GoalStatusArray", 5, EACH_FINGERS,
+         "Status of the goals; also published at each change.",
+         latch=True, handler="goal_status", source=ACTIONS),
+    publishes(f"{PARALLEL_GRIP}/feedback", "control_msgs/ParallelGripperCommandActionFeedback", 10, EACH_FINGERS,
+         "Present state of the finger joints, while a goal is active.",
+         handler="goal_feedback", source=PARALLEL_FINGERS),
+    publishes(f"{PARALLEL_GRIP}/result", "control_msgs/ParallelGripperCommandActionResult", ON_EVENT, EACH_FINGERS,
+         "Result of a goal.", handler="goal_result", source=ACTIONS),
 )
 
 TRAYS = (
@@ -296,7 +338,12 @@ def _of(row: Endpoint, subject: str | None) -> Endpoint:
     """Return a row for a subject; a namespace that its name has no place for comes behind `/ariac`."""
     if subject is None or "{" in row.name:
         return row.of(subject)
-    return replace(row, name=row.name.replace(ARIAC, f"{ARIAC}/{subject}", 1), subject=subject)
+    return replace(row, name=in_namespace(row.name, subject), subject=subject)
+
+
+def in_namespace(name: str, namespace: str | None) -> str:
+    """Return the name of a row of an arm with its namespace; None for the only arm."""
+    return name if namespace is None else name.replace(ARIAC, f"{ARIAC}/{namespace}", 1)
 
 
 def _refuse_clashes(endpoints: Iterable[Endpoint]) -> None:

@@ -9,6 +9,7 @@ from cellwright.config.gripper_links import GripperNames
 from cellwright.config.ur10 import GRIPPER_JOINT
 from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.arrays import JointArrays, joint_arrays
+from cellwright.middleware.messages.control_msgs import GripperCommand
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory
 from cellwright.util.errors import CellwrightError, UsageError
@@ -22,7 +23,14 @@ the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup. Fina
 """
 
 _STOPPED = 0.02
-_OF_GRIPPERS = (GRIPPER_JOINT, *GripperNames().joints)
+_FINGERS = GripperNames().joints
+_OF_GRIPPERS = (GRIPPER_JOINT, *_FINGERS)
+_REACHED = 0.001
+"""Deviation [m] from the width that fingers were sent to at which they have reached it."""
+_BLOCKED = 0.3
+"""Time [s] in which fingers that something keeps from their width have not moved; a part is held after 0.1 s."""
+_STILL = 0.0002
+"""Change of the width [m] that is no motion."""
 
 
 class ClientArm:
@@ -142,6 +150,50 @@ class ClientArm:
         """Switch the vacuum on or off, or close or open the fingers with their largest force."""
         request = osrf_gear.VacuumGripperControlRequest(enable=enable)
         return bool(self._node.call(f"{self._space}/gripper/control", request).success)
+
+    @property
+    def gripper_width(self) -> float | None:
+        """Newest distance between the pads of a parallel gripper [m]; None before the first message, or without one."""
+        found = [value for name, value in self.joint_positions.items() if name.endswith(_FINGERS)]
+        return sum(found) if found else None
+
+    def move_gripper(self, width: float, effort: float = 0.0, *, timeout: float = 5.0) -> bool:
+        """Move the fingers of a parallel gripper, and wait until they are there or something keeps them from it.
+
+        Opening releases a part; `gripper_attached` tells whether closing has got one.
+
+        Args:
+            width: distance between the pads [m].
+            effort: gripping force that is not exceeded [N]; 0 for the gripper's own.
+            timeout: longest wait [s].
+
+        Returns:
+            True if the pads are at their distance.
+
+        Raises:
+            RejectedCommandError: a number is out of range, and the fingers go on as they did.
+            UnknownNameError: the arm has no parallel gripper.
+
+        Example:
+            >>> client.move_gripper(0.06)  # doctest: +SKIP
+            True
+        """
+        self._node.publish(f"{self._space}/gripper/command", GripperCommand(float(width), float(effort)))
+        before, since = self.gripper_width, self._node.time
+
+        def is_over() -> bool:
+            nonlocal before, since
+            present = self.gripper_width
+            if present is None or before is None or abs(present - before) > _STILL:
+                before, since = present, self._node.time
+            return self._is_at(width) or self._node.time - since >= _BLOCKED
+
+        self._node.wait_until(is_over, timeout)
+        return self._is_at(width)
+
+    def _is_at(self, width: float) -> bool:
+        present = self.gripper_width
+        return present is not None and abs(present - width) <= _REACHED
 
     @property
     def joints(self) -> Sequence[str]:

@@ -164,8 +164,8 @@ def bind(
 
     A row's handler is a method of one of the `handlers`. For a service or an incoming topic it is called with each
     request or message: `handler(row, message, node)`. For an outgoing topic it is called once: `handler(output)`. An
-    object with an attribute `subject` handles rows of that subject alone. The
-    rows have ranks from `first` on.
+    object with an attribute `subject` handles rows of that subject alone, and one with an attribute `topics` those
+    whose names begin so. The rows have ranks from `first` on.
 
     Raises:
         UsageError: a row names a handler that does not exist.
@@ -179,7 +179,9 @@ def bind(
             (
                 getattr(each, row.handler)
                 for each in found
-                if hasattr(each, row.handler) and getattr(each, "subject", row.subject) == row.subject
+                if hasattr(each, row.handler)
+                and getattr(each, "subject", row.subject) == row.subject
+                and row.name.startswith(getattr(each, "topics", ""))
             ),
             None,
         )

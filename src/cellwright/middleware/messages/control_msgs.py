@@ -91,6 +91,77 @@ class FollowJointTrajectoryAction(MessageClass):
     action_feedback: FollowJointTrajectoryActionFeedback = field(default_factory=FollowJointTrajectoryActionFeedback)
 
 
+@message_class("control_msgs/msg/GripperCommand")
+class GripperCommand(MessageClass):
+    """A distance between the fingers of a gripper to move to."""
+
+    position: float = 0.0  # distance between the pads [m]
+    max_effort: float = 0.0  # gripping force that is not exceeded [N]; 0 for the gripper's own
+
+
+@message_class("control_msgs/msg/GripperCommandGoal")
+class GripperCommandGoal(MessageClass):
+    """A distance to move to."""
+
+    command: GripperCommand = field(default_factory=GripperCommand)
+
+
+@message_class("control_msgs/msg/GripperCommandActionGoal")
+class GripperCommandActionGoal(MessageClass):
+    """A goal with its identifier, as the action server receives it."""
+
+    header: standard.Header = field(default_factory=conversions.header)
+    goal_id: standard.GoalID = field(default_factory=conversions.goal_id)
+    goal: GripperCommandGoal = field(default_factory=GripperCommandGoal)
+
+
+@message_class("control_msgs/msg/GripperCommandResult")
+class GripperCommandResult(MessageClass):
+    """The gripper at the end of a goal."""
+
+    position: float = 0.0  # distance between the pads [m]
+    effort: float = 0.0  # gripping force [N]
+    stalled: bool = False  # whether something keeps the fingers from their goal
+    reached_goal: bool = False  # whether they are there
+
+
+@message_class("control_msgs/msg/GripperCommandActionResult")
+class GripperCommandActionResult(MessageClass):
+    """A result with the status of its goal, as the action server sends it."""
+
+    header: standard.Header = field(default_factory=conversions.header)
+    status: standard.GoalStatus = field(default_factory=conversions.goal_status)
+    result: GripperCommandResult = field(default_factory=GripperCommandResult)
+
+
+@message_class("control_msgs/msg/GripperCommandFeedback")
+class GripperCommandFeedback(MessageClass):
+    """The gripper on its way to a goal."""
+
+    position: float = 0.0  # distance between the pads [m]
+    effort: float = 0.0  # gripping force [N]
+    stalled: bool = False  # whether something keeps the fingers from their goal
+    reached_goal: bool = False  # whether they are there
+
+
+@message_class("control_msgs/msg/GripperCommandActionFeedback")
+class GripperCommandActionFeedback(MessageClass):
+    """Feedback with the status of its goal, as the action server sends it."""
+
+    header: standard.Header = field(default_factory=conversions.header)
+    status: standard.GoalStatus = field(default_factory=conversions.goal_status)
+    feedback: GripperCommandFeedback = field(default_factory=GripperCommandFeedback)
+
+
+@message_class("control_msgs/msg/GripperCommandAction")
+class GripperCommandAction(MessageClass):
+    """The action: its three messages in one."""
+
+    action_goal: GripperCommandActionGoal = field(default_factory=GripperCommandActionGoal)
+    action_result: GripperCommandActionResult = field(default_factory=GripperCommandActionResult)
+    action_feedback: GripperCommandActionFeedback = field(default_factory=GripperCommandActionFeedback)
+
+
 @message_class("control_msgs/msg/JointTrajectoryControllerState")
 class JointTrajectoryControllerState(MessageClass):
     """State of a joint trajectory controller: desired and actual joint state, and their difference."""
@@ -100,6 +171,66 @@ class JointTrajectoryControllerState(MessageClass):
     desired: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
     actual: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
     error: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandGoal")
+class ParallelGripperCommandGoal(MessageClass):
+    """Joints of fingers to move; only ROS 2 has this action."""
+
+    # positions [m], with largest velocities [m/s] and efforts [N] if not empty
+    command: standard.JointState = field(default_factory=conversions.joint_state)
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandActionGoal")
+class ParallelGripperCommandActionGoal(MessageClass):
+    """A goal with its identifier, as the action server receives it."""
+
+    header: standard.Header = field(default_factory=conversions.header)
+    goal_id: standard.GoalID = field(default_factory=conversions.goal_id)
+    goal: ParallelGripperCommandGoal = field(default_factory=ParallelGripperCommandGoal)
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandResult")
+class ParallelGripperCommandResult(MessageClass):
+    """The gripper at the end of a goal."""
+
+    state: standard.JointState = field(default_factory=conversions.joint_state)  # joints of the fingers
+    stalled: bool = False  # whether something keeps the fingers from their goal
+    reached_goal: bool = False  # whether they are there
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandActionResult")
+class ParallelGripperCommandActionResult(MessageClass):
+    """A result with the status of its goal, as the action server sends it."""
+
+    header: standard.Header = field(default_factory=conversions.header)
+    status: standard.GoalStatus = field(default_factory=conversions.goal_status)
+    result: ParallelGripperCommandResult = field(default_factory=ParallelGripperCommandResult)
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandFeedback")
+class ParallelGripperCommandFeedback(MessageClass):
+    """The gripper on its way to a goal."""
+
+    state: standard.JointState = field(default_factory=conversions.joint_state)  # joints of the fingers
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandActionFeedback")
+class ParallelGripperCommandActionFeedback(MessageClass):
+    """Feedback with the status of its goal, as the action server sends it."""
+
+    header: standard.Header = field(default_factory=conversions.header)
+    status: standard.GoalStatus = field(default_factory=conversions.goal_status)
+    feedback: ParallelGripperCommandFeedback = field(default_factory=ParallelGripperCommandFeedback)
+
+
+@message_class("control_msgs/msg/ParallelGripperCommandAction")
+class ParallelGripperCommandAction(MessageClass):
+    """The action: its three messages in one."""
+
+    action_goal: ParallelGripperCommandActionGoal = field(default_factory=ParallelGripperCommandActionGoal)
+    action_result: ParallelGripperCommandActionResult = field(default_factory=ParallelGripperCommandActionResult)
+    action_feedback: ParallelGripperCommandActionFeedback = field(default_factory=ParallelGripperCommandActionFeedback)
 
 
 @message_class("control_msgs/srv/QueryTrajectoryState_Request")

@@ -191,13 +191,13 @@ def joint_trajectory(
 
 
 def joint_state(
-    names: Sequence[str],
-    positions: ArrayLike,
+    names: Sequence[str] = (),
+    positions: ArrayLike = (),
     velocities: ArrayLike = (),
     efforts: ArrayLike = (),
     *,
     frame: str = "",
-    time: int,
+    time: int = 0,
 ) -> JointState:
     """Return a joint state at `time` [ns]: positions [rad or m], velocities [per s], efforts [N m or N]."""
     return JointState(header(frame, time), list(names), floats(positions), floats(velocities), floats(efforts))

@@ -54,6 +54,8 @@ SAID = "said"
 """Type of a REFUSED whose reason was reported."""
 VALUE_PACKAGES = ("actionlib_msgs", "control_msgs")
 """Packages whose messages are JSON objects in the encoding `ros2`: their fields differ between distributions."""
+ROS2_ONLY = "control_msgs/ParallelGripperCommand"
+"""Action that ROS 1 lacks: it has none of its topics there, and packages none of its messages."""
 MAX_FRAME_BYTES = 16 << 20  # bytes of the longest frame that is accepted; no message of a cell comes near
 MAX_CLIENT_FRAME_BYTES = 3 << 20
 """Bytes of the longest frame that a client may send: the server buffers it, and time stands while it is read."""

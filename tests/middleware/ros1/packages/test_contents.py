@@ -57,6 +57,12 @@ def test_action_has_seven_messages() -> None:
     names = {Path(path).stem for path in package_files("control_msgs", BIN)}
     for part in ("Action", "ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result", "Feedback"):
         assert f"FollowJointTrajectory{part}" in names
+        assert f"GripperCommand{part}" in names
+
+
+def test_messages_that_only_ros2_has_are_left_out() -> None:
+    assert not [path for path in package_files("control_msgs", BIN) if "ParallelGripper" in path]
+    assert "control_msgs/msg/ParallelGripperCommandActionGoal" in TYPES.sources
 
 
 def test_configurations_include_bundled_trials() -> None:

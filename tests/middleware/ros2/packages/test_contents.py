@@ -95,6 +95,9 @@ def test_control_msgs_have_fields_of_ros2() -> None:
     texts = definitions()["control_msgs"]
     assert set(texts) == {
         "action/FollowJointTrajectory.action",
+        "action/GripperCommand.action",
+        "action/ParallelGripperCommand.action",
+        "msg/GripperCommand.msg",
         "msg/JointComponentTolerance.msg",
         "msg/JointTolerance.msg",
         "msg/JointTrajectoryControllerState.msg",

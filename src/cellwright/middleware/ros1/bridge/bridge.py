@@ -43,6 +43,7 @@ from cellwright.middleware.ros1.bridge.topics import ClockPublication, CommandTo
 from cellwright.middleware.wire.command_queue import COMMAND_QUEUE, StepQueue
 from cellwright.middleware.wire.connection import LinkClient, address_of
 from cellwright.middleware.wire.event_loop import EventLoop, ThrottledLog, report, report_ready
+from cellwright.middleware.wire.frames import ROS2_ONLY
 
 ENDED, MASTER_IS_NEW = 0, 75  # exit statuses: the cell or a signal ended it; restart it
 
@@ -97,6 +98,8 @@ class Bridge:
         self._link = LinkClient(self._loop, self._address, self._node, self._cell_ended, on_notice=log_to_rosout)
         welcome = self._link.welcome
         in_lockstep = bool(welcome["lockstep"])
+        left_out = tuple(f"{each['name']}/" for each in welcome["actions"] if each["type"].startswith(ROS2_ONLY))
+        topics = [topic for topic in welcome["topics"] if not topic["name"].startswith(left_out)]
         master = Master(self._node)
         master.wait(_MASTER_PATIENCE)
         self._frames = self._start_state_publisher(in_lockstep=in_lockstep)
@@ -104,14 +107,14 @@ class Bridge:
         begin_node(self._node)
         rospy.on_shutdown(lambda: self._loop.stop(ENDED))  # `rosnode kill`, or another node takes the name
         self._sent = DeliveryCounter() if in_lockstep else None
-        publications = self._sends = self._publications(welcome["topics"])
+        publications = self._sends = self._publications(topics)
         for publication in publications:
             server.topics[publication.name] = publication.take
             if publication.name != CLOCK:
                 with stop_deferred():
                     publication.register()
         with stop_deferred():
-            self._subscribe(welcome["topics"])
+            self._subscribe(topics)
         for service in self._services(welcome["services"]):
             server.services[service.resolved_name] = service.take
             with stop_deferred():

@@ -12,6 +12,7 @@ from pathlib import Path
 from cellwright._package import FOLDER
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.ros1.host.installation import RosSystem
+from cellwright.middleware.wire.frames import ROS2_ONLY
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.files import update_file
 
@@ -34,6 +35,7 @@ VENDORS_NAMES = {"qinglong": "OpenLoong"}
 _CATALOGUES = Path(FOLDER) / "config"  # bundled trials and robots, which the packages hand on as files
 _QINGLONG, _ANY_ROBOT = "openloong_controller_node.py", "general_sim_robot_control_node.py"
 
+_ROS2_ONLY = ROS2_ONLY.partition("/")[2]
 _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
 
 
@@ -53,7 +55,7 @@ def package_files(package: str, programs: Path) -> dict[str, bytes]:
     found = _read(Path(__file__).parent / "data" / package)
     for name, text in TYPES.sources.items():
         owner, namespace, last = name.split("/")
-        if owner == package:
+        if owner == package and not last.startswith(_ROS2_ONLY):
             found[f"{namespace}/{last}.{namespace}"] = text.encode()
     if package == "osrf_gear":
         for path, content in _read(_CATALOGUES / "trial" / "catalogue").items():

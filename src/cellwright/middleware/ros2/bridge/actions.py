@@ -24,7 +24,7 @@ SUCCEEDED = 3
 _AT_REST = 1e-6  # velocity [m/s, rad/s] that counts as 0
 
 
-class TrajectoryAction:
+class CellAction:
     """Action of the cell, served in ROS 2 under each of `names`. A goal has an identifier of its own on the bus.
 
     Under another name than the cell's, which is that of ros2_control, a goal must pass that controller's checks too.
@@ -37,6 +37,7 @@ class TrajectoryAction:
         self._sender = sender
         self._name: str = action["name"]
         self._class = interface_class(action["type"], "action")
+        self._fault_of = _FAULTS.get(action["type"])
         self._accepted: dict[int, str] = {}
         """Identifiers of accepted goals that rclpy does not execute yet, by Python's id of the goal."""
         self._handles: dict[str, Any] = {}
@@ -62,7 +63,7 @@ class TrajectoryAction:
     async def _take_goal(self, action: str, is_strict: bool, goal: Any) -> GoalResponse:  # noqa: FBT001
         """Take a goal; ROS 2 gives a client no reason for a rejection, so it goes to /rosout."""
         values = values_of(goal)
-        if is_strict and (fault := fault_of(values)):
+        if is_strict and self._fault_of and (fault := self._fault_of(values)):
             self._refusals.count(f"{action}: {fault}")
             return GoalResponse.REJECT
         name = uuid.uuid4().hex
@@ -101,7 +102,8 @@ class TrajectoryAction:
             del self._handles[name], self._results[name]
         result = self._class.Result()
         if values is None:
-            result.error_string = "the cell has ended"
+            if hasattr(result, "error_string"):
+                result.error_string = "the cell has ended"
             handle.abort()
             return result
         fill(result, values["result"])
@@ -109,7 +111,7 @@ class TrajectoryAction:
             handle.succeed()
         elif handle.is_cancel_requested:
             handle.canceled()
-        else:  # outside its tolerances, or another goal replaced it
+        else:  # outside its tolerances, or another goal or command replaced it
             handle.abort()
         return result
 
@@ -141,6 +143,10 @@ def fault_of(goal: dict[str, Any]) -> str:
     if points and any(abs(velocity) > _AT_REST for velocity in points[-1]["velocities"]):
         return "its last point has velocities other than 0; end at rest"
     return ""
+
+
+_FAULTS: dict[str, Callable[[dict[str, Any]], str]] = {"control_msgs/FollowJointTrajectory": fault_of}
+"""Checks of ros2_control's controllers that the cell lacks, by the type of the action."""
 
 
 def _ignore(_frame: Frame) -> None:

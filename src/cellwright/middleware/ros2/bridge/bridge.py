@@ -26,7 +26,7 @@ if __name__ == "__main__":
 
 from std_msgs.msg import String
 
-from cellwright.middleware.ros2.bridge.actions import TrajectoryAction
+from cellwright.middleware.ros2.bridge.actions import CellAction
 from cellwright.middleware.ros2.bridge.broadcast import TYPE as JOINT_STATES
 from cellwright.middleware.ros2.bridge.controller_nodes import ACTIVITY, NODES, ControllerNodes
 from cellwright.middleware.ros2.bridge.graph import NAMESAKE_PATIENCE, GraphWatch
@@ -82,7 +82,7 @@ class Bridge:
         self._arguments = arguments
         self._loop = EventLoop()
         self._ros: RosNode | None = None
-        self._actions: list[TrajectoryAction] = []
+        self._actions: list[CellAction] = []
 
     def run(self) -> None:
         """Carry messages until the cell ends, or a signal comes; then end the process."""
@@ -184,7 +184,7 @@ class Bridge:
         if self._controllers[0]:
             self._controller_nodes = ControllerNodes(ros, loop, calls, *self._controllers)
         self._actions = [
-            TrajectoryAction(ros, loop, link, sender, action, self._named(action)) for action in welcome["actions"]
+            CellAction(ros, loop, link, sender, action, self._named(action)) for action in welcome["actions"]
         ]
         self._publications = [
             self._publication_class(topic)(ros, link, topic, self._named(topic), sent, in_lockstep=in_lockstep)
