@@ -5,7 +5,9 @@ from typing import Any
 
 import pytest
 
+from cellwright.middleware.ros2.host.installation import PYTHON_VARIABLE
 from tests.ros2.ground import Ground
+from tests.ros2.requirement import installation_of
 
 pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2
@@ -85,7 +87,21 @@ def program(names: list[str]) -> dict[str, Any]:
 )
 def test_program_grips_with_the_standard_actions(domain: Ground, names: str, actions: list[str]) -> None:
     cell = domain.serve(str(CELL), "-d", "--ros2-names", names)
-    found = domain.client(program, actions).value()
+    check(domain.client(program, actions).value())
+    cell.wait_for("joints must be left_finger_joint or right_finger_joint, each once .got elbow")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("of_cell", "of_client"), [("kilted", "kilted"), ("jazzy", "kilted"), ("kilted", "jazzy")])
+def test_client_of_distribution_grips_in_cell_of_distribution(domain: Ground, of_cell: str, of_client: str) -> None:
+    bridge, client = installation_of(of_cell), installation_of(of_client)
+    domain.serve(str(CELL), "-d", **{PYTHON_VARIABLE: bridge.python})
+    names = ["/ariac/gripper/gripper_cmd", "/ariac/gripper/parallel_gripper_cmd"]
+    check(domain.client(program, names, under=client).value())
+
+
+def check(found: dict[str, Any]) -> None:
+    """Check what became of the goals of `program`."""
     status, width, *flags = found["gripped"]
     assert (status, flags) == (SUCCEEDED, [True, False])
     assert width == pytest.approx(0.04, abs=0.001)
@@ -98,4 +114,3 @@ def test_program_grips_with_the_standard_actions(domain: Ground, names: str, act
     assert found["feedback"]
     assert (found["replaced"], found["cancelled"]) == (ABORTED, CANCELED)
     assert found["accepted"] == [False] * 6
-    cell.wait_for("joints must be left_finger_joint or right_finger_joint, each once .got elbow")

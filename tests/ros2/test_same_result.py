@@ -49,9 +49,23 @@ def work_with_two(client: Client) -> list[str]:
     return [*seen, f"ended {client.end_competition()}"]
 
 
+def work_with_fingers(client: Client) -> list[str]:
+    """Open and close the fingers of a parallel gripper, which grip a part; return what was seen."""
+    seen = [f"started {client.start_competition()}"]
+    client.sleep(0.1)
+    for width, effort in ((0.08, 0.0), (0.0, 12.0), (0.05, 0.0)):
+        reached = client.move_gripper(width, effort)
+        seen.append(f"{client.time:.3f} {reached} {client.gripper_width!r} {client.gripper_attached}")
+    return [*seen, f"ended {client.end_competition()}"]
+
+
 Work = Callable[[Client], list[str]]
-EXAMPLES = Path(__file__).parents[2] / "examples" / "cells"
-SCENARIOS: dict[str, Work] = {"lesson": work, str(EXAMPLES / "two_arms.yaml"): work_with_two}
+TESTS = Path(__file__).parents[1]
+SCENARIOS: dict[str, Work] = {
+    "lesson": work,
+    str(TESTS.parent / "examples" / "cells" / "two_arms.yaml"): work_with_two,
+    str(TESTS / "data" / "fingers.yaml"): work_with_fingers,
+}
 
 
 def in_one_process(trial: str) -> tuple[list[str], str]:
@@ -73,6 +87,7 @@ def over(transport: Callable[[], SocketTransport], cell: Process, act: Work) -> 
 @pytest.mark.slow
 @pytest.mark.ros1
 @pytest.mark.ros2
+@pytest.mark.filterwarnings("ignore:.*no shapes in the file")
 @pytest.mark.parametrize("trial", SCENARIOS)
 def test_scenario_has_same_result_over_each_transport(master: Master, domain: Ground, trial: str) -> None:
     expected, act = in_one_process(trial), SCENARIOS[trial]
