@@ -2,8 +2,8 @@ import pytest
 
 from cellwright.motion.chain import Chain
 from cellwright.motion.home import MIN_SINGULAR, bent_home, home_fault
-from cellwright.motion.ur import UR_ARMS
 from tests.motion.arms import arm, ur_chain
+from tests.motion.ur_arms import UR_ARMS
 
 
 @pytest.mark.parametrize("name", ["ur5", "ur10", "panda", "iiwa7", "xarm6", "xarm7"])

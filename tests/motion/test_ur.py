@@ -5,9 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.motion.turns import principal
-from cellwright.motion.ur import UR_ARMS, UrConstants, published_name, ur_links, ur_postures
+from cellwright.motion.ur import UrConstants, ur_links, ur_postures
 from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
+from tests.motion.ur_arms import UR_ARMS
 
 ANGLES = st.tuples(*(st.floats(-math.pi, math.pi, allow_subnormal=False),) * 6)
 NAMES = st.sampled_from(sorted(UR_ARMS))
@@ -47,13 +48,6 @@ def test_lengths_and_offsets_of_ur10_are_published_ones() -> None:
     # the description of ROS 1: wrist 3 with all joints at 0 is (a2 + a3, d4, d1 - d5) from the base
     x, y, z = wrist_3(UR_ARMS["UR10"], (0.0,) * 6).position
     assert (x, y, z) == pytest.approx((1.1843, 0.163941, -0.1157))
-
-
-@pytest.mark.parametrize("name", sorted(UR_ARMS))
-def test_published_name_allows_for_calibration(name: str) -> None:
-    ur = UR_ARMS[name]
-    assert published_name(UrConstants(ur.d1 + 5e-4, ur.a2, ur.a3 - 5e-4, ur.d4, ur.d5, 0.3)) == name
-    assert published_name(UrConstants(ur.d1 + 5e-3, ur.a2, ur.a3, ur.d4, ur.d5, ur.d6)) is None
 
 
 def test_pose_out_of_reach_says_by_how_much() -> None:

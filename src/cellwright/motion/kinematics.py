@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from cellwright.config.arm import RAIL_LIMIT
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.motion.mounts import RailMount
-from cellwright.motion.ur import TOUCHING, UR_ARMS, ur_links, ur_postures
+from cellwright.motion.ur import TOUCHING, UrConstants, ur_links, ur_postures
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Vector3, normalized
 
@@ -20,8 +20,8 @@ BASE_X, BASE_Z = 0.3, 1.0
 RAIL_HEIGHT = 0.9
 """Height of the rail's frame in the arm's frame [m]."""
 
-LENGTHS = UR_ARMS["UR10"]
-"""Lengths of the arm."""
+LENGTHS = UrConstants(0.1273, 0.612, 0.5723, 0.163941, 0.1157, 0.0922, 0.220941, -0.1719)
+"""Lengths of the arm, a UR10, as its maker publishes them; the offsets are those of the robot description of ROS 1."""
 
 FACE_DEPTH = 0.005
 """Depth of the cup's face below the gripper's origin, along its -z [m]."""

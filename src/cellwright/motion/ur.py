@@ -9,9 +9,8 @@ plane, which is offset from the pan axis by d4. The inverse follows in three par
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
-from types import MappingProxyType
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from cellwright.motion.turns import principal
@@ -24,9 +23,6 @@ SAME = 1e-7
 TOUCHING = 1e-7
 """Distance [m] by which a target may be out of reach and still count as at its edge: the effect of rounding where
 two singularities meet."""
-
-NAMING_TOLERANCE = 1e-3
-"""Difference [m] of a length from a published one at which an arm still has that name: calibrated arms differ so."""
 
 _SINGULAR = 1e-10
 """Sine of wrist 2 below which its neighbours turn about one axis, so that wrist 3 is a free choice."""
@@ -66,37 +62,6 @@ class UrConstants:
     def max_reach(self) -> float:
         """Maximum distance of the axis of wrist 1 from that of the shoulder [m]."""
         return self.a2 + self.a3
-
-
-UR_ARMS: Mapping[str, UrConstants] = MappingProxyType(
-    {
-        "UR3": UrConstants(0.1519, 0.24365, 0.21325, 0.11235, 0.08535, 0.0819, 0.1198, -0.0925),
-        "UR5": UrConstants(0.089159, 0.425, 0.39225, 0.10915, 0.09465, 0.0823, 0.13585, -0.1197),
-        "UR10": UrConstants(0.1273, 0.612, 0.5723, 0.163941, 0.1157, 0.0922, 0.220941, -0.1719),
-        "UR3e": UrConstants(0.15185, 0.24355, 0.2132, 0.13105, 0.08535, 0.0921),
-        "UR5e": UrConstants(0.1625, 0.425, 0.3922, 0.1333, 0.0997, 0.0996),
-        "UR10e": UrConstants(0.1807, 0.6127, 0.57155, 0.17415, 0.11985, 0.11655),
-        "UR16e": UrConstants(0.1807, 0.4784, 0.36, 0.17415, 0.11985, 0.11655),
-    }
-)
-"""Constants by the name of the arm, as Universal Robots publishes them under "DH Parameters for calculations of
-kinematics and dynamics". The offsets are those of the robot descriptions of ROS 1."""
-
-
-def published_name(ur: UrConstants) -> str | None:
-    """Return the name of the arm with these lengths, within `NAMING_TOLERANCE`; None if none is published.
-
-    d6 does not count, since it reaches to a tool where a description has no flange. Nor do the offsets.
-
-    Example:
-        >>> published_name(UrConstants(0.1625, 0.4251, 0.3921, 0.1333, 0.0997, 0.25))
-        'UR5e'
-    """
-    names = [each.name for each in fields(UrConstants)][:5]
-    for name, published in UR_ARMS.items():
-        if all(abs(getattr(ur, each) - getattr(published, each)) < NAMING_TOLERANCE for each in names):
-            return name
-    return None
 
 
 def ur_links(ur: UrConstants, base: Pose, angles: Sequence[float]) -> dict[str, Pose]:
