@@ -22,7 +22,7 @@ def test_table_of_packages_is_complete() -> None:
 
 def test_table_of_launch_arguments_is_complete() -> None:
     launch = b"".join(content for path, content in package_files(LAUNCH).items() if path.endswith(".launch.py"))
-    declared = set(re.findall(r'DeclareLaunchArgument\("(\w+)"', launch.decode()))
+    declared = set(re.findall(r'DeclareLaunchArgument\(\s*"(\w+)"', launch.decode()))
     assert set(first_column("launch argument")) == declared
 
 

@@ -4,7 +4,8 @@
 - `data/control_msgs` and `data/tf2_msgs` have the names and fields that these packages have in ROS 2.
 - `data/simulation_interfaces` is the standard's version 1.5.1, `data/controller_manager_msgs` the package of Jazzy.
 - `kilted` has the definitions that are others from Kilted on.
-- `data/cellwright` has launch files, with placeholders for paths of this installation.
+- `data/cellwright` has the text of the launch files, with placeholders for paths of this installation and for what is
+  started.
 - `data/cellwright_moveit_config` has those files of a MoveIt configuration that depend on no cell; see `moveit`.
 """
 
@@ -32,6 +33,13 @@ MOVEIT = "cellwright_moveit_config"
 STANDARD = ("std_srvs",)
 """Packages among the definitions that every ROS 2 has."""
 
+_STARTED = {
+    "cell": {"SUBJECT": "trial", "DEFAULT": "lesson", "FILE": "YAML", "COMMAND": "serve"},
+    "robot": {"SUBJECT": "robot", "DEFAULT": "qinglong", "FILE": "URDF", "COMMAND": "teleop"},
+}
+"""Values of the placeholders in the launch file of each kind."""
+
+_TEMPLATE = "template.launch.py"
 _DATA = Path(__file__).parent / "data"
 _FROM_KILTED_ON = Path(__file__).parent / KILTED
 _IN_ROS2 = {"Header": "std_msgs/Header", "time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
@@ -154,7 +162,21 @@ def package_files(package: str, distribution: str = JAZZY) -> dict[str, bytes]:
         raise UnknownNameError("ROS 2 package", package, (LAUNCH, MOVEIT, *interface_packages()))
     folder = _DATA / package
     paths = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.suffix != ".pyc"]
-    return {path.relative_to(folder).as_posix(): _placed(path.read_bytes()) for path in paths}
+    files = {
+        path.relative_to(folder).as_posix(): _placed(path.read_bytes()) for path in paths if path.name != _TEMPLATE
+    }
+    return files | (_launch_files(folder / "launch" / _TEMPLATE) if package == LAUNCH else {})
+
+
+def _launch_files(template: Path) -> dict[str, bytes]:
+    """Return the launch file of each kind by its path in the package."""
+    files = {}
+    for kind, values in _STARTED.items():
+        text = template.read_text(encoding="utf-8")
+        for mark, value in {"KIND": kind, **values}.items():
+            text = text.replace(f"@{mark}@", value)
+        files[f"launch/{kind}.launch.py"] = _placed(text.encode())
+    return files
 
 
 def _placed(content: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""Starts a cell: `ros2 launch cellwright cell.launch.py trial:=final05 namespace:=cell1`.
+"""Starts a @KIND@: `ros2 launch cellwright @KIND@.launch.py @SUBJECT@:=@DEFAULT@ namespace:=@KIND@1`.
 
 Cellwright does the work, under its own Python; the bridge to ROS 2 is a child of it.
 """
@@ -16,7 +16,7 @@ START = "import sys; sys.path.append(sys.argv.pop(1)); from cellwright.__main__ 
 
 
 def start(context: Any, *_arguments: Any, **_keywords: Any) -> list[Any]:
-    """Return the action that starts the cell, for the values of the launch arguments."""
+    """Return the action that starts it, for the values of the launch arguments."""
 
     def value(name: str) -> str:
         return str(LaunchConfiguration(name).perform(context))
@@ -25,20 +25,22 @@ def start(context: Any, *_arguments: Any, **_keywords: Any) -> list[Any]:
     if value("namespace").strip("/"):
         rules.append("__ns:=/" + value("namespace").strip("/"))
     command = [PYTHON, "-E", "-P", "-u", "-c", START, PLACE]
-    command += ["serve", value("trial"), "--ros2", *shlex.split(value("options"))]
+    command += ["@COMMAND@", value("@SUBJECT@"), "--ros2", *shlex.split(value("options"))]
     if rules:
         command += ["--ros-args", *(word for rule in rules for word in ("-r", rule))]
-    return [ExecuteProcess(cmd=command, name="cellwright_cell", output="screen")]
+    return [ExecuteProcess(cmd=command, name="cellwright_@KIND@", output="screen")]
 
 
 def generate_launch_description() -> Any:
-    """Return the launch arguments, and the cell."""
+    """Return the launch arguments, and what starts the @KIND@."""
     return LaunchDescription(
         [
-            DeclareLaunchArgument("trial", default_value="lesson", description="Bundled trial, or a YAML file."),
-            DeclareLaunchArgument("namespace", default_value="", description="Namespace of the cell's names."),
+            DeclareLaunchArgument(
+                "@SUBJECT@", default_value="@DEFAULT@", description="Bundled @SUBJECT@, or a @FILE@ file."
+            ),
+            DeclareLaunchArgument("namespace", default_value="", description="Namespace of its names."),
             DeclareLaunchArgument("remap", default_value="", description="Rules FROM:=TO, separated by spaces."),
-            DeclareLaunchArgument("options", default_value="", description="Other options of `cellwright serve`."),
+            DeclareLaunchArgument("options", default_value="", description="Other options of `cellwright @COMMAND@`."),
             OpaqueFunction(function=start),
         ]
     )
