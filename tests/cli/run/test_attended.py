@@ -23,7 +23,7 @@ from cellwright.running.remote.hosting import RemoteAgent
 from cellwright.running.run import Outcome, RunOptions, ServerOptions, Session, run_cell
 from cellwright.running.run import serving as servings
 from cellwright.running.run.result import cell_result
-from cellwright.running.run.target import panel_of
+from cellwright.running.run.target import HasPanel
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.viewer.web.connection import ServerConnection
 from tests.cli.conftest import CommandLine
@@ -242,9 +242,8 @@ def test_collisions_are_on_panel_during_and_after_run() -> None:
     with Session(cell, view=True, options=RunOptions(ends_when_done=False)) as crowd:
         with looking(crowd, look):
             result = cell_result(crowd.run(IntoThePost()))
-        shown = panel_of(crowd.target)
-        assert shown is not None
-        state = shown.panel({})["collisions"]
+        assert isinstance(crowd.target, HasPanel)
+        state = crowd.target.panel({})["collisions"]
     assert state["count"] == len(result.collisions) > 0
     assert [each["end"] for each in state["latest"]] == [each.end for each in result.collisions]
 

@@ -8,7 +8,7 @@ import pytest
 import cellwright
 from cellwright.config.parsing.sources import Sources
 from cellwright.config.trial.joining import find_files, joined_name, refuse_several_trials, split_names
-from cellwright.running.run.target import record_of
+from cellwright.running.run.target import Recordable
 from cellwright.util.errors import UnknownNameError, UsageError
 
 ORDERS = "orders: {order_0: {announcement_condition: time, announcement_condition_value: 0, parts: {}}}\n"
@@ -25,9 +25,8 @@ def test_session_of_joined_names_has_the_arm_and_names_the_files() -> None:
     for target in ("final01+kitter_sensors", ["final01", "kitter_sensors"]):
         with cellwright.Session(target) as session:
             assert session.node.trial.has_arm
-            recordable = record_of(session.target)
-            assert recordable is not None
-            assert [file.stem for file in recordable.origin(Sources()).files] == ["final01", "kitter_sensors"]
+            assert isinstance(session.target, Recordable)
+            assert [file.stem for file in session.target.origin(Sources()).files] == ["final01", "kitter_sensors"]
 
 
 def test_plus_in_the_path_of_a_file_joins_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

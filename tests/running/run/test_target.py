@@ -9,26 +9,27 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import nanoseconds
 from cellwright.running.run import ServerOptions, Session
-from cellwright.running.run import target as abilities
 from cellwright.running.run.cells import CellTarget
 from cellwright.running.run.playback import PlaybackTarget
 from cellwright.running.run.robots import RobotTarget
-from cellwright.running.run.target import RunControls, Target
+from cellwright.running.run.target import (
+    Ending,
+    Filmable,
+    HasPanel,
+    Player,
+    Prepared,
+    Recordable,
+    Refereed,
+    Restartable,
+    RosNamed,
+    RunControls,
+    Target,
+)
 from cellwright.util.errors import RejectedCommandError, UsageError
 from tests.clients.operators import nodes as robots
 from tests.support.cells import BARE
 
-ALL = (
-    abilities.preparation_of,
-    abilities.ending_of,
-    abilities.player_of,
-    abilities.restart_of,
-    abilities.referee_of,
-    abilities.panel_of,
-    abilities.ros_names_of,
-    abilities.record_of,
-    abilities.film_of,
-)
+ABILITIES = (Prepared, Ending, Player, Restartable, Refereed, HasPanel, RosNamed, Recordable, Filmable)
 
 
 class Least(Target):
@@ -43,24 +44,17 @@ class Least(Target):
         pass
 
 
-def abilities_of(target: Target) -> set[str]:
-    return {ask.__name__.removesuffix("_of") for ask in ALL if ask(target) is not None}
+def abilities_of(target: Target) -> set[type]:
+    return {each for each in ABILITIES if isinstance(target, each)}
 
 
 def test_each_kind_of_target_has_its_abilities() -> None:
-    shown = {"restart", "panel", "ros_names"}
+    shown = {Restartable, HasPanel, RosNamed}
     assert abilities_of(Least()) == set()
-    assert abilities_of(PlaybackTarget(Path("a.mcap"))) == {*shown, "preparation", "player"}
+    assert abilities_of(PlaybackTarget(Path("a.mcap"))) == {*shown, Prepared, Player}
     robot = RobotTarget.of(robots.robot(), is_real_time=False)
-    assert abilities_of(robot) == {*shown, "ending", "record", "film"}
-    assert abilities_of(CellTarget(lambda: Cell(BARE))) == {
-        *shown,
-        "preparation",
-        "ending",
-        "referee",
-        "record",
-        "film",
-    }
+    assert abilities_of(robot) == {*shown, Ending, Recordable, Filmable}
+    assert abilities_of(CellTarget(lambda: Cell(BARE))) == {*shown, Prepared, Ending, Refereed, Recordable, Filmable}
 
 
 def test_session_does_without_abilities_that_its_target_lacks(tmp_path: Path) -> None:

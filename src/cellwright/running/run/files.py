@@ -13,7 +13,7 @@ from cellwright.config.parsing.sources import sources_collected
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.options import RecordOptions
 from cellwright.running.run.result import SessionResult, cell_result
-from cellwright.running.run.target import Origin, RunControls, Target, film_of, record_of, referee_of
+from cellwright.running.run.target import Filmable, Origin, Recordable, Refereed, RunControls, Target
 from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ class RunFiles:
 
     def refuse(self) -> None:
         """Raise UsageError for a file that the target cannot have; a log is refused when its run starts."""
-        if self.options.paths and record_of(self.target) is None:
+        if self.options.paths and not isinstance(self.target, Recordable):
             raise UsageError(_NO_RECORDING)
-        if self.options.video is not None and film_of(self.target) is None:
+        if self.options.video is not None and not isinstance(self.target, Filmable):
             raise UsageError(_NO_VIDEO)
 
     def open(self, run: ExitStack, *, waits: bool, latest_end: int | None, notice: Callable[[str], None]) -> None:
@@ -92,9 +92,8 @@ class RunFiles:
     def _video(
         self, options: VideoOptions, *, waits: bool, latest_end: int | None, notice: Callable[[str], None]
     ) -> Iterator[None]:
-        filmable = film_of(self.target)
-        assert filmable is not None
-        film = filmable.film(replace(options, file=self._numbered(options.file)), waits=waits, report=self.report)
+        assert isinstance(self.target, Filmable)
+        film = self.target.film(replace(options, file=self._numbered(options.file)), waits=waits, report=self.report)
         film.expect(latest_end, notice)
         film.start()
         try:
@@ -107,8 +106,8 @@ class RunFiles:
     def _log(self) -> Iterator[None]:
         from cellwright.recording.format.run_log import RunLog  # slow to load, as all of recording and filming
 
-        referee, log = referee_of(self.target), self.options.log
-        if referee is None or log is None:
+        referee, log = self.target, self.options.log
+        if not isinstance(referee, Refereed) or log is None:
             raise UsageError(_NO_LOG)
         if isinstance(log, Path):
             log = RunLog(self._numbered(log), about=self.options.about, report=self.report)
@@ -128,8 +127,8 @@ class RunFiles:
         from cellwright.recording.format.format import SOURCES, START
         from cellwright.recording.format.recorder import Recorder
 
-        recordable, about = record_of(self.target), self.options.about
-        assert recordable is not None
+        recordable, about = self.target, self.options.about
+        assert isinstance(recordable, Recordable)
         files = RecordingFiles(list(map(self._numbered, self.options.paths)), report=self.report)
         sources = {} if self.origin.sources is None else self.origin.sources.files()
         attachments = {f"{SOURCES}{name}": content for name, content in sources.items()}
@@ -163,7 +162,8 @@ class RunFiles:
         """Record the referee's actions, and collisions."""
         from cellwright.recording.format.run_log import RunEvents
 
-        if (referee := referee_of(self.target)) is None:
+        referee = self.target
+        if not isinstance(referee, Refereed):
             yield
             return
         events = RunEvents(recorder.event, about)
@@ -177,10 +177,9 @@ class RunFiles:
 
 def opened_origin(target: Target, controls: RunControls, *, is_recorded: bool) -> Origin:
     """Open a target; return the files that it was made from, which are collected if it is to be recorded."""
-    recordable = record_of(target) if is_recorded else None
-    if recordable is None:
+    if not (is_recorded and isinstance(target, Recordable)):
         target.open(controls)
         return Origin()
     with sources_collected() as sources:
         target.open(controls)
-        return recordable.origin(sources)
+        return target.origin(sources)

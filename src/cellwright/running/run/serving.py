@@ -10,7 +10,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.middleware.server import Server
 from cellwright.running.run.options import Outputs, PageOptions, ServerOptions, reachable_address
 from cellwright.running.run.pages import open_page
-from cellwright.running.run.target import RunControls, Served, Target, panel_of, ros_names_of, subscribe
+from cellwright.running.run.target import HasPanel, RosNamed, RunControls, Served, Target, subscribe
 from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Serving:
     def __init__(self, options: ServerOptions, target: Target, controls: RunControls, outputs: Outputs) -> None:
         self.options = options
         self._target, self._controls, self._outputs = target, controls, outputs
-        self._ros_names = ros_names_of(target)
+        self._ros_names = target if isinstance(target, RosNamed) else None
         self.page: WebPage | None = None
         self.ros1: Ros1 | None = None
         self.ros2: Ros2 | None = None
@@ -119,8 +119,8 @@ class Serving:
             self._outputs.report(
                 f"{options.host}: open to the network; every program that reaches this machine can {target.acts}"
             )
-        if (shown := panel_of(target)) is not None:
-            shown.offer(Served(server, self._controls, reset, options.restart_refusal, state_refusal, load_world))
+        if isinstance(target, HasPanel):
+            target.offer(Served(server, self._controls, reset, options.restart_refusal, state_refusal, load_world))
 
     def open_page(self, options: PageOptions) -> None:
         """Open the page of the server.

@@ -24,7 +24,7 @@ from cellwright.running.run.loading import AnyTarget, target_of
 from cellwright.running.run.options import Outputs, PageOptions, RecordOptions, RunOptions, ServerOptions
 from cellwright.running.run.result import Outcome, SessionResult
 from cellwright.running.run.state import RunState
-from cellwright.running.run.target import Origin, RunControls, is_real, player_of, referee_of, restart_of
+from cellwright.running.run.target import Origin, Player, RealTime, Refereed, Restartable, RunControls
 from cellwright.util.errors import RejectedCommandError, UsageError
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class Session:
         self.options, self.outputs = options or RunOptions(), outputs or Outputs()
         speed = self.options.speed if rate is None else rate
         self.target = target_of(target, seed=seed, is_real_time=speed == 1.0)
-        self._referee = referee_of(self.target)
+        self._referee = self.target if isinstance(self.target, Refereed) else None
         self._is_paced = speed is not None
         self.rate = speed if isinstance(speed, RateControl) else RateControl(speed)
         until = self.options.until
@@ -219,7 +219,7 @@ class Session:
             with self:
                 return self.run(program, until=until)
         self._refuse_unless_open("run")
-        has_end = until is not None or self.stop.deadline != NEVER or player_of(self.target) is not None
+        has_end = until is not None or self.stop.deadline != NEVER or isinstance(self.target, Player)
         if program is None and self.server is None and not has_end:
             raise UsageError("until: a run without an agent needs an end; pass a time, such as until=10.0")
         if program is not None and self._referee is None:
@@ -282,7 +282,7 @@ class Session:
             rate=self.rate,
             stop=self.stop,
             on_poll=self._poll,
-            can_wait=not is_real(self.target),
+            can_wait=not (isinstance(self.target, RealTime) and self.target.moves_real_robot()),
         )
         self.state = RunState(self.target, self.loop, files, until=until, has_agent=has_agent)
 
@@ -363,11 +363,11 @@ class Session:
             self.restart_requested = True
             self.stop.request("the run restarts")
             return
-        if (restartable := restart_of(self.target)) is None:
+        if not isinstance(self.target, Restartable):
             raise RejectedCommandError("the run cannot start again")
         simulation = self.node.simulation
         before, runs = simulation.now, simulation.runs
-        restartable.reset(keeps_clock=keeps_clock)
+        self.target.reset(keeps_clock=keeps_clock)
         if simulation.runs != runs and self.number:
             self.state.restarted(before)
 

@@ -10,7 +10,7 @@ from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.running.run.files import RunFiles
 from cellwright.running.run.options import Outputs, RunOptions
 from cellwright.running.run.result import Outcome, SessionResult
-from cellwright.running.run.target import Target, ending_of, player_of, preparation_of, referee_of, subscribe
+from cellwright.running.run.target import Ending, Player, Prepared, Refereed, Target, subscribe
 from cellwright.util.errors import SimulationError
 
 _ONE_COURSE = "a recording, video or log of this run is being written, and has one course of time; run without them"
@@ -35,7 +35,7 @@ class RunState:
     ) -> None:
         self.loop, self.has_agent, self.is_over = loop, has_agent, False
         self._target, self._files, self._until = target, files, until
-        self._referee = referee_of(target)
+        self._referee = target if isinstance(target, Refereed) else None
         self._simulation = target.node.simulation
         self._first_tick, self._begun = 0, 0.0
 
@@ -48,8 +48,8 @@ class RunState:
         """Start the run, and open its files until `run` is left; simulation time `waits` for a video or does not."""
         simulation = self._simulation
         self._limit_time()
-        if (prepared := preparation_of(self._target)) is not None:
-            prepared.begin(options, run)
+        if isinstance(self._target, Prepared):
+            self._target.begin(options, run)
         self._first_tick = simulation.clock.tick
         subscribe(simulation.on_rewind, lambda _time: self._limit_time(), run)
         if self._files.options.has_files:
@@ -76,12 +76,12 @@ class RunState:
 
     def pass_time(self) -> tuple[str, str]:
         """Let time pass until the run stops; return how it ended, and the error."""
-        player, referee = player_of(self._target), self._referee
+        referee = self._referee
         try:
-            if player is None:
-                self.loop.run()
+            if isinstance(self._target, Player):
+                self._target.play(self.loop)
             else:
-                player.play(self.loop)
+                self.loop.run()
         except SimulationError as error:
             return ("unstable", str(error)) if referee is None else (Outcome.UNSTABLE, f"{error}\n")
         except KeyboardInterrupt:
@@ -110,7 +110,7 @@ class RunState:
         """End the run; return its result, to which the files add when they are closed."""
         result = self.result(outcome, error)
         self.is_over = True
-        if (ending := ending_of(self._target)) is not None:
-            result = ending.end(result, restarts=restarts)
+        if isinstance(self._target, Ending):
+            result = self._target.end(result, restarts=restarts)
         self._files.result = result
         return result

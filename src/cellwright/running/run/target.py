@@ -1,6 +1,6 @@
 """Targets of a session: what each of them has, and what only some can do.
 
-A session asks for an ability by a function, such as `restart_of`, and does without it if the answer is None.
+A session asks for an ability by its protocol, `isinstance(target, Restartable)`, and does without it otherwise.
 """
 
 from __future__ import annotations
@@ -269,8 +269,8 @@ class Served:
             lockstep=self.server.lockstep,
         )
         offer_viewer_services(self.server, node, target.panel, control)
-        if (names := ros_names_of(target)) is not None:
-            self.server.offer("cellwright/parameters", lambda _request: names.ros_parameters())
+        if isinstance(target, RosNamed):
+            self.server.offer("cellwright/parameters", lambda _request: target.ros_parameters())
         SimulationServices(
             node, control, stop=self.controls.stop, entities=entities, load=self.load_world, has_clock=has_clock
         ).offer(self.server)
@@ -286,53 +286,3 @@ def subscribe(listeners: list[Any], listener: Callable[..., Any], leaving: ExitS
 def common_facts(about: Mapping[str, Any]) -> dict[str, Any]:
     """Return the facts of every recording as JSON values, with those of the caller."""
     return {"versions": versions(), "recorded": datetime.now(UTC).isoformat(timespec="seconds"), **about}
-
-
-def preparation_of(target: Target) -> Prepared | None:
-    """Return the target as one that prepares its runs."""
-    return target if isinstance(target, Prepared) else None
-
-
-def ending_of(target: Target) -> Ending | None:
-    """Return the target as one that acts at the end of a run."""
-    return target if isinstance(target, Ending) else None
-
-
-def player_of(target: Target) -> Player | None:
-    """Return the target as one that lets its time pass itself."""
-    return target if isinstance(target, Player) else None
-
-
-def is_real(target: Target) -> bool:
-    """Return whether the time of the target may not stand."""
-    return isinstance(target, RealTime) and target.moves_real_robot()
-
-
-def restart_of(target: Target) -> Restartable | None:
-    """Return the target as one that can start again."""
-    return target if isinstance(target, Restartable) else None
-
-
-def referee_of(target: Target) -> Refereed | None:
-    """Return the target as a cell, which has a referee."""
-    return target if isinstance(target, Refereed) else None
-
-
-def panel_of(target: Target) -> HasPanel | None:
-    """Return the target as one that viewers can show."""
-    return target if isinstance(target, HasPanel) else None
-
-
-def ros_names_of(target: object) -> RosNamed | None:
-    """Return the target as one that can be a node of ROS."""
-    return target if isinstance(target, RosNamed) else None
-
-
-def record_of(target: Target) -> Recordable | None:
-    """Return the target as one that can be recorded."""
-    return target if isinstance(target, Recordable) else None
-
-
-def film_of(target: Target) -> Filmable | None:
-    """Return the target as one that can be filmed."""
-    return target if isinstance(target, Filmable) else None
