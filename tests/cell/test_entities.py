@@ -7,6 +7,7 @@ from cellwright.cell.entities import MAX_SPEED, Category, Entities, EntityInfo
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
+from tests.cell.robot_cells import tandem_cell
 
 TRAY = "agv1::kit_tray_1::kit_tray_1::tray"
 GEAR, DISK = "bin7|gear_part_1", "bin6|disk_part_1"
@@ -117,3 +118,15 @@ def test_frames_are_the_world_links_entities_and_fixed_frames(entities: Entities
     assert entities.frame("agv1_load_point_frame").position[1] > 3.0
     with pytest.raises(UnknownNameError):
         entities.frame("nowhere")
+
+
+def test_robot_is_an_entity_with_links_by_their_frames() -> None:
+    cell = Cell(tandem_cell())
+    entities = Entities(cell)
+    assert entities.info("tandem") == EntityInfo(Category.ROBOT, "robot tandem, on topics of /left")
+    box = entities.bounds("tandem")
+    assert box is not None
+    assert box.upper[2] - box.lower[2] > 1.0
+    cell.simulation.refresh()
+    place = tuple(cell.simulation.data.body("tandem/right_hand").xpos.tolist())
+    assert entities.frame("tandem_right_hand").position == place

@@ -22,6 +22,7 @@ from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
 from cellwright.cell.model.furniture import SHELF_BODY
+from cellwright.cell.model.link_frames import frames_by_link
 from cellwright.cell.named_poses import Box, NamedPose, named_poses
 from cellwright.config.layout.arm_models import chain_in_engine
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
@@ -131,6 +132,8 @@ class Entities:
             what = "UR10 on a rail" if arm.is_original else f"arm {arm.model}"
             holds = "" if arm.tool.kind == "none" else f", with a {arm.tool.kind} gripper"
             return EntityInfo(Category.ROBOT, what + holds)
+        if (robot := next((each for each in self.cell.trial.layout.robots if each.name == name), None)) is not None:
+            return EntityInfo(Category.ROBOT, f"robot {robot.model}, on topics of /{robot.namespace}")
         if name in {each.name for each in self.cell.trial.carriers}:
             return EntityInfo(Category.ROBOT, "AGV that takes a tray away")
         if name in {each.tray_link for each in self.cell.trial.layout.trays}:
@@ -331,23 +334,19 @@ class Entities:
         model = self.cell.simulation.first_model
         parts = {part.body for part in (*self.cell.parts.world.parts, *self.cell.parts.world.bodies)}
         found, trial = {}, self.cell.trial
-        arms = {chain_in_engine(each, trial.arm_models).root: each.name for each in trial.arms}
+        owners = {chain_in_engine(each, trial.arm_models).root: each.name for each in trial.arms}
+        owners |= {robot.base: robot.name for robot in trial.layout.robots}
         for body in range(1, model.nbody):
             name = model.body(body).name
             if (model.body_parentid[body] == 0 and body not in parts and name != SHELF_BODY) or self._is_tray(body):
-                found[arms.get(name, name)] = body
+                found[owners.get(name, name)] = body
         return found
 
     def _links(self) -> dict[str, int]:
         """Return the engine's bodies of the links that other links or joints carry, by the names of their frames."""
-        model, arms = self.cell.simulation.first_model, self.cell.trial.arms
-        found = {}
-        for body in range(1, model.nbody):
-            if model.body_parentid[body]:
-                name = model.body(body).name
-                arm = next((each for each in arms if each.prefix and name.startswith(each.prefix)), None)
-                found[arm.frame_of(name) if arm else name] = body
-        return found
+        model, frames = self.cell.simulation.first_model, frames_by_link(self.cell.trial)
+        names = {body: model.body(body).name for body in range(1, model.nbody) if model.body_parentid[body]}
+        return {frames.get(name, name): body for body, name in names.items()}
 
     def _is_tray(self, body: int) -> bool:
         return any(self.cell.simulation.model.body(tray.link).id == body for tray in self.cell.trays.values())

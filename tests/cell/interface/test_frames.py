@@ -14,8 +14,9 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.sensors import SensorConfig
-from cellwright.middleware.messages.conversions import pose_from_transform
+from cellwright.middleware.messages.conversions import joint_state, pose_from_transform
 from cellwright.util.pose import Pose, normalized
+from tests.cell.robot_cells import BESIDE_ARM, tandem_cell
 from tests.conftest import DATA
 from tests.support.cells import ARM_ONLY, BARE, WHOLE, Ear, run, run_to
 
@@ -206,3 +207,20 @@ def test_gripper_frame_follows_arm() -> None:
     assert gripper.position == pytest.approx(cell.simulation.data.xpos[link], abs=1e-9)
     w, x, y, z = (float(value) for value in cell.simulation.data.xquat[link])
     assert normalized(gripper.quaternion) == pytest.approx((w, x, y, z), abs=1e-9)
+
+
+@pytest.mark.parametrize("fixed", [None, "torso"])
+def test_links_of_a_robot_have_frames_of_its_name_where_the_engine_has_them(fixed: str | None) -> None:
+    trial = tandem_cell(BESIDE_ARM)
+    config = replace(trial.robot_models["tandem"], fixed_link=fixed)
+    cell = Cell(replace(trial, robot_models={"tandem": config}))
+    ear = Ear(cell, "/tf")
+    cell.bus.publish("/left/joint_cmd", joint_state(["lift", "right_elbow"], [0.1, 1.0], time=0))
+    run_to(cell, 0.5)
+    tree = tree_of(ear)
+    cell.simulation.refresh()
+    data = cell.simulation.data
+    for link in config.robot.links:
+        pose = in_world(tree, f"tandem_{link}")
+        assert pose.position == pytest.approx(data.body(f"tandem/{link}").xpos, abs=1e-9), link
+    assert "forearm_link" in tree

@@ -7,6 +7,7 @@ from cellwright.cell.interface import occurrence
 from cellwright.config.layout.layout import Tray
 from cellwright.config.trial.trial import Trial
 from cellwright.util.pose import Pose
+from tests.cell.robot_cells import tandem_cell
 from tests.support.places import BELT, LAYOUT
 
 SENSORS = """
@@ -40,6 +41,8 @@ def test_arm_and_belt_parts_bring_their_rows() -> None:
     lesson = load_trial("lesson")
     assert [*occurrence.WITH_ARM.subjects(lesson)]
     assert not [*occurrence.WITH_ARM.subjects(trial("{}"))]
+    assert not [*occurrence.WITH_ROBOTS.subjects(lesson)]
+    assert [*occurrence.WITH_ROBOTS.subjects(tandem_cell())]
     assert not [*occurrence.WITH_BELT_PARTS.subjects(trial("{}"))]
 
 

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import xmlrpc.client
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from cellwright.cell.interface.parameters import parameters, robot_description
+import pytest
+
+from cellwright.cell.interface.parameters import own_description, parameters, robot_description
 from cellwright.config.arm import ArmSettings, JointGains, JointTolerance
+from cellwright.config.robot.model import link_poses
+from cellwright.config.robot.urdf import read_urdf
 from cellwright.config.trial.trial import CellSettings
+from tests.cell.robot_cells import BESIDE_ARM, tandem_cell
 from tests.support.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 
 
@@ -89,3 +95,28 @@ def test_parameters_survive_xml_rpc_round_trip() -> None:
     found = parameters(WHOLE, competition=True)
     ((received,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
     assert received == found
+
+
+def test_robot_of_a_cell_has_a_description_of_its_own_with_the_names_of_its_topics_and_frames(tmp_path: Path) -> None:
+    trial = tandem_cell(BESIDE_ARM)
+    (robot,), config = trial.layout.robots, trial.robot_models["tandem"].robot
+    found: Any = parameters(trial, competition=True)
+    path = tmp_path / "tandem.urdf"
+    path.write_text(found["left"]["robot_description"])
+    read = read_urdf(path, warn=print)
+    assert [joint.name for joint in read.driven] == [joint.name for joint in config.driven]
+    assert {joint.mimic.joint for joint in read.driven if joint.mimic} <= {joint.name for joint in read.driven}
+    positions = {joint.name: 0.1 for joint in config.driven}
+    expected, poses = link_poses(config, positions, robot.pose), link_poses(read, positions)
+    assert poses.keys() == {"world", *(f"tandem_{link}" for link in config.links)}
+    for link, pose in expected.items():
+        assert poses[f"tandem_{link}"].position == pytest.approx(pose.position, abs=1e-9), link
+    assert "tandem" not in found["robot_description"]
+
+
+def test_robot_whose_trunk_is_fixed_begins_its_description_with_its_root() -> None:
+    trial = tandem_cell(BESIDE_ARM)
+    config = replace(trial.robot_models["tandem"], fixed_link="torso")
+    text = own_description(trial.layout.robots[0], config)
+    assert '"world"' not in text
+    assert 'name="tandem_base"' in text

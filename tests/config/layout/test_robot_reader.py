@@ -57,7 +57,7 @@ def test_file_beside_the_cell_is_read(tmp_path: Path) -> None:
         ),
         (
             "left: {model: tandem, at: [0, 0, 0], namespace: ariac}",
-            "cell.yaml:3: cell.robots.left.namespace: the cell has topics below /ariac; choose another",
+            "cell.yaml:3: cell.robots.left.namespace: the cell has the name /ariac; choose another",
         ),
         ("left: {model: tandem, at: [0, 0]}", "cell.yaml:3: cell.robots.left.at: must"),
         ("gripper: {model: tandem, at: [0, 0, 0]}", "cell.yaml:3: cell.robots.gripper: the cell has something else"),

@@ -60,7 +60,17 @@ def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFram
     found = []
     for arm in trial.arms:
         driven = chain_in_engine(arm, trial.arm_models).driven
-        found.append(_frames(simulation, [(joint.parent, joint.child) for joint in driven], arm))
+        found.append(_frames(simulation, [(joint.parent, joint.child) for joint in driven], arm.frame_of))
+    return lambda: [frame for read in found for frame in read()]
+
+
+def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:
+    """Return a function that computes the present frames of all links of robots."""
+    found = []
+    for robot in trial.layout.robots:
+        described = trial.robot_models[robot.name].robot.prefixed(robot.prefix)
+        pairs = [("world", described.root), *((joint.parent, joint.child) for joint in described.joints)]
+        found.append(_frames(simulation, pairs, robot.frame_of))
     return lambda: [frame for read in found for frame in read()]
 
 
@@ -70,7 +80,7 @@ def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
     for arm in trial.arms:
         robot = chain_in_engine(arm, trial.arm_models)
         fixed = [(joint.parent, joint.child) for joint in robot.joints if not joint.is_driven]
-        read = partial(_frames, simulation, arm=arm)
+        read = partial(_frames, simulation, frame_of=arm.frame_of)
         frames += [*read([("world", robot.root)])(), *link_frames(arm), *read(fixed)()]
     return frames
 
@@ -81,10 +91,12 @@ def link_frames(arm: Arm) -> list[TfFrame]:
     return [TfFrame(prefix + each.parent, prefix + each.child, each.pose) for each in found]
 
 
-def _frames(simulation: Simulation, pairs: Sequence[tuple[str, str]], arm: Arm) -> Callable[[], list[TfFrame]]:
+def _frames(
+    simulation: Simulation, pairs: Sequence[tuple[str, str]], frame_of: Callable[[str], str]
+) -> Callable[[], list[TfFrame]]:
     """Return a function that computes the present frame of the second body of each pair in that of the first."""
     names = list(dict.fromkeys(name for pair in pairs for name in pair))
-    shown = {name: name if name == "world" else arm.frame_of(name) for name in names}
+    shown = {name: name if name == "world" else frame_of(name) for name in names}
     bodies = np.array([simulation.model.body(name).id for name in names], dtype=np.intp)
 
     def read() -> list[TfFrame]:

@@ -7,6 +7,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.middleware.interface.table import Where
 
 WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
+WITH_ROBOTS = Where.when("with robots in the cell", lambda trial: trial.layout.robots)
 EACH_ARM = Where("with an arm", lambda trial: [each.namespace or None for each in trial.arms])
 # an arm of one's own may have no tool; the words are those of the arm of 2017
 EACH_GRIPPER = Where(

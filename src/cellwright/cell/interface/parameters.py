@@ -20,8 +20,10 @@ from cellwright.cell.model.arm_solids import SOLID
 from cellwright.config.arm import JointTolerance
 from cellwright.config.layout.arm_models import arm_model, joints_of
 from cellwright.config.layout.arms import Arm
+from cellwright.config.layout.robots import CellRobot
+from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.description import in_first_version
-from cellwright.config.robot.model import Inertial, Limits
+from cellwright.config.robot.model import Inertial, JointType, Limits
 from cellwright.config.robot.urdf_writer import add_robot, rpy_of
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import FIGURES, GRIPPER, GRIPPER_JOINT, RAIL, UR10, WRIST_3_T_GRIPPER
@@ -152,6 +154,32 @@ def robot_description(trial: Trial, only: Arm | None = None) -> str:
             joints = tuple(replace(each, name=name) for each, name in zip(chain.joints, names, strict=True))
             add_robot(robot, replace(chain, joints=joints))
             add_joint(robot, "fixed", f"{chain.root}_base_joint", "world", chain.root, arm.pose)
+    return _text(robot)
+
+
+def own_description(robot: CellRobot, config: RobotConfig) -> str:
+    """Return the parameter `robot_description` of a robot of a cell: XML text in the URDF format.
+
+    Its joints have the names of its file, as in its topics, and its links those of its frames. It begins with the frame
+    `world`, unless a link other than the root is fixed there. Joints without a drive are fixed ones, as in the cell.
+    """
+    prefix, described = robot.frame_prefix, config.robot
+    joints = (replace(joint, parent=prefix + joint.parent, child=prefix + joint.child) for joint in described.joints)
+    chain = replace(
+        described.prefixed(prefix),
+        joints=tuple(each if each.is_driven else replace(each, type=JointType.FIXED) for each in joints),
+        written=described.written,
+    )
+    element = Element("robot", name=robot.name)
+    if config.fixed_link is None:
+        add_link(element, "world")
+        add_joint(element, "fixed", f"{chain.root}_base_joint", "world", chain.root, robot.pose)
+    add_robot(element, chain)
+    return _text(element)
+
+
+def _text(robot: Element) -> str:
+    """Return the text of a description that every reader knows."""
     in_first_version(robot)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
@@ -206,10 +234,12 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
             cell[arm.namespace] = {"robot_description": robot_description(trial, arm), **own}
         else:
             cell.update(own)
+    robots = {each.namespace: own_description(each, trial.robot_models[each.name]) for each in trial.layout.robots}
     return {
         "use_sim_time": True,
         "robot_description": description,
         "ariac": cell,
+        **{namespace: {"robot_description": text} for namespace, text in robots.items()},
         "gazebo": {"enable_ros_network": not competition},
     }
 

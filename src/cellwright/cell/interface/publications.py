@@ -22,7 +22,7 @@ from cellwright.cell.devices.range_sensors import (
     ProximitySensor,
 )
 from cellwright.cell.interface.devices import CellDevices, named, of_arm
-from cellwright.cell.interface.frames import arm_frames, fixed_arm_frames, static_frames
+from cellwright.cell.interface.frames import arm_frames, fixed_arm_frames, robot_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.trial.trial import Order
@@ -161,6 +161,12 @@ class CellPublications(Device):
     def arm_frames(self, output: Output) -> None:
         """Frames of the arm's moving links."""
         frames = arm_frames(self._cell.simulation, self._cell.trial)
+        clock = self._cell.simulation.clock
+        output.sample(lambda: frames_message(frames(), clock.message_time()))
+
+    def robot_frames(self, output: Output) -> None:
+        """Frames of all links of robots: robot_state_publisher of ROS 1, in place of our own, knows only arms."""
+        frames = robot_frames(self._cell.simulation, self._cell.trial)
         clock = self._cell.simulation.clock
         output.sample(lambda: frames_message(frames(), clock.message_time()))
 

@@ -18,8 +18,11 @@ if TYPE_CHECKING:
 _REACH = 0.06
 """Default distance [m] from the grasp point of a hand to a part that it can hold."""
 _SIDES = ("right", "left")
-_TAKEN = ("ariac", "cellwright", "controller_manager", "gazebo", "clock", "tf", "tf_static")
-"""Namespaces of the cell's own topics."""
+_TAKEN = (
+    *("ariac", "cellwright", "controller_manager", "gazebo", "clock", "tf", "tf_static"),
+    *("robot_description", "use_sim_time"),
+)
+"""Namespaces of the cell's own topics and parameters."""
 
 
 def read_robots(found: Sequence[Named], reader: Reader) -> tuple[tuple[CellRobot, ...], dict[str, RobotConfig]]:
@@ -37,7 +40,7 @@ def read_robots(found: Sequence[Named], reader: Reader) -> tuple[tuple[CellRobot
             reader.problems.error(entries.get("namespace", each.entry), message)
             continue
         if namespace in _TAKEN:
-            reader.problems.error(entries["namespace"], f"the cell has topics below /{namespace}; choose another")
+            reader.problems.error(entries["namespace"], f"the cell has the name /{namespace}; choose another")
             continue
         config = _config(each, reader)
         if config is not None:
