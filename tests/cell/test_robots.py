@@ -1,5 +1,8 @@
 """Robots in a cell: driven over their own topics, they leave the parts as they are until they touch them."""
 
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +11,10 @@ import numpy as np
 import pytest
 
 from cellwright import Cell
-from cellwright.middleware.messages.conversions import joint_state
+from cellwright.config.robot.config import CameraConfig
+from cellwright.middleware.messages.conversions import joint_state, pose_from_transform
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
+from cellwright.util.pose import Pose
 from tests.cell.robot_cells import ASIDE, AT_BIN, final01, tandem_cell
 
 _ROUNDING = 5e-6
@@ -141,3 +146,33 @@ def test_robot_pushes_parts() -> None:
     go(cell, 2.0)
     assert np.linalg.norm(cell.parts.pose(part).position - before) > 0.02
     assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "tandem/place") >= 0
+
+
+def test_camera_on_the_head_sees_the_parts_before_it_in_its_frame() -> None:
+    trial = tandem_cell(AT_BIN.replace("at: [0.8, 0.0]", "at: [0.6, 0.0]").replace("surface: 0.5", "surface: 0.7"))
+    eye = {"pos_offset": [0.12, 0.0, 0.1], "target_offset": [0.6, 0.0, -0.5], "img_width": 160, "img_height": 120}
+    config = replace(trial.robot_models["tandem"], cameras=(CameraConfig("head", {"name": "head", **eye}),))
+    cell = Cell(replace(trial, robot_models={"tandem": config}))
+    newest: dict[str, Any] = {}
+    for topic in ("color", "depth", "camera_info"):
+        cell.bus.subscribe(f"/left/camera_head/{topic}", partial(newest.__setitem__, topic))
+    cell.bus.subscribe("/tf", partial(newest.__setitem__, "tf"))
+    with closing(cell.simulation):
+        go(cell, 0.11)
+    parent = {each.child_frame_id: each for each in newest["tf"].transforms}
+    world_T_eye, frame = Pose(), newest["color"].header.frame_id
+    assert frame == "tandem_head_optical_frame"
+    while frame != "world":
+        world_T_eye = pose_from_transform(parent[frame].transform) @ world_T_eye
+        frame = parent[frame].header.frame_id
+    colour = newest["color"].data.reshape(120, 160, 3).astype(int)
+    depth = newest["depth"].data.view(np.float32).reshape(120, 160)
+    matrix = np.reshape(newest["camera_info"].k, (3, 3))
+    for part in cell.parts.all:
+        x, y, z = cell.parts.pose(part).position
+        # on the ring of the gear, beside its hole
+        place = np.array(world_T_eye.inverse().transform((x, y + 0.03, z + 0.01)))
+        column, row, _ = np.rint(matrix @ place / place[2]).astype(int)
+        red, green, blue = colour[row, column]
+        assert red > green > blue + 60, part.name
+        assert depth[row, column] == pytest.approx(place[2], abs=0.03)

@@ -66,7 +66,9 @@ def _add(
     place = Place(bus, clock.read, clock.message_time, lambda: clock.offset, robot.prefix, robot.namespace)
     controller = RobotController(config, build_links(config), place, SafetySettings())
     controller.add_devices(simulation)
-    cameras = add_cameras(config, simulation, pictures, _reporter(bus), prefix=robot.prefix)
+    cameras = add_cameras(
+        config, simulation, pictures, _reporter(bus), prefix=robot.prefix, frame_prefix=robot.frame_prefix
+    )
     table = rows_in_cell(config, cameras=cameras, node=NODE, namespace=robot.namespace)
     bind(bus, simulation, table, controller.handlers(cameras), first=rank)
     return controller

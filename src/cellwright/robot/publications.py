@@ -7,7 +7,7 @@ from functools import partial, partialmethod
 
 import numpy as np
 
-from cellwright.config.robot.cameras import picture_camera
+from cellwright.config.robot.cameras import picture_cameras
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
 from cellwright.engine.device import Device, State
@@ -25,7 +25,6 @@ from cellwright.robot.commander import Commander
 from cellwright.robot.grippers import GripperRange
 from cellwright.robot.model import body_of
 from cellwright.robot.servos import as_slice
-from cellwright.util.errors import UsageError
 
 STATUS_PERIOD = Fraction(1, 10)
 """Minimum time between two messages [s]."""
@@ -38,25 +37,20 @@ def add_cameras(
     report: Callable[[str], None] = lambda _line: None,
     *,
     prefix: str = "",
+    frame_prefix: str = "",
 ) -> dict[str, PictureCamera]:
     """Add the cameras of a robot, by name; one that cannot be made is reported and left out.
 
-    The `prefix` is that of the robot's bodies in the engine; its cameras have it too, as devices.
+    The `prefix` is that of the robot's bodies in the engine; its cameras have it too, as devices. The `frame_prefix` is
+    that of the frames of their pictures.
     """
     found: dict[str, PictureCamera] = {}
-    for described in config.cameras:
-        try:
-            if described.name in found:
-                raise UsageError("another camera has this name")
-            description = picture_camera(config, described)
-            frame = prefix + description.frame if prefix else body_of(description.frame)
-            camera = PictureCamera(
-                replace(description, name=prefix + description.name, frame=frame), service, report=report
-            )
-            simulation.add(camera)
-            found[described.name] = camera
-        except UsageError as error:
-            report(f"camera {described.name!r} takes no pictures: {error}")
+    for name, description in picture_cameras(config, report).items():
+        frame = prefix + description.frame if prefix else body_of(description.frame)
+        camera = PictureCamera(replace(description, name=prefix + name, frame=frame), service, report=report)
+        camera.optical_frame = f"{frame_prefix}{name}_optical_frame"
+        simulation.add(camera)
+        found[name] = camera
     return found
 
 

@@ -11,6 +11,7 @@ from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
 from cellwright.config.layout.arm_models import chain_in_engine, links_by_frame
 from cellwright.config.layout.arms import Arm
+from cellwright.config.robot.cameras import picture_cameras
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import WRIST_3_T_TOOL
@@ -65,13 +66,18 @@ def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFram
 
 
 def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:
-    """Return a function that computes the present frames of all links of robots."""
+    """Return a function that computes the present frames of all links and cameras of robots."""
     found = []
+    cameras: list[TfFrame] = []
     for robot in trial.layout.robots:
+        for name, camera in picture_cameras(trial.robot_models[robot.name]).items():
+            frame = f"{robot.frame_prefix}{name}"
+            cameras.append(TfFrame(robot.frame_of(camera.frame), f"{frame}_frame", camera.pose))
+            cameras.append(TfFrame(f"{frame}_frame", f"{frame}_optical_frame", OPTICAL))
         described = trial.robot_models[robot.name].robot.prefixed(robot.prefix)
         pairs = [("world", described.root), *((joint.parent, joint.child) for joint in described.joints)]
         found.append(_frames(simulation, pairs, robot.frame_of))
-    return lambda: [frame for read in found for frame in read()]
+    return lambda: [*(frame for read in found for frame in read()), *cameras]
 
 
 def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:

@@ -165,7 +165,7 @@ class CellPublications(Device):
         output.sample(lambda: frames_message(frames(), clock.message_time()))
 
     def robot_frames(self, output: Output) -> None:
-        """Frames of all links of robots: robot_state_publisher of ROS 1, in place of our own, knows only arms."""
+        """Frames of links and cameras of robots; of their own, since robot_state_publisher of ROS 1 knows only arms."""
         frames = robot_frames(self._cell.simulation, self._cell.trial)
         clock = self._cell.simulation.clock
         output.sample(lambda: frames_message(frames(), clock.message_time()))

@@ -112,7 +112,7 @@ TIME_AND_FRAMES = (
     publishes("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
          "Poses of the arm's links.", node="/robot_state_publisher", handler="arm_frames", source=FRAMES),
     publishes("/tf", "tf2_msgs/TFMessage", 50, WITH_ROBOTS,
-         "Poses of the links of robots, those that do not move too.", handler="robot_frames"),
+         "Poses of the links and cameras of robots, those that do not move too.", handler="robot_frames"),
     publishes("/tf", "tf2_msgs/TFMessage", 10, WITH_CAMERAS,
          "Poses of the logical cameras and of the objects in view.", handler="camera_frames", source=CAMERA),
     publishes("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,

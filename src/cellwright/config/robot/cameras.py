@@ -6,6 +6,7 @@ Cellwright interprets the points that they leave open.
 
 import math
 import re
+from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from cellwright.config import sensors
@@ -65,6 +66,21 @@ def _check_finite(node: YamlNode, reader: Reader) -> None:
         _check_finite(item, reader)
     if isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
         reader.problems.error(node, "must be a finite number")
+
+
+def picture_cameras(
+    config: RobotConfig, report: Callable[[str], None] = lambda _line: None
+) -> dict[str, PictureCameraConfig]:
+    """Return the picture cameras of a robot, by name; one that cannot be made is reported and left out."""
+    found: dict[str, PictureCameraConfig] = {}
+    for described in config.cameras:
+        try:
+            if described.name in found:
+                raise UsageError("another camera has this name")
+            found[described.name] = picture_camera(config, described)
+        except UsageError as error:
+            report(f"camera {described.name!r} takes no pictures: {error}")
+    return found
 
 
 def picture_camera(config: RobotConfig, camera: CameraConfig) -> PictureCameraConfig:
