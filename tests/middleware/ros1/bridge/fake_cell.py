@@ -67,6 +67,7 @@ class FakeCell:
             "time": 0,
             "topics": topics,
             "services": services or [],
+            "actions": [],
         }
         self.frames: list[Frame] = []
         self.answer: Callable[[Frame], Frame | None] = self.usual
