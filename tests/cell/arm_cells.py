@@ -54,6 +54,36 @@ cellwright: {{parts: {{board_part: {{mass: 0.2, shapes: [{{box: [0.3, 0.1, 0.02]
 """Two UR5 that face each other, and a bin with a board that both reach."""
 
 
+CARRIED = """
+cell:
+  arms:
+    gantry: &ur5
+      model: {model}
+      mount: {{kind: rail, at: [0, 0, {height}], range: [-1, 1]}}
+      tip: tool0
+      tool: {{kind: none}}
+      home: {{shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -2.0, wrist_2_joint: -1.57}}
+      names: prefixed
+    small: {{<<: *ur5, mount: {{kind: link, arm: gantry, link: {link}, at: {at}, turn: 0.5}}, tool: {{kind: vacuum}}}}
+  bins: {{bin1: {{at: [0.4, 0.5], size: [0.5, 0.4], surface: 0.45}}}}
+parts: [{{type: gear_part, in: bin1, grid: [1, 1]}}]
+"""
+"""A UR5 on a link of another UR5, which is on a rail, and a bin with a part."""
+
+
+def carried_cell(link: str = "carriage", at: str = "[0, -0.6, 0]", height: float = 0.5, more: str = "") -> Trial:
+    """Return the trial of a cell with an arm on a link of another arm.
+
+    Args:
+        link: the link.
+        at: place on it [m].
+        height: height of the rail [m].
+        more: lines of the section `cell`.
+    """
+    text = CARRIED.format(model=ARMS / "ur5.urdf", link=link, at=at, height=height)
+    return load_trial(text=text.replace("cell:\n", f"cell:\n{more}")).trial
+
+
 def ur5_cell(text: str = PEDESTAL) -> Trial:
     """Return the trial of a cell with a UR5."""
     return load_trial(text=text.format(model=ARMS / "ur5.urdf")).trial

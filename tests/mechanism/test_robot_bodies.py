@@ -3,7 +3,8 @@
 import mujoco
 import pytest
 
-from cellwright.mechanism.robot_bodies import UNLIMITED, add_robot, initial_posture
+from cellwright.config.robot.config import initial_posture
+from cellwright.mechanism.robot_bodies import UNLIMITED, add_robot
 from tests.robot.robots import two_arms
 
 

@@ -338,7 +338,8 @@ class Entities:
         owners |= {robot.base: robot.name for robot in trial.layout.robots}
         for body in range(1, model.nbody):
             name = model.body(body).name
-            if (model.body_parentid[body] == 0 and body not in parts and name != SHELF_BODY) or self._is_tray(body):
+            stands = model.body_parentid[body] == 0 and body not in parts and name != SHELF_BODY
+            if stands or name in owners or self._is_tray(body):
                 found[owners.get(name, name)] = body
         return found
 

@@ -60,12 +60,14 @@ class MountedArm:
         return rail | {joint.name: value for joint, value in zip(self.chain.joints, q, strict=True)}
 
 
-def mounted_arm(arm: Arm, models: Mapping[str, ArmModel]) -> MountedArm:
+def mounted_arm(arm: Arm, models: Mapping[str, ArmModel], world_T_mount: Pose | None = None) -> MountedArm:
     """Return an arm of a layout with its mount.
 
     Args:
         arm: the arm.
         models: models of the arms of the layout that are not that of 2017, by name.
+        world_T_mount: frame of its mount, as `mount_pose` gives it where another arm has taken it; by default as a run
+            begins.
 
     Example:
         >>> import cellwright
@@ -80,7 +82,7 @@ def mounted_arm(arm: Arm, models: Mapping[str, ArmModel]) -> MountedArm:
     tip, tip_T_tool = (GRIPPER, _GRIPPER_T_FACE) if GRIPPER in robot.links else (arm.tip, Pose((0.0, 0.0, ahead)))
     chain = chain_of(robot, tip, base=base, tip_T_tool=tip_T_tool)
     home = home_of(arm, joints_of(arm, models))
-    world_T_base = arm.pose @ link_poses(robot, {})[base]
+    world_T_base = (world_T_mount or arm.pose) @ link_poses(robot, {})[base]
     mount: Mount = FixedMount(world_T_base)
     if rail is not None:
         inner, outer = (share * chain.reach for share in _COMFORTABLE)

@@ -13,7 +13,7 @@ import mujoco
 
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import Link, position_of
+from cellwright.config.robot.model import Link
 from cellwright.mechanism.chain import Fill, add_chain, give_mass, inertia_along_link, range_of
 
 UNLIMITED = 1e9
@@ -72,21 +72,6 @@ def add_robot(
         actuator.trntype = mujoco.mjtTrn.mjTRN_JOINT
         actuator.gainprm[0] = 0.0
         actuator.ctrllimited, actuator.ctrlrange = range_of(driven)
-
-
-def initial_posture(config: RobotConfig) -> dict[str, float]:
-    """Return the posture in which a run begins [rad; m], by joint.
-
-    A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
-    command makes it jump. Mimic joints start where they follow their leader.
-    """
-    robot, positions = config.robot, dict(config.start)
-    leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
-    for joint in leaders_first:
-        if joint.name not in positions:
-            place = position_of(robot, joint, positions)
-            positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
-    return positions
 
 
 def _give_mass(

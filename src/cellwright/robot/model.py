@@ -10,10 +10,10 @@ import mujoco
 
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.parsing.tree import Place, Problem
-from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config import RobotConfig, initial_posture
 from cellwright.config.robot.model import Link
 from cellwright.mechanism.chain import JOINT_TYPES
-from cellwright.mechanism.robot_bodies import ITERATIONS, add_robot, initial_posture
+from cellwright.mechanism.robot_bodies import ITERATIONS, add_robot
 from cellwright.mechanism.shapes import (
     ShapeBuilder,
     add_floor,

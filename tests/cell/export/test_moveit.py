@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise, product
 from pathlib import Path
@@ -26,7 +27,8 @@ from cellwright.mechanism.link_collisions import CLEARANCE, Reason, geoms_of, to
 from cellwright.middleware.ros2.packages.contents import MOVEIT
 from cellwright.middleware.ros2.packages.moveit import PlannedCell, srdf
 from cellwright.util.errors import DescriptionError
-from tests.cell.arm_cells import PEDESTAL, TWO_UR5, ur5_cell
+from tests.cell.arm_cells import PEDESTAL, TWO_UR5, carried_cell, ur5_cell
+from tests.cell.robot_cells import arm_on_robot
 from tests.middleware.ros2.packages.test_moveit import chain, check_srdf
 
 PAIR = TWO_UR5.replace("tip: tool0", "tip: tool0\n      names: prefixed")
@@ -145,11 +147,38 @@ def test_each_of_two_arms_has_its_own_names_and_meets_the_other() -> None:
     assert len(cell.unchecked) < len(trial.arms) * 60
 
 
+def test_arm_on_another_hangs_on_its_link_and_is_its_load() -> None:
+    trial = carried_cell()
+    gantry, small = trial.arms
+    weak = replace(gantry, mount=replace(gantry.mount, effort=60.0))
+    trial = replace(trial, layout=replace(trial.layout, arms=(weak, small)))
+    described = cell_description(trial, build_world(trial), MOVEIT)
+    assert '<parent link="gantry_carriage" />\n    <child link="small_mount" />' in described.urdf
+    cell = planned_cell(trial, described)
+    assert cell.unchecked["gantry_base_link", "small_base_link"] == Reason.ADJACENT
+    assert ("gantry_forearm_link", "small_forearm_link") not in cell.unchecked
+    alone = replace(trial, layout=replace(trial.layout, arms=trial.arms[:1]))
+    (unladen,) = planned_cell(alone, cell_description(alone, build_world(alone), MOVEIT)).arms
+    rail = "gantry_rail_joint"
+    # half of 60 N moves 31.0 kg alone, and another 21.0 kg with the arm on it
+    assert unladen.max_acceleration[rail] == pytest.approx(30.0 / 31.0, rel=0.01)
+    assert cell.arms[0].max_acceleration[rail] == pytest.approx(30.0 / 52.0, rel=0.01)
+
+
 def test_arms_whose_joints_have_other_names_in_messages_are_refused() -> None:
     message = "MoveIt needs the names of the robot description in messages (got plain); write names: prefixed"
     with pytest.raises(DescriptionError) as caught:
         moveit_package(ur5_cell(TWO_UR5))
     assert [*map(str, caught.value.problems)] == [f"cell.arms.arm1.names: {message}"]
+
+
+def test_arm_on_a_robot_is_refused() -> None:
+    with pytest.raises(DescriptionError) as caught:
+        moveit_package(arm_on_robot())
+    (problem,) = map(str, caught.value.problems)
+    assert problem.startswith(
+        "cell.arms.arm.mount: MoveIt plans for arms that stand in the world or on each other (got"
+    )
 
 
 def test_arm_without_tool_has_no_end_effector() -> None:

@@ -5,9 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.config.layout.arms import OnLink
+from cellwright.config.robot.model import link_poses
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import DescriptionError
+from cellwright.util.pose import Pose
+from tests.cell.arm_cells import carried_cell
 
 ARMS = Path(__file__).parents[2] / "data" / "arms"
 UR5 = "model: ur5.urdf, mount: {kind: pedestal, at: [0, 0]}, tip: tool0"
@@ -102,6 +106,44 @@ def test_arm_with_a_mistake_is_refused_with_line_and_remedy(folder: Path, arm: s
     (problem,) = refusals(folder, arm)
     assert problem.startswith("cell.yaml:2: cell.arms.left")
     assert text in problem
+
+
+def test_arm_on_a_link_begins_where_the_other_arm_has_it_at_home() -> None:
+    gantry, small = carried_cell("tool0", "[0.1, 0, 0.2]").arms
+    assert small.mount.on == OnLink("gantry", "", "tool0", Pose.from_rpy((0.1, 0.0, 0.2), (0.0, 0.0, 0.5)))
+    tool0 = link_poses(carried_cell().arm_models["gantry"].robot, gantry.home, gantry.pose)["tool0"]
+    assert small.pose.position == pytest.approx(tool0.transform((0.1, 0.0, 0.2)))
+
+
+@pytest.mark.parametrize(
+    ("mount", "text"),
+    [
+        ("{kind: link, at: [0, 0]}", "a mount of kind link names the arm or the robot that carries this one, and its"),
+        ("{kind: link, at: [0, 0], arm: left}", "a mount of kind link names the arm or the robot that carries this"),
+        (
+            "{kind: link, at: [0, 0], arm: left, robot: tandem, link: tool0}",
+            "a mount of kind link names the arm or the",
+        ),
+        ("{kind: floor, at: [0, 0], arm: left, link: tool0}", "a mount of kind floor has no arm, robot or link; use"),
+        ("{kind: link, at: [0, 0], robot: tandum, link: base}", "there is no robot 'tandum'; did you mean tandem"),
+        ("{kind: link, at: [0, 0], robot: tandem, link: right_tap}", "tandem has no link 'right_tap'; did you mean"),
+        ("{kind: link, at: [0, 0], arm: lift, link: tool0}", "there is no arm 'lift' above; did you mean left"),
+        ("{kind: link, at: [0, 0], arm: right, link: tool0}", "there is no arm 'right' above; an arm that carries"),
+        ("{kind: link, at: [0, 0], arm: left, link: tool1}", "left has no link 'tool1'; did you mean tool0"),
+        ("{kind: link, at: [0, 0], arm: left, link: vacuum_gripper_link}", "left has no link 'vacuum_gripper_link'"),
+        ("{kind: link, at: [0, 0], arm: old, link: base_link}", "old is the arm of 2017, which carries no other"),
+    ],
+)
+def test_mount_on_a_link_with_a_mistake_is_refused_with_line_and_remedy(folder: Path, mount: str, text: str) -> None:
+    old = "old: {mount: {kind: rail, at: [9, 0]}}"
+    right = f"right: {{model: ur5.urdf, tip: tool0, mount: {mount}}}"
+    robots = "  robots: {tandem: {model: tandem, at: [5, 5, 0]}}"
+    lines = ["cell:", "  arms:", f"    {old}", f"    left: {{{UR5}}}", f"    {right}", robots]
+    (folder / "cell.yaml").write_text("\n".join(lines))
+    with pytest.raises(DescriptionError) as caught:
+        load_trial([folder / "cell.yaml"])
+    (problem,) = caught.value.problems
+    assert str(problem).startswith(f"{folder}/cell.yaml:5: cell.arms.right.mount: {text}")
 
 
 def test_what_a_file_lacks_is_refused_at_its_own_line(folder: Path) -> None:

@@ -34,12 +34,12 @@ def test_tool_is_read(text: str, tool: Tool) -> None:
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("{kind: vacuum, opening: 0.1}", r":8: .*opening: a tool of kind vacuum has none; .* kind: parallel"),
-        ("{kind: none, length: 0.1}", r":8: .*length: a tool of kind none has none; .* kind: vacuum or parallel"),
-        ("{kind: parallel, length: 0.05}", r":8: .*length: must be at least 0.099 m.*\(got 0.05\)"),
-        ("{kind: parallel, opening: 2}", r":8: .*opening: must be from 0.005 to 0.5 m \(got 2\)"),
-        ("{kind: parallel, pad: {friction: 9}}", r":8: .*friction: must be from 0.05 to 3 \(got 9\)"),
-        ("{kind: parallel, holds: glue}", r":8: .*unknown way to hold a part 'glue'"),
+        ("{kind: vacuum, opening: 0.1}", r":9: .*opening: a tool of kind vacuum has none; .* kind: parallel"),
+        ("{kind: none, length: 0.1}", r":9: .*length: a tool of kind none has none; .* kind: vacuum or parallel"),
+        ("{kind: parallel, length: 0.05}", r":9: .*length: must be at least 0.099 m.*\(got 0.05\)"),
+        ("{kind: parallel, opening: 2}", r":9: .*opening: must be from 0.005 to 0.5 m \(got 2\)"),
+        ("{kind: parallel, pad: {friction: 9}}", r":9: .*friction: must be from 0.05 to 3 \(got 9\)"),
+        ("{kind: parallel, holds: glue}", r":9: .*unknown way to hold a part 'glue'"),
     ],
 )
 def test_mistake_is_refused_with_its_line(text: str, error: str) -> None:

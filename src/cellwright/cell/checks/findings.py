@@ -56,7 +56,8 @@ def _reach(trial: Trial, found: tuple[Surface, ...]) -> Iterator[Finding]:
     accepted = surfaces_in(Trial("", layout=original)) if layout.arms == original.arms else ()
     judged = [surface for surface in found if surface not in accepted] if trial.arms else []
     arms = reaches(trial) if judged else ()
-    if not all(arm.is_quick for arm in arms):  # a file is loaded in no time; `cellwright cell reach` takes its time
+    # a file is loaded in no time, and `cellwright cell reach` takes its time; an arm on another one gets about
+    if not all(arm.is_quick for arm in arms) or any(arm.mount.on for arm in trial.arms):
         return
     whom = "the arm" if len(arms) == 1 else "all arms"
     for surface in judged:

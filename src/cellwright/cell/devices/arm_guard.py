@@ -48,6 +48,10 @@ class ArmDistances:
     def __init__(self, simulation: Simulation, trial: Trial) -> None:
         self._simulation = simulation
         model = simulation.first_model  # the arms are the same in all
+        self._rigid = model.body_weldid.astype(np.intp)[model.geom_bodyid]
+        """Rigid body of each shape: that of the links which no joint moves relative to each other."""
+        self._behind = model.body_weldid[model.body_parentid[self._rigid]].astype(np.intp)
+        """The rigid body that carries it."""
         self._geoms: dict[str, NDArray[np.intp]] = {}
         self._links: dict[int, str] = {}
         """Frame of the link of each geom."""
@@ -85,6 +89,7 @@ class ArmDistances:
         ones, others = self._geoms[first], self._geoms[second]
         apart = np.linalg.norm(data.geom_xpos[ones][:, None] - data.geom_xpos[others], axis=2)
         apart -= model.geom_rbound[ones][:, None] + model.geom_rbound[others]
+        apart[self._are_joined(ones[:, None], others)] = FAR
         best = None
         for index in np.argsort(apart, axis=None).tolist():
             row, column = divmod(index, len(others))
@@ -95,6 +100,12 @@ class ArmDistances:
             if distance < within:
                 within, best = distance, Nearest(distance, *(self._links[geom] for geom in pair))
         return best
+
+    def _are_joined(self, ones: NDArray[np.intp], others: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Return which shapes never touch: a mount is fixed to the link that carries it, or a joint is between them."""
+        one, other = self._rigid[ones], self._rigid[others]
+        is_next = ((self._behind[ones] == other) & (other > 0)) | ((self._behind[others] == one) & (one > 0))
+        return np.asarray((one == other) | is_next)
 
 
 class ArmGuard(Device):

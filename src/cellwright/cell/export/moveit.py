@@ -9,7 +9,7 @@ from cellwright.cell.export.description import CellDescription, cell_description
 from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, FOLLOW_OF_ARM
 from cellwright.cell.model.build import build_world
 from cellwright.config.gripper_links import GripperNames
-from cellwright.config.layout.arm_models import arm_model, home_of, joints_of
+from cellwright.config.layout.arm_models import home_of, joints_of, laden
 from cellwright.config.layout.arms import Arm
 from cellwright.config.parsing.findings import Finding
 from cellwright.config.parsing.tree import Place
@@ -50,8 +50,8 @@ def moveit_package(
         ModelFileError: a mesh cannot be read.
         UsageError: convex pieces cannot be made.
     """
-    if misnamed := _misnamed(trial):
-        raise DescriptionError([each.at(places, "error") for each in misnamed])
+    if unfit := [*_misnamed(trial), *_on_robots(trial)]:
+        raise DescriptionError([each.at(places, "error") for each in unfit])
     described = cell_description(trial, build_world(trial), package)
     return {**moveit_files(planned_cell(trial, described, progress), package), **described.meshes}
 
@@ -118,6 +118,19 @@ def _misnamed(trial: Trial) -> list[Finding]:
     ]
 
 
+def _on_robots(trial: Trial) -> list[Finding]:
+    """Return the arms that a robot carries, which is in no description of the arms."""
+    return [
+        Finding(
+            f"cell.arms.{arm.name}.mount",
+            f"MoveIt plans for arms that stand in the world or on each other (got one on {arm.mount.on.robot}); "
+            "leave the arm out",
+        )
+        for arm in trial.arms
+        if arm.mount.on is not None and arm.mount.on.robot
+    ]
+
+
 def _limits(trial: Trial, arm: Arm, joints: Mapping[str, Limits]) -> tuple[Mapping[str, float], Mapping[str, float]]:
     """Return the velocity and the acceleration of each joint that its drive follows, in units of rad or m, and s.
 
@@ -126,8 +139,9 @@ def _limits(trial: Trial, arm: Arm, joints: Mapping[str, Limits]) -> tuple[Mappi
     if arm.is_original:
         velocity, acceleration = DEFAULT_LIMITS.velocity, DEFAULT_LIMITS.acceleration
         return dict(zip(joints, velocity, strict=True)), dict(zip(joints, acceleration, strict=True))
-    drives = stiff_drives(arm_model(arm, trial.arm_models[arm.name], ""), arm.bandwidth)
+    drives = stiff_drives(laden(arm, trial.arms, trial.arm_models), arm.bandwidth)
     speeds = {name: SPEED_SHARE * limits.velocity for name, limits in joints.items()}
     # a stiff drive has the position gain w^2 I
-    forces = {name: _EFFORT_SHARE * drives[name].effort * arm.bandwidth**2 / drives[name].p for name in joints}
+    own = {name: drives[arm.prefix + name] for name in joints}
+    forces = {name: _EFFORT_SHARE * each.effort * arm.bandwidth**2 / each.p for name, each in own.items()}
     return speeds, {name: min(speeds[name] / _RISE, forces[name]) for name in joints}

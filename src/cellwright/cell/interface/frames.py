@@ -9,6 +9,7 @@ import numpy as np
 
 from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.devices.scene import body_poses
+from cellwright.cell.model.link_frames import frames_by_link
 from cellwright.config.layout.arm_models import chain_in_engine, links_by_frame
 from cellwright.config.layout.arms import Arm
 from cellwright.config.robot.cameras import picture_cameras
@@ -81,13 +82,16 @@ def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFr
 
 
 def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
-    """Return the frames fixed to links of the arms or to the world, with the engine's precision."""
-    frames = []
+    """Return the frames fixed to links of the arms or to the world, with the engine's precision.
+
+    Those of an arm that stands on a link of another one, or of a robot, are fixed to this link.
+    """
+    frames, read = [], partial(_frames, simulation, frame_of=frames_by_link(trial).__getitem__)
     for arm in trial.arms:
         robot = chain_in_engine(arm, trial.arm_models)
         fixed = [(joint.parent, joint.child) for joint in robot.joints if not joint.is_driven]
-        read = partial(_frames, simulation, frame_of=arm.frame_of)
-        frames += [*read([("world", robot.root)])(), *link_frames(arm), *read(fixed)()]
+        below = "world" if arm.mount.on is None else arm.mount.on.body
+        frames += [*read([(below, robot.root)])(), *link_frames(arm), *read(fixed)()]
     return frames
 
 

@@ -18,7 +18,7 @@ from cellwright.cell.model.arm import gains_of
 from cellwright.cell.model.arm_looks import BEAM, CUP, SEEN
 from cellwright.cell.model.arm_solids import SOLID
 from cellwright.config.arm import JointTolerance
-from cellwright.config.layout.arm_models import arm_model, joints_of
+from cellwright.config.layout.arm_models import arm_model, chain_in_engine, joints_of
 from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.robots import CellRobot
 from cellwright.config.robot.config import RobotConfig
@@ -136,15 +136,23 @@ def robot_description(trial: Trial, only: Arm | None = None) -> str:
 
     Args:
         trial: the trial.
-        only: the arm whose description it is, with the names that its joints have in messages. By default that of all
-            arms, whose joints have the prefix of their frames.
+        only: the arm whose description it is, with the names that its joints have in messages; without the world, if
+            another arm carries it. By default that of all arms, whose joints have the prefix of their frames.
     """
     robot = Element("robot", name="ariac")
-    add_link(robot, "world")
+    arms = trial.arms if only is None else (only,)
+    is_carried = only is not None and only.mount.on is not None
+    known = set() if is_carried else {"world"}
+    known |= {each.frame_of(name) for each in arms for name in chain_in_engine(each, trial.arm_models).links}
+    if not is_carried:
+        add_link(robot, "world")
     fixed = {frame.child: frame for frame in static_frames(trial)}
     for frame in fixed.values():
-        _add_frame(robot, frame)
-    for arm in trial.arms if only is None else (only,):
+        # cameras may be on another arm
+        if frame.parent in known:
+            known.add(frame.child)
+            _add_frame(robot, frame)
+    for arm in arms:
         prefix = arm.frame_prefix if only is None else arm.joint_prefix
         if arm.is_original:
             _add_arm(robot, arm, prefix)
@@ -153,7 +161,8 @@ def robot_description(trial: Trial, only: Arm | None = None) -> str:
             names = (prefix + each.name.removeprefix(arm.frame_prefix) for each in chain.joints)
             joints = tuple(replace(each, name=name) for each, name in zip(chain.joints, names, strict=True))
             add_robot(robot, replace(chain, joints=joints))
-            add_joint(robot, "fixed", f"{chain.root}_base_joint", "world", chain.root, arm.pose)
+            if not is_carried:
+                _add_base(robot, chain.root, arm, trial)
     return _text(robot)
 
 
@@ -183,6 +192,18 @@ def _text(robot: Element) -> str:
     in_first_version(robot)
     indent(robot)
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
+
+
+def _add_base(robot: Element, root: str, arm: Arm, trial: Trial) -> None:
+    """Add the joint between the root of an arm and what carries it: the world, or a link of another arm."""
+    on = arm.mount.on
+    below, pose = "world", arm.pose
+    if on is not None and on.arm:
+        carrier = next(each for each in trial.arms if each.name == on.arm)
+        below, pose = carrier.frame_of(on.body), on.pose
+    # a robot is in no description of the arms; where it has its arm, /tf says
+    kind = "floating" if on is not None and on.robot else "fixed"
+    add_joint(robot, kind, f"{root}_base_joint", below, root, pose)
 
 
 def _add_frame(robot: Element, frame: TfFrame) -> None:

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
-from cellwright.cell.model.arms import add_arms
+from cellwright.cell.model.arms import add_arms_and_robots
 from cellwright.cell.model.bins import add_bin
 from cellwright.cell.model.clones import clone_name, first_bodies
-from cellwright.cell.model.contact_bits import give_contact_bits
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
-from cellwright.cell.model.own_robot import add_own_robot, first_positions
+from cellwright.cell.model.own_robot import first_positions
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.cell.model.shelf import shelf_slot
 from cellwright.cell.model.tray import add_fixed_tray
@@ -238,10 +237,7 @@ def _specified(trial: Trial, bodies: Iterable[str] | None) -> _Specified:
     set_solver(spec, timestep, trial.circumstances.friction)
     if layout.robots:
         spec.option.iterations = ITERATIONS
-    add_arms(spec, visuals, trial, contact_time(timestep))
-    for robot in layout.robots:
-        add_own_robot(spec, visuals, robot, trial.robot_models[robot.name])
-    give_contact_bits(spec, trial)
+    add_arms_and_robots(spec, visuals, trial, contact_time(timestep))
     for agv in trial.carriers:
         add_agv(spec, visuals, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}

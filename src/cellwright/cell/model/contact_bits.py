@@ -1,6 +1,6 @@
 """Contact bits of arms and robots in the engine: each touches the others, and not itself."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 from cellwright.config.layout.arm_models import chain_in_engine
@@ -25,8 +25,10 @@ def give_contact_bits(spec: Any, trial: Trial) -> None:
     own = [1 << _FIRST + number for number in range(len(mounts) + len(bases))]
     if len(own) == 1:
         return
-    for body, bit in zip((*mounts, *bases), own, strict=True):
-        for geom in _geoms_on(body):
+    owners = (*mounts, *bases)
+    names = {owner.name for owner in owners}
+    for body, bit in zip(owners, own, strict=True):
+        for geom in _geoms_on(body, names):
             if geom.contype == Touch.ROBOT.value[0]:
                 geom.contype |= bit
                 geom.conaffinity |= sum(own) & ~bit
@@ -36,8 +38,9 @@ def give_contact_bits(spec: Any, trial: Trial) -> None:
                 geom.conaffinity |= sum(own[len(mounts) :])
 
 
-def _geoms_on(body: Any) -> Iterator[Any]:
-    """Yield the geoms of all bodies that a body carries."""
+def _geoms_on(body: Any, others: Collection[str]) -> Iterator[Any]:
+    """Yield the geoms of all bodies that a body carries, without those of arms that stand on it."""
     for each in body.bodies:
-        yield from each.geoms
-        yield from _geoms_on(each)
+        if each.name not in others:
+            yield from each.geoms
+            yield from _geoms_on(each, others)

@@ -1,5 +1,6 @@
 """Arm of any model in the engine: links on their mount, drives, and a suction cup or a parallel gripper."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import mujoco
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM
 from cellwright.cell.model.arm_looks import dress_cup
 from cellwright.cell.model.own_models import add_link
-from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, bare_arm, home_of, joints_of
+from cellwright.config.layout.arm_models import RAIL, ArmModel, arm_model, bare_arm, home_of, joints_of, laden
 from cellwright.config.layout.arms import Arm
 from cellwright.config.parsing.findings import Finding
 from cellwright.config.robot.model import Link
@@ -37,7 +38,7 @@ def arm_problems(trial: Trial) -> list[Finding]:
         try:
             spec = mujoco.MjSpec()
             spec.compiler.degree = False
-            add_own_arm(spec, Visuals(), arm, model, 0.01)
+            add_own_arm(spec, Visuals(), arm, trial.arm_models, 0.01)
             spec.compile()
         except (ValueError, CellwrightError) as error:
             reason = " ".join(str(error).split())
@@ -49,7 +50,15 @@ def arm_problems(trial: Trial) -> list[Finding]:
     return problems
 
 
-def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_time: float) -> None:
+def add_own_arm(
+    spec: Any,
+    visuals: Visuals,
+    arm: Arm,
+    models: Mapping[str, ArmModel],
+    contact_time: float,
+    *,
+    arms: Sequence[Arm] = (),
+) -> None:
     """Add an arm to a model specification.
 
     Its weight is compensated, and its links do not touch each other.
@@ -58,13 +67,15 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
         spec: model specification.
         visuals: receives what is only seen of it.
         arm: the arm.
-        model: its model.
+        models: models of the arms, by name.
         contact_time: time constant [s] of the contacts of cup or fingers.
+        arms: arms of the cell, of which one may carry this one, and others stand on it; by default it is alone.
 
     Raises:
         ModelFileError: a mesh cannot be used.
         UsageError: convex pieces cannot be made.
     """
+    model, on = models[arm.name], arm.mount.on if arms else None
     touched = replace(model, robot=with_collision_shapes(model.robot, model.collision))
     robot, fingers = arm_model(arm, touched, arm.prefix), arm.tool.fingers
     beam, cup = f"{arm.prefix}{RAIL}", f"{arm.prefix}{GRIPPER}"
@@ -81,8 +92,9 @@ def add_own_arm(spec: Any, visuals: Visuals, arm: Arm, model: ArmModel, contact_
     # descriptions have inertias that no body has; the engine takes the nearest that one can have
     spec.compiler.balanceinertia = True
     chain = robot if fingers is None else bare_arm(arm, touched, arm.prefix)
-    joints = add_chain(spec.worldbody, chain, fill, pose=arm.pose)
-    for name, drive in stiff_drives(robot, arm.bandwidth).items():
+    parent, pose = (spec.worldbody, arm.pose) if on is None else (spec.body(on.body), on.pose)
+    joints = add_chain(parent, chain, fill, pose=pose)
+    for name, drive in stiff_drives(laden(arm, arms, models), arm.bandwidth).items():
         if name in joints:
             given = model.drives.get(name.removeprefix(arm.prefix))
             add_drive(spec, joints[name], drive if given is None else given_drive(given, drive.effort))

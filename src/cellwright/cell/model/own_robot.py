@@ -6,11 +6,11 @@ from typing import Any
 
 from cellwright.cell.model.own_models import add_link
 from cellwright.config.layout.robots import CellRobot
-from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config import RobotConfig, initial_posture
 from cellwright.config.robot.model import Link
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.shapes import Role, Shape, Visuals, add_shape
-from cellwright.mechanism.robot_bodies import add_robot, initial_posture
+from cellwright.mechanism.robot_bodies import add_robot
 from cellwright.mechanism.shapes import ShapeBuilder, pose_arguments
 
 _POINT = Shape("sphere", (0.001, 0.0, 0.0))

@@ -11,7 +11,16 @@ from cellwright.config.layout.arms import Arm, Tool
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.collision_shapes import CollisionShapes
 from cellwright.config.robot.given_drives import GivenDrive
-from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel, parent_T_child
+from cellwright.config.robot.model import (
+    Inertial,
+    Joint,
+    JointType,
+    Limits,
+    Link,
+    RobotModel,
+    link_poses,
+    parent_T_child,
+)
 from cellwright.config.ur10 import GRIPPER, INITIAL_POSITIONS, UR10
 from cellwright.util.pose import Pose
 
@@ -87,6 +96,59 @@ def bare_arm(arm: Arm, model: ArmModel, prefix: str) -> RobotModel:
     return arm_model(replace(arm, tool=Tool("none")), model, prefix)
 
 
+def laden(arm: Arm, arms: Sequence[Arm], models: Mapping[str, ArmModel]) -> RobotModel:
+    """Return an arm by the names that it has in the engine, with the arms that stand on its links.
+
+    Args:
+        arm: the arm.
+        arms: the arms of the cell.
+        models: models of those that are not that of 2017, by name.
+    """
+    robot = chain_in_engine(arm, models)
+    links, joints = dict(robot.links), [*robot.joints]
+    for other in arms:
+        if other.mount.on is not None and other.mount.on.arm == arm.name:
+            carried, on = laden(other, arms, models), other.mount.on
+            name = f"{carried.root}_joint"
+            links |= carried.links
+            joints.append(Joint(name, JointType.FIXED, on.body, carried.root, on.pose, (0.0, 0.0, 0.0)))
+            joints += carried.joints
+    return robot if len(joints) == len(robot.joints) else RobotModel(robot.name, robot.root, links, tuple(joints))
+
+
+def is_on_robot(arm: Arm, arms: Sequence[Arm]) -> bool:
+    """Return whether an arm of a cell stands on a robot, or on an arm that does."""
+    on = arm.mount.on
+    return on is not None and (bool(on.robot) or any(is_on_robot(each, arms) for each in arms if each.name == on.arm))
+
+
+def mount_pose(
+    arm: Arm,
+    arms: Sequence[Arm],
+    models: Mapping[str, ArmModel],
+    positions: Mapping[str, Mapping[str, float]] | None = None,
+    robots: Mapping[str, Mapping[str, Pose]] | None = None,
+) -> Pose:
+    """Return the frame of an arm's mount in the world, which the arms or the robot below it move.
+
+    Args:
+        arm: the arm.
+        arms: the arms of the cell.
+        models: models of those that are not that of 2017, by name.
+        positions: positions of joints [rad; m] by their own names, by arm; by default, arms are at home.
+        robots: poses of links in the world, by robot, as of `robot_links`; by default, robots are as a run begins.
+    """
+    on = arm.mount.on
+    if on is None or (on.robot and not robots):
+        return arm.pose
+    if on.robot:
+        return (robots or {})[on.robot][on.link] @ on.pose
+    carrier = next(each for each in arms if each.name == on.arm)
+    joints = (positions or {}).get(carrier.name) or home_of(carrier, joints_of(carrier, models))
+    world_T_carrier = mount_pose(carrier, arms, models, positions, robots)
+    return link_poses(bare_arm(carrier, models[carrier.name], ""), joints, world_T_carrier)[on.link] @ on.pose
+
+
 def chain_in_engine(arm: Arm, models: Mapping[str, ArmModel]) -> RobotModel:
     """Return an arm with its mount and its tool, by the names that it has in the engine."""
     return UR10.prefixed(arm.prefix) if arm.is_original else arm_model(arm, models[arm.name], arm.prefix)
@@ -98,7 +160,9 @@ def links_by_frame(arms: Sequence[Arm], models: Mapping[str, ArmModel]) -> dict[
 
 
 def moving_links(arm: Arm, models: Mapping[str, ArmModel]) -> list[str]:
-    """Return the links that an arm's joints move, by their names in the engine."""
+    """Return the links that an arm's joints move, by their names in the engine; all if another arm carries it."""
+    if arm.mount.on is not None:
+        return [*chain_in_engine(arm, models).links]
     moving: list[str] = []
     for joint in chain_in_engine(arm, models).joints:
         if joint.is_driven or joint.parent in moving:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cellwright.config.gripper_links import GripperNames
-from cellwright.config.layout.arm_models import ArmModel
-from cellwright.config.layout.arms import MAX_ARMS, Arm, Mount, MountKind, original_mount
+from cellwright.config.layout.arm_models import ArmModel, bare_arm, mount_pose
+from cellwright.config.layout.arms import MAX_ARMS, Arm, Mount, MountKind, OnLink, original_mount
 from cellwright.config.layout.values import Named, turned
 from cellwright.config.models.files import FileReference
 from cellwright.config.parsing.reader import Read, Reader
@@ -23,18 +23,27 @@ from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf_file import package_folders
 from cellwright.config.ur10 import UR10
 from cellwright.util.errors import DescriptionError, UsageError, did_you_mean
+from cellwright.util.pose import Pose
 
-_HEIGHTS: Mapping[MountKind, float] = {"rail": 0.9, "pedestal": 0.5, "table": 0.7, "floor": 0.0}
+_HEIGHTS: Mapping[MountKind, float] = {"rail": 0.9, "pedestal": 0.5, "table": 0.7, "floor": 0.0, "link": 0.0}
 """Default height of each mount [m]."""
 _OF_OTHERS = ("tip", "tool", "limits", "drives", "bandwidth", "collision")
 """Entries that an arm with a model of its own has; those of 2017's arm are fixed."""
 
 
-def read_arms(found: Sequence[Named], reader: Reader) -> tuple[tuple[Arm, ...], dict[str, ArmModel]]:
-    """Return the arms, and the models of those that have their own, by name; those with errors are left out."""
+def read_arms(
+    found: Sequence[Named], reader: Reader, robots: Mapping[str, Mapping[str, Pose]]
+) -> tuple[tuple[Arm, ...], dict[str, ArmModel]]:
+    """Return the arms, and the models of those that have their own, by name; those with errors are left out.
+
+    Args:
+        found: their entries.
+        reader: receives every mistake.
+        robots: poses of the links of robots in the world, on which arms may stand.
+    """
     if len(found) > MAX_ARMS:
         reader.problems.error(found[MAX_ARMS].entry, f"a cell has at most {MAX_ARMS} arms (got {len(found)})")
-    arms, models, owners = [], {}, dict[str, str]()
+    arms, models, owners = list[Arm](), dict[str, ArmModel](), dict[str, str]()
     for each in found:
         values = dict(each.values)
         mount: Mount = values["mount"]
@@ -45,7 +54,7 @@ def read_arms(found: Sequence[Named], reader: Reader) -> tuple[tuple[Arm, ...], 
         elif _is_original(each, mount, reader):
             arm = Arm(each.name, original_mount(mount.pose), home=values.get("home", {}))
             _check_home(arm, UR10, each.table, reader)
-        if arm is None:
+        if arm is None or (arm := _placed(arm, arms, models, robots, (each.table, reader))) is None:
             continue
         namespace = values.get("namespace", each.name if len(found) > 1 else "")
         if (owner := owners.setdefault(namespace, each.name)) != each.name:
@@ -57,7 +66,51 @@ def read_arms(found: Sequence[Named], reader: Reader) -> tuple[tuple[Arm, ...], 
 def mounted(kind: MountKind, at: tuple[float, ...], turn: float = 0.0, **more: Any) -> Mount:
     """Return the mount of an arm, at the usual height of its kind if none is given."""
     height = at[2] if len(at) == 3 else _HEIGHTS[kind]
-    return Mount(kind, turned((at[0], at[1], height), turn), **more)
+    pose = turned((at[0], at[1], height), turn)
+    arm, robot, link = (more.pop(name, "") for name in ("arm", "robot", "link"))
+    return Mount(kind, pose, **more, on=OnLink(arm, robot, link, pose) if arm or robot or link else None)
+
+
+def _placed(
+    arm: Arm,
+    others: Sequence[Arm],
+    models: Mapping[str, ArmModel],
+    robots: Mapping[str, Mapping[str, Pose]],
+    at: tuple[Table, Reader],
+) -> Arm | None:
+    """Return an arm whose mount is in the world; `others` are those above it. None after errors."""
+    on, kind, (table, reader) = arm.mount.on, arm.mount.kind, at
+    fault = ""
+    if kind != "link":
+        fault = "" if on is None else f"a mount of kind {kind} has no arm, robot or link; use kind: link"
+    elif on is None or not on.link or bool(on.arm) == bool(on.robot):
+        fault = "a mount of kind link names the arm or the robot that carries this one, and its link"
+    else:
+        fault = _link_fault(on, others, models, robots)
+    if fault:
+        reader.problems.error(table.entries["mount"], fault)
+        return None
+    return replace(arm, mount=replace(arm.mount, pose=mount_pose(arm, others, models, robots=robots)))
+
+
+def _link_fault(
+    on: OnLink, arms: Sequence[Arm], models: Mapping[str, ArmModel], robots: Mapping[str, Mapping[str, Pose]]
+) -> str:
+    """Return what is wrong with the place of an arm on a link; empty if nothing is."""
+    links: Collection[str]
+    if on.robot:
+        if on.robot not in robots:
+            return f"there is no robot {on.robot!r}{did_you_mean(on.robot, robots)}"
+        links = robots[on.robot]
+    else:
+        carrier = next((each for each in arms if each.name == on.arm), None)
+        if carrier is None:
+            hint = did_you_mean(on.arm, [each.name for each in arms]) or "; an arm that carries another comes before it"
+            return f"there is no arm {on.arm!r} above{hint}"
+        if carrier.is_original:
+            return f"{on.arm} is the arm of 2017, which carries no other; give it a model"
+        links = bare_arm(carrier, models[carrier.name], "").links
+    return "" if on.link in links else f"{on.carrier} has no link {on.link!r}{did_you_mean(on.link, links)}"
 
 
 def by_name(each: Read) -> Read:

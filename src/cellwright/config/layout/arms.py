@@ -18,7 +18,7 @@ MAX_ARMS = 8
 ORIGINAL = "ur10"
 """Model of the arm of 2017: a UR10 on a rail, with its cup."""
 
-MountKind: TypeAlias = Literal["floor", "pedestal", "table", "rail"]
+MountKind: TypeAlias = Literal["floor", "pedestal", "table", "rail", "link"]
 """Kind of thing that carries an arm."""
 
 Axis: TypeAlias = Literal["x", "y"]
@@ -38,17 +38,46 @@ _TOP, _LEG = 0.04, 0.06
 
 
 @dataclass(frozen=True, slots=True)
+class OnLink:
+    """Place of an arm on a link of another arm or of a robot, with which it moves.
+
+    Attributes:
+        arm: the other arm, which has a model of its own; empty on a robot.
+        robot: the robot; empty on an arm.
+        link: its link, by the name in its file.
+        pose: frame of the mount in that of the link.
+    """
+
+    arm: str
+    robot: str
+    link: str
+    pose: Pose
+
+    @property
+    def carrier(self) -> str:
+        """Name of the arm or robot that carries it."""
+        return self.arm or self.robot
+
+    @property
+    def body(self) -> str:
+        """Name of the link in the engine."""
+        return f"{self.carrier}/{self.link}"
+
+
+@dataclass(frozen=True, slots=True)
 class Mount:
     """Mount of an arm.
 
     Attributes:
         kind: what carries the arm.
-        pose: frame of the arm's root link in the world; of a rail its own frame, in which the arm moves.
+        pose: frame of the arm's root link in the world; of a rail its own frame, in which the arm moves. On a link it
+            is that of the mount as a run begins, with what carries it at home.
         axis: direction of a rail, in its frame.
         range: ends of the arm's way along a rail [m].
         speed: maximum speed along a rail [m/s].
         effort: maximum force of a rail's drive [N].
         size: edges of a table's top [m].
+        on: link that carries the arm; None if it stands in the world.
     """
 
     kind: MountKind
@@ -58,6 +87,7 @@ class Mount:
     speed: float = 1.0
     effort: float = 1000.0
     size: tuple[float, float] = (1.0, 1.0)
+    on: OnLink | None = None
 
     @property
     def ends(self) -> tuple[Vector3, Vector3]:
@@ -147,7 +177,7 @@ class Arm:
 
     @property
     def pose(self) -> Pose:
-        """Frame of its mount in the world."""
+        """Frame of its mount in the world, as a run begins."""
         return self.mount.pose
 
     @property

@@ -21,6 +21,7 @@ from cellwright.config.layout.basing import BASED_ON, GEAR2017, PACKAGED, with_b
 from cellwright.config.layout.layout import Belt, Bin, Carrier, KeyFrames, Layout, Tray
 from cellwright.config.layout.names import NAMED_SECTIONS, PLACE_SECTIONS, NameCheck
 from cellwright.config.layout.robot_reader import read_robots
+from cellwright.config.layout.robots import robot_links
 from cellwright.config.layout.surroundings import Place, Structure, View
 from cellwright.config.layout.values import Named, placed, turned
 from cellwright.config.parsing.reader import Reader
@@ -87,11 +88,12 @@ def read_cell(own: Table, reader: Reader, types: Collection[str] = ()) -> Cell |
         return None
     values = keys.CELL.read(section, reader)
     named: Sequence[Named] = values.get("arms", ())
-    arms, models = read_arms(named, reader)
     if "arm_clearance" in values and (not named or len(named) + len(values.get("robots", ())) < 2):
         message = "the cell has no two arms, nor an arm and a robot; leave it out"
         reader.problems.error(section.entries["arm_clearance"], message)
     robots, configs = read_robots(values.get("robots", ()), reader)
+    links = {robot.name: robot_links(robot, configs[robot.name]) for robot in robots}
+    arms, models = read_arms(named, reader, links)
     layout = replace(_layout(values, arms, reader), robots=robots)
     _check_names(section, reader, types)
     if not any(name in section.entries for name in NAMED_SECTIONS):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from cellwright.config.robot.config import RobotConfig, initial_posture
+from cellwright.config.robot.model import link_poses
 from cellwright.util.pose import Pose
 
 MAX_ROBOTS = 8
@@ -69,3 +72,16 @@ class CellRobot:
     def moved(self, by: Pose) -> CellRobot:
         """Return the robot moved by a pose of the world."""
         return replace(self, pose=by @ self.pose)
+
+
+def robot_links(robot: CellRobot, config: RobotConfig, positions: Mapping[str, float] | None = None) -> dict[str, Pose]:
+    """Return the poses of a robot's links in the world, by their names in its file.
+
+    Args:
+        robot: the robot.
+        config: its configuration.
+        positions: positions of its joints [rad; m]; by default those of the start of a run.
+    """
+    poses = link_poses(config.robot, initial_posture(config) if positions is None else positions)
+    world_T_root = robot.pose @ poses[config.fixed_link or config.robot.root].inverse()
+    return {name: world_T_root @ pose for name, pose in poses.items()}

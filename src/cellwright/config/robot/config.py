@@ -6,7 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from cellwright.config.robot.model import Joint, RobotModel
+from cellwright.config.robot.model import Joint, RobotModel, position_of
 from cellwright.util.pose import Pose
 
 UNUSED: Mapping[str, str] = {
@@ -157,3 +157,18 @@ class RobotConfig:
             joints = [self.robot.joint(name) for name in gripper.joints]
             found |= {joint.name: gripper.open_and_closed(joint)[0] for joint in joints if joint.mimic is None}
         return found
+
+
+def initial_posture(config: RobotConfig) -> dict[str, float]:
+    """Return the posture in which a run begins [rad; m], by joint.
+
+    A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
+    command makes it jump. Mimic joints start where they follow their leader.
+    """
+    robot, positions = config.robot, dict(config.start)
+    leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
+    for joint in leaders_first:
+        if joint.name not in positions:
+            place = position_of(robot, joint, positions)
+            positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
+    return positions

@@ -210,19 +210,17 @@ class CollisionWatch:
                 self.nearest = Approach(*found, now)
 
     def _contacts(self, model: mujoco.MjModel, data: mujoco.MjData) -> set[tuple[int, int]]:
-        """Return the links that touch something, each with the other body; of two links, that of the arm comes first.
-
-        Arms come before robots in the model, and both before parts.
-        """
+        """Return the links that touch something, each with the other body; of two links, that of an arm comes first."""
         if not data.ncon:
             return set()
         bodies = model.geom_bodyid[data.contact.geom[: data.ncon]]
         pairs = bodies[np.isin(bodies, self._link_ids).any(axis=1)].tolist()
-        return {
-            (link, body)
-            for pair in pairs
-            for link, body in [sorted(pair, key=lambda each: (each not in self._links, each))]
-        }
+        return {(link, body) for pair in pairs for link, body in [sorted(pair, key=self._rank)]}
+
+    def _rank(self, body: int) -> tuple[int, int]:
+        """Return the rank of a body among those that touch: links of arms, links of robots, others."""
+        watched = self._links.get(body)
+        return (2 if watched is None else int(watched.arm is None)), body
 
     def _find_standing(self) -> set[tuple[int, int]]:
         """Return the links of robots that touch something fixed as a run begins, each with that body."""

@@ -1,5 +1,7 @@
 """Kitter agent in cells that lack something."""
 
+from dataclasses import replace
+
 import pytest
 
 from cellwright.cell.cell import Cell
@@ -8,9 +10,10 @@ from cellwright.clients.agents.kitter import agent
 from cellwright.clients.agents.kitter.strategy import Strategy
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
+from cellwright.config.layout.arms import Tool
 from cellwright.config.trial.trial import Trial
 from cellwright.running.run import RunOptions, run_cell
-from tests.cell.arm_cells import PEDESTAL, ur5_cell
+from tests.cell.arm_cells import PEDESTAL, carried_cell, ur5_cell
 from tests.clients.agents.kitter.places import STATIONS
 from tests.support.cells import ARM_ONLY, BARE
 
@@ -24,6 +27,13 @@ def test_agent_in_cell_whose_arm_has_no_cup_says_so_before_time_passes() -> None
     cell = Cell(ur5_cell(PEDESTAL.replace("tip: tool0", "tip: tool0\n      tool: {{kind: none}}")))
     result = run_cell(cell, find_agent("kitter")(), RunOptions(until=0.01))
     assert "UsageError: kitter works with a suction cup (arm: tool: none); write an agent for it" in result.error
+
+
+def test_agent_whose_arm_is_on_another_says_so_before_time_passes() -> None:
+    trial = carried_cell()
+    trial = replace(trial, layout=replace(trial.layout, arms=(replace(trial.arms[0], tool=Tool()), trial.arms[1])))
+    result = run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=0.01))
+    assert "kitter works with arms that stand by themselves (small is on gantry); write an agent for it" in result.error
 
 
 def test_agent_knows_the_parts_and_solids_of_its_cell(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,6 +68,9 @@ def _postures(client: Client, layout: Layout) -> list[Postures]:
         if arm.tool.kind != "vacuum":
             fault = f"{arm.name}: tool: {arm.tool.kind}"
             raise UsageError(f"kitter works with a suction cup ({fault}); write an agent for it")
+        if arm.mount.on is not None:
+            fault = f"{arm.name} is on {arm.mount.on.carrier}"
+            raise UsageError(f"kitter works with arms that stand by themselves ({fault}); write an agent for it")
     first, *others = layout.arms
     # the frame of the UR10 on its rail is its own, and several arms need one frame
     if first.is_original and not others:
