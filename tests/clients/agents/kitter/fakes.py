@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any, cast
 
+from cellwright.clients.agents.kitter.agreement import Agreement
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.crew import Crew, Worker
+from cellwright.clients.agents.kitter.crew import Worker
 from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
@@ -218,6 +219,9 @@ class FakeHand:
         along = max(part.belt.first, part.place(self.cell.time))
         return None if along > part.belt.last else along
 
+    def departure(self, part: TrackedBeltPart, along: float) -> float:
+        return part.time_at(along) - 2.0
+
     def from_belt(self, part: TrackedBeltPart, along: float) -> Held | None:
         self.cell.time = max(self.cell.time, part.time_at(along)) + 5.0
         return Held(part.type, flat(0.0, 0.0, -0.02), part.is_turned)
@@ -282,6 +286,15 @@ class FakeArm:
     joints = (0.0,) * 7
     postures = ARM
 
+    def __init__(self, client: FakeClient) -> None:
+        self.wait_until = client.wait_until
+
+    def make_way(self) -> None:
+        pass
+
+    def can_set_out(self, _time: float, _is_in_vain: Callable[[], bool]) -> bool:
+        return True
+
     def travel(self, _goal: Pose, _rail: float) -> bool:
         return True
 
@@ -306,12 +319,13 @@ def work(
     client, view = FakeClient(cell, orders, belt_types, kits_sent, later), FakeView(cell, belt_types)
     hand = FakeHand(cell)
     hand.bad = ["bad"] * bad
-    arm, hands = cast("KitterArm", FakeArm()), cast("Manipulator", hand)
-    supply = Supply(cast("Client", client), cast("CellView", view), arm, hands, belt_types)
+    arm, hands = cast("KitterArm", FakeArm(client)), cast("Manipulator", hand)
+    share = Agreement().share()
+    supply = Supply(cast("Client", client), cast("CellView", view), arm, hands, share, belt_types)
     Strategy(
         cast("Client", client),
         cast("CellView", view),
-        Crew([Worker(WORKPLACE, arm, hands, supply)]),
+        Worker(WORKPLACE, arm, hands, supply, share),
         Catalogue({"cone_part": CONE}),
     ).run()
     return cell

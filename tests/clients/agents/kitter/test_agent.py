@@ -14,7 +14,6 @@ from cellwright.config.layout.arms import Tool
 from cellwright.config.trial.trial import Trial
 from cellwright.running.run import RunOptions, run_cell
 from tests.cell.arm_cells import PEDESTAL, carried_cell, ur5_cell
-from tests.clients.agents.kitter.places import STATIONS
 from tests.support.cells import ARM_ONLY, BARE
 
 
@@ -41,7 +40,7 @@ def test_agent_knows_the_parts_and_solids_of_its_cell(monkeypatch: pytest.Monkey
     monkeypatch.setattr(Strategy, "run", lambda strategy: strategies.append(strategy))
     agent.KitterAgent().run(Client(InProcess(Cell(Trial("arm", has_arm=True)))))
     (strategy,) = strategies
-    assert strategy._crew.at(STATIONS[1]).arm._clearance is not None
+    assert strategy._worker.arm._clearance is not None
     assert "gear_part" in strategy._catalogue.types
 
 

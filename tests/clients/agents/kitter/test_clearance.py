@@ -11,9 +11,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.arm import CUP_FACE, KitterArm
+from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.clearance import (
     CLEARANCE,
+    CUP_FACE,
     PLANNED_CLEARANCE,
     Clearance,
     Load,

@@ -7,48 +7,25 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import find_agent
 from cellwright.clients.agents.kitter.clearance import ARMS_APART, Clearance
-from cellwright.clients.agents.kitter.crew import nearest, overview
-from cellwright.clients.agents.kitter.described_arm import DescribedArm
+from cellwright.clients.agents.kitter.crew import nearest, share_out
 from cellwright.clients.agents.kitter.workplace import Workplace
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import Trial
 from cellwright.motion import tool_down
 from cellwright.running.run import Outcome, RunOptions, run_cell
-from tests.cell.arm_cells import FACING_UR5, ur5_cell
+from tests.clients.agents.kitter.facing import described, facing
 
 TWO_ARMS = Path(__file__).parents[4] / "examples" / "cells" / "two_arms.yaml"
-FACING = FACING_UR5
-FACING += """\
-  belts: {{belt: {{from: [0.6, 2.0], to: [0.6, -1.5], width: 0.3, surface: 0.45, speed: 0.12}}}}
-  trays:
-    far: {{at: [1.4, -0.5], size: [0.4, 0.3], surface: 0.45}}
-    near: {{at: [-0.1, 0.5], size: [0.4, 0.3], surface: 0.45}}
-orders: {{order_0: {{tray: near, parts: [{{type: gear_part, xy: [0, 0]}}]}}}}
-"""
-
-
-def facing(distance: float) -> Trial:
-    """Return the trial of a cell with two UR5 that face each other, at a distance [m]."""
-    return ur5_cell(FACING.replace("DISTANCE", str(distance)))
-
-
-def described(client: Client) -> list[DescribedArm]:
-    found = []
-    for arm in client.layout().arms:
-        device = client.arm(arm.namespace)
-        client.sleep(0.1)
-        chain, positions = client.chains()[arm.name], device.joint_positions
-        found.append(DescribedArm(chain, arm, [positions[joint.name] for joint in chain.joints], highest=0.45))
-    return found
 
 
 @pytest.mark.slow
-def test_two_arms_share_the_kits_stay_apart_and_end_in_same_state_twice() -> None:
+def test_two_arms_work_at_once_stay_apart_and_end_in_same_state_twice() -> None:
     first, second = (
         run_cell(Cell(load_trial([TWO_ARMS]).trial), find_agent("kitter")(), RunOptions(until=150.0)) for _ in range(2)
     )
-    assert (first.error, first.outcome, first.score.total) == ("", Outcome.DONE, 12.0)
+    assert (first.error, first.outcome, first.score.total) == ("", Outcome.DONE, 18.0)
+    # in turns they need 64 s
+    assert first.simulated < 50.0
     assert first.nearest_arms is not None
     assert first.nearest_arms.distance >= ARMS_APART
     assert second.state_hash == first.state_hash
@@ -60,17 +37,21 @@ def test_arms_too_near_to_each_other_at_home_are_refused() -> None:
     assert "of arm2_" in result.error
 
 
-def test_station_belongs_to_the_nearest_arm_and_belt_to_all_that_reach_it() -> None:
+def test_station_belongs_to_the_nearest_arm_and_belt_to_each_from_its_stretch_on() -> None:
     client = Client.in_process(Cell(facing(1.3)))
     layout = client.layout()
     places = [Workplace(layout, each) for each in described(client)]
     numbers = {each.name: each.number for each in layout.trays}
     assert nearest(places) == {numbers["far"]: 1, numbers["near"]: 0}
-    whole = overview(places)
-    assert whole.stations[numbers["far"]] == places[1].stations[numbers["far"]]
-    (belt,), ((left,), (right,)) = whole.belts, (each.belts for each in places)
-    assert (belt.first, belt.last) == (min(left.first, right.first), max(left.last, right.last))
-    assert overview(places[:1]) is places[0]
+    left, right = share_out(places)
+    assert (set(left.stations), [each.number for each in left.others]) == ({numbers["near"]}, [numbers["far"]])
+    assert (set(right.stations), [each.number for each in right.others]) == ({numbers["far"]}, [numbers["near"]])
+    # the belt comes from y = 2 m: first past the tray of the left arm
+    (upper,), (lower,), (whole,) = left.belts, right.belts, places[1].belts
+    assert upper == places[0].belts[0]
+    assert lower.first == pytest.approx((upper.first + max(upper.last, whole.last)) / 2)
+    assert lower.last == whole.last
+    assert share_out(places[:1])[0] is places[0]
 
 
 def test_motion_towards_another_arm_is_stopped_before_it_is_near() -> None:

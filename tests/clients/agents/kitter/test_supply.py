@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 from typing import cast
 
+from cellwright.clients.agents.kitter.agreement import Agreement
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
@@ -26,6 +27,7 @@ def supply(*coming: TrackedBeltPart, reachable: float | None = -0.5) -> Supply:
         cast("CellView", view),
         cast("KitterArm", SimpleNamespace(joints=(0.0,) * 7, postures=ARM)),
         cast("Manipulator", SimpleNamespace(meeting_place=lambda *_: reachable)),
+        Agreement().share(),
     )
 
 

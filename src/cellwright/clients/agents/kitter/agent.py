@@ -1,19 +1,24 @@
 """Kitter agent: builds the ordered kits of a trial, and sends them."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
+from cellwright.clients.agents.kitter.agreement import Agreement
 from cellwright.clients.agents.kitter.arm import JOINT_STATES_TIMEOUT, KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.clearance import ARMS_APART, Clearance
-from cellwright.clients.agents.kitter.crew import Crew, Worker, overview
+from cellwright.clients.agents.kitter.crew import Worker, share_out
+from cellwright.clients.agents.kitter.crew_arm import CrewArm
 from cellwright.clients.agents.kitter.described_arm import DescribedArm
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.agents.kitter.postures import Postures
+from cellwright.clients.agents.kitter.regions import Lane, Regions
 from cellwright.clients.agents.kitter.strategy import Strategy
 from cellwright.clients.agents.kitter.supply import Supply
+from cellwright.clients.agents.kitter.turns import Turns
 from cellwright.clients.agents.kitter.ur10_on_rail import Ur10OnRail
 from cellwright.clients.agents.kitter.workplace import Workplace
 from cellwright.clients.client import Client
@@ -33,31 +38,85 @@ class KitterAgent:
 
     def run(self, client: Client) -> None:
         """Work until the competition is over."""
-        layout = client.layout()
-        postures = _postures(client, layout)
-        workplaces = [Workplace(layout, each) for each in postures]
-        workplace = overview(workplaces)
+        crew = _Crew(client)
+        if crew.size == 1:
+            work = crew.prepare(client, 0)
+            if crew.start(client):
+                work()
+            return
+        turns = Turns(client.transport, crew.size)
+        try:
+            works = turns.run([partial(crew.prepare, own, index) for index, own in enumerate(turns.clients)])
+            if crew.start(client):
+                turns.run(works)
+        finally:
+            turns.close()
+
+
+class _Crew:
+    """The arms of a cell, as a client has it."""
+
+    def __init__(self, client: Client) -> None:
+        self._layout = layout = client.layout()
+        self._postures = postures = _postures(client, layout)
+        self._workplaces = share_out([Workplace(layout, each) for each in postures])
+        self._agreement = Agreement([[each.location for each in own.stations.values()] for own in self._workplaces])
+        self.size = len(postures)
+        chains = client.chains()
+        arms = [(chains[arm.name], each) for arm, each in zip(layout.arms, postures, strict=True) if arm.name in chains]
+        self._arms = arms
+        self._regions = Regions(client.solids(), arms, self._apart) if self.size > 1 else None
+
+    @property
+    def _apart(self) -> float:
+        """Least distance between arms [m]."""
+        return max(ARMS_APART, self._layout.arm_clearance or 0.0)
+
+    def prepare(self, client: Client, index: int) -> Callable[[], None]:
+        """Look around, and return the work of an arm.
+
+        Raises:
+            UsageError: the arm stands too near to another one.
+        """
+        places = self._workplaces[index]
         catalogue = Catalogue(client.part_types())
         brought = {each: client.material_locations(each) for each in catalogue.types}
         belt_types = {
-            name: [each for each, places in brought.items() if name in places]
-            for name in (each.belt.name for each in workplace.belts)
+            name: [each for each, locations in brought.items() if name in locations]
+            for name in (each.belt.name for each in places.belts)
         }
-        view = CellView(client, catalogue, workplace, belt_types)
+        view = CellView(client, catalogue, places, belt_types)
+        arm = self._arm(client, index)
+        fault = arm.fault_at_home() if isinstance(arm, CrewArm) else None
+        if fault is not None:
+            raise UsageError(f"at home {fault}; give the arms other homes in the cell's section arms: home")
+        hand = Manipulator(client, arm, catalogue, places)
+        share = self._agreement.share(index)
         types = sorted({each for some in belt_types.values() for each in some})
-        workers = []
-        for index, (own, arm) in enumerate(zip(workplaces, layout.arms, strict=True)):
-            clearance = _clearance(client, layout, postures, index)
-            kitter = KitterArm(client, _device(client, arm), postures[index], clearance, own.highest)
-            hand = Manipulator(client, kitter, catalogue, own)
-            workers.append(Worker(own, kitter, hand, Supply(client, view, kitter, hand, types)))
-        crew = Crew(workers)
+        supply = Supply(client, view, arm, hand, share, types)
+        title = f"{self._layout.arms[index].name}: " if self.size > 1 else ""
+        worker = Worker(places, arm, hand, supply, share, title)
+        return lambda: Strategy(client, view, worker, catalogue).run()
+
+    def start(self, client: Client) -> bool:
+        """Start the competition; False if there is nothing to build a kit on."""
         client.start_competition()
         client.sleep(0.02)
-        if not workplace.stations:
+        if not any(each.stations for each in self._workplaces):
             log.warning("the cell has no AGV and no fixed tray: there is nothing to build a kit on")
-            return
-        Strategy(client, view, crew, catalogue).run()
+            return False
+        return True
+
+    def _arm(self, client: Client, index: int) -> KitterArm:
+        device, postures = _device(client, self._layout.arms[index]), self._postures[index]
+        highest = self._workplaces[index].highest
+        clearance = None
+        if self._arms:
+            others = [each for number, each in enumerate(self._arms) if number != index]
+            clearance = Clearance(client.solids(), *self._arms[index], others, self._apart)
+        if self._regions is None or clearance is None:
+            return KitterArm(client, device, postures, clearance, highest)
+        return CrewArm(client, device, postures, clearance, highest, Lane(self._regions, index))
 
 
 def _postures(client: Client, layout: Layout) -> list[Postures]:
@@ -92,13 +151,3 @@ def _postures(client: Client, layout: Layout) -> list[Postures]:
 def _device(client: Client, arm: Arm) -> ClientArm:
     """Return topics and services of an arm."""
     return client.arm(arm.namespace) if arm.namespace else client
-
-
-def _clearance(client: Client, layout: Layout, postures: Sequence[Postures], index: int) -> Clearance | None:
-    """Return the distances of an arm of the cell; None without one."""
-    chains = client.chains()
-    found = [(chains[arm.name], each) for arm, each in zip(layout.arms, postures, strict=True) if arm.name in chains]
-    if not found:
-        return None
-    own, its = found.pop(index)
-    return Clearance(client.solids(), own, its, found, max(ARMS_APART, layout.arm_clearance or 0.0))

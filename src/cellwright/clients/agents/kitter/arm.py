@@ -6,8 +6,9 @@ has no such error.
 
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 from cellwright.clients.agents.kitter.clearance import (
     CLEARANCE,
@@ -25,6 +26,7 @@ from cellwright.clients.agents.kitter.motion import (
     straight_path,
     velocities_along,
 )
+from cellwright.clients.agents.kitter.part_figures import PartFigures
 from cellwright.clients.agents.kitter.postures import Heights, Knots, Postures
 from cellwright.clients.client import Client
 from cellwright.clients.client.arm import ClientArm
@@ -38,9 +40,6 @@ JOINT_STATES_TIMEOUT = 1.0  # [s]
 
 log = logging.getLogger(__name__)
 
-CUP_FACE = 0.005
-"""Distance [m] of the cup's face below the gripper link."""
-
 SETTLING = 0.7
 """Approximate time [s] to come to an exact stop."""
 
@@ -53,11 +52,26 @@ MAX_HEIGHT_2017 = 0.0724
 RISING = 0.5
 """Rising speed of the tool [m/s]."""
 
-AT_HOME = 0.01
-"""Largest distance [rad; m] of a posture from home at which the arm is there."""
-
 MAX_SAG = 0.03
 """Largest error of a joint [rad] from sag alone."""
+
+
+class Errand(NamedTuple):
+    """Work of the tool at the end of a way, before it goes on: other arms keep away from there until then.
+
+    Attributes:
+        poses: poses of the tool.
+        load: what it takes there.
+        until: time [s] up to which it waits for other arms to leave the way.
+    """
+
+    poses: tuple[Pose, ...] = ()
+    load: PartFigures | None = None
+    until: float = math.inf
+
+
+NONE = Errand()
+"""Nothing but to arrive."""
 
 
 class KitterArm:
@@ -73,6 +87,9 @@ class KitterArm:
     Raises:
         UsageError: no joint states arrive within a second.
     """
+
+    is_alone = True
+    """False for one of several arms."""
 
     def __init__(
         self,
@@ -121,18 +138,16 @@ class KitterArm:
         """Name of the link of its cup."""
         return self._figures.gripper
 
-    def fault_at_home(self) -> Obstacle | None:
-        """Return what it is too near to at home; None if it is near nothing."""
-        return self._obstacle([self._figures.home])
+    def make_way(self) -> None:
+        """Leave where it is if another arm waits for that; alone it stays."""
 
-    def go_home(self) -> bool:
-        """Move to where it began, unless it is there; False if something is in the way."""
-        home = self._figures.home
-        if math.dist(self._commanded, home) < AT_HOME:
-            return True
-        self.rise(self.safe)
-        ways = self.postures.ways(self._commanded, home, self._extra)
-        return any(self._move(*stops) for stops in ways)
+    def can_set_out(self, time: float, is_in_vain: Callable[[], bool]) -> bool:  # noqa: ARG002 - of several
+        """Return whether going somewhere is not in vain; one of several arms waits with it until a time [s]."""
+        return True
+
+    def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Wait as `Client.wait_until`, and make way for other arms meanwhile."""
+        return self._client.wait_until(condition, timeout)
 
     @property
     def is_holding(self) -> bool:
@@ -168,22 +183,24 @@ class KitterArm:
                     log.debug("%.1f s: with the rail at %.2f, %s", self._client.time, place, obstacle)
         return None
 
-    def travel(self, goal: Pose, rail: float, start: Vector | None = None) -> bool:
+    def travel(self, goal: Pose, rail: float, start: Vector | None = None, errand: Errand = NONE) -> bool:
         """Move to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach.
 
-        With `start` the arm takes that posture there.
+        With `start` the arm takes that posture there. It waits while other arms are in the way, also in that of the
+        errand.
         """
-        if self.tool.position[2] < self.safe - 0.05:
-            self.rise(self.safe)
-        postures = self.postures.usual(goal, rail, self._commanded)
-        if start is not None:
-            posture = self.postures.again(goal, start, self._commanded)
-            postures = iter(() if posture is None else (posture,))
-        for posture in postures:
-            for stops in self.postures.ways(self._commanded, posture, self._extra):
-                if self._move(*stops):
-                    return self.settle(goal)
-        return False
+
+        def ways() -> Iterator[Sequence[Vector]]:
+            if self.tool.position[2] < self.safe - 0.05:
+                self._rise_first(self.safe)
+            postures = self.postures.usual(goal, rail, self._commanded)
+            if start is not None:
+                posture = self.postures.again(goal, start, self._commanded)
+                postures = iter(() if posture is None else (posture,))
+            for each in postures:
+                yield from self.postures.ways(self._commanded, each, self._extra)
+
+        return self._go(ways, errand) and self.settle(goal)
 
     def travel_time(self, goal: Pose, rail: float) -> float:
         """Return the approximate duration [s] of `travel`; infinite if the pose is out of reach."""
@@ -217,12 +234,18 @@ class KitterArm:
         path = places_along([joints, self.postures.rolled(joints, math.pi)], self._figures.steps)
         return not self._clearance.obstacle(path, load)
 
-    def turn_sideways(self, goal: Pose, rail: float) -> bool:
-        """Move to a tool pose with the cup facing sideways, in one sweep; False if it is out of reach."""
-        joints = self.postures.sideways(goal, rail, self._commanded)
-        if joints is None:
-            return False
-        return self._move(joints) and self.settle(goal)
+    def turn_sideways(self, goal: Pose, rail: float, errand: Errand = NONE) -> bool:
+        """Move to a tool pose with the cup facing sideways, in one sweep; False if it is out of reach.
+
+        It waits as for `travel`.
+        """
+
+        def ways() -> Iterator[Sequence[Vector]]:
+            joints = self.postures.sideways(goal, rail, self._commanded)
+            if joints is not None:
+                yield [joints]
+
+        return self._go(ways, errand) and self.settle(goal)
 
     def roll(self, angle: float) -> bool:
         """Turn the tool about the cup's axis by an angle [rad], or by its opposite within the range of the wrist.
@@ -249,6 +272,10 @@ class KitterArm:
         """Rise straight up until the gripper link is at a height [m]."""
         if self.tool.position[2] < height:
             self.line(facing_down(at_height(self.tool, height)), RISING)
+
+    def _rise_first(self, height: float) -> None:
+        """Rise at the beginning of a way."""
+        self.rise(height)
 
     def line(self, goal: Pose, speed: float) -> bool:
         """Move straight to a tool pose at about `speed` [m/s], and wait until there; False if it did not move."""
@@ -310,6 +337,10 @@ class KitterArm:
             return None
         places = places_along(path, self._figures.steps)
         return self._clearance.obstacle(places, self.load, touches=touches, least=least)
+
+    def _go(self, ways: Callable[[], Iterable[Sequence[Vector]]], errand: Errand) -> bool:  # noqa: ARG002 - of several
+        """Move along the first of some ways from where the arm is that has nothing in it; False if none is."""
+        return any(self._move(*stops) for stops in ways())
 
     def _move(self, *stops: Sequence[float], touches: bool = False) -> bool:
         """Move to joint positions, with a rest at each, and wait until there; False if something is in the way."""

@@ -4,7 +4,7 @@ from collections import Counter
 from functools import partial
 
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.crew import Crew
+from cellwright.clients.agents.kitter.crew import Worker
 from cellwright.clients.agents.kitter.kits import KitTask, OrderBook, Task, is_known_faulty, strays
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.workplace import TrayPlace
@@ -16,10 +16,11 @@ KEEPING_HORIZON = 8.0
 class Choice:
     """Choices by what the cameras see and what is still to do."""
 
-    def __init__(self, view: CellView, orders: OrderBook, crew: Crew) -> None:
+    def __init__(self, view: CellView, orders: OrderBook, worker: Worker) -> None:
         self._view = view
         self._orders = orders
-        self._crew = crew
+        self._worker = worker
+        self._supply = worker.supply
 
     def missing(self) -> Counter[tuple[str, str, str]]:
         """Return the number of ordered parts that are missing, by type of kit, type of part, and reason."""
@@ -27,18 +28,18 @@ class Choice:
             (kit.kit_type, task.type, self._why_not(kit, task))
             for kit in self._orders.kits
             for task in kit.tasks
-            if task.tray_T_part is None
+            if task.tray_T_part is None and self._worker.share.reports(kit.kit_type)
         )
 
     def _why_not(self, kit: KitTask, task: Task) -> str:
         if task.given_up:
             return task.given_up
-        return self._crew.at(kit.station).supply.why_none(task.type) if kit.is_sent else "time ran out"
+        return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
 
     def give_station(self, kit: KitTask) -> bool:
         """Begin a kit at the AGV or fixed tray that suits it best; return False if none is there."""
         allowed = [each for each in self._free_stations() if each.location in kit.allowed]
-        if not allowed:
+        if not allowed or not self._worker.share.take_kit(kit.kit_type, kit.allowed):
             return False
         self._view.look(*self._view.workplace.bin_areas, *(each.area for each in allowed))
         kit.station = min(allowed, key=partial(self._station_cost, kit))
@@ -67,14 +68,14 @@ class Choice:
         beside AGV 1, it is lost: the trials that were published before the competition of 2017 have such regions over
         both AGVs or over AGV 1, so such kits go to AGV 2. Third, the way of the rail counts.
         """
-        types, worker = {task.type for task in kit.tasks}, self._crew.at(station)
+        types = {task.type for task in kit.tasks}
         kept = sum(part.type in types for part in self._view.parts_on_tray(station))
         lying = self._view.parts_in_bins()
-        is_risky = station.number == 1 and any(worker.supply.is_on_belt_alone(each) for each in types)
+        is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
         way = [
             min(
                 (
-                    abs(worker.workplace.rail_beside(*p.world_T_part.position[:2]) - station.rail)
+                    abs(self._worker.workplace.rail_beside(*p.world_T_part.position[:2]) - station.rail)
                     for p in lying
                     if p.type == each
                 ),
@@ -89,7 +90,7 @@ class Choice:
 
         The belt comes first if it brings one in time, then what was lost on the tray, then the bins.
         """
-        supply = self._crew.at(kit.station).supply
+        supply = self._supply
         for task in kit.open_tasks:
             meeting = supply.on_belt(task.type)
             if meeting is not None:
@@ -112,11 +113,10 @@ class Choice:
         Those to be turned over come first, then those without another to spare: if one of these is dropped on the tray,
         it lies flat while the tray is empty. Then few failed attempts count, and the way.
         """
-        worker = self._crew.at(kit.station)
         wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
         lying = sum(each.type == part.type for each in self._view.parts_in_bins())
-        way = abs(worker.workplace.rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
-        failures = worker.supply.failures(part.world_T_part)
+        way = abs(self._worker.workplace.rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
+        failures = self._supply.failures(part.world_T_part)
         return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)
 
     def part_to_keep(self, kit: KitTask) -> tuple[TrayPlace, TrackedBeltPart, float] | None:
@@ -131,7 +131,7 @@ class Choice:
         free = [each for each in others if self._view.is_ready(each.number)]
         if not free:
             return None
-        supply = self._crew.at(free[0]).supply
+        supply = self._supply
         for part_type in supply.unordered(self._orders.kits):
             meeting = supply.on_belt(part_type, KEEPING_HORIZON)
             if meeting is not None:

@@ -23,8 +23,11 @@ PLANNED_CLEARANCE = 0.014
 ARMS_APART = 0.05
 """Least distance [m] to other arms, unless the cell wants more."""
 
-_SERVOS = 0.005
+SERVOS = 0.005
 """Part of the distance to other arms that the servos need [m]."""
+
+CUP_FACE = 0.005
+"""Distance [m] of the cup's face below the gripper link."""
 
 _LOAD = "load"
 _ARM, _CELL, _CARRIER = 1, 2, 4
@@ -61,7 +64,7 @@ class Clearance:
         solids: shapes by frame, as `Client.solids` returns them.
         chain: the arm, from the frame of its mount to its cup, as `Client.chains` returns it.
         postures: its postures.
-        others: other arms, which stand at home, as chains with their postures.
+        others: other arms, whose homes are kept free, as chains with their postures.
         apart: least distance to them [m].
     """
 
@@ -74,7 +77,7 @@ class Clearance:
         apart: float = ARMS_APART,
     ) -> None:
         self._solids = solids
-        self._apart = apart + _SERVOS
+        self._apart = apart + SERVOS
         self._standing = [shape for each in others for shape in _standing(solids, *each)]
         self._others = {shape["body"] for shape in self._standing}
         self._chain = chain
@@ -161,29 +164,18 @@ class Clearance:
         for each in self._solids["world"]:
             here = _in_frame(frame_T_world, each)
             bit = _CARRIER if here["body"] in carriers else _CELL
-            names[_add(spec, spec.worldbody, here, bit, 0)] = here["body"]
+            names[add_shape(spec, spec.worldbody, here, bit, 0)] = here["body"]
         for each in self._standing:
-            names[_add(spec, spec.worldbody, each, _CELL, 0, self._apart)] = each["body"]
-        base = self._postures.frame_T_base
-        body, origin = spec.worldbody.add_body(pos=base.position, quat=base.quaternion), (0.0, 0.0, 0.0)
+            names[add_shape(spec, spec.worldbody, each, _CELL, 0, self._apart)] = each["body"]
         # the lowest links are those that a rail and the first joint behind it move
         lowest = 2 if self._chain.joints[0].is_prismatic else 1
         standing = {one for one, other in self._joined if other in carriers}
-        for number, joint in enumerate(self._chain.joints, start=1):
-            body = body.add_body(pos=np.subtract(joint.point, origin))
-            kind = mujoco.mjtJoint.mjJNT_SLIDE if joint.is_prismatic else mujoco.mjtJoint.mjJNT_HINGE
-            body.add_joint(type=kind, axis=joint.axis)
-            # the engine takes no moving body without mass; only distances are computed
-            body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
-            origin = joint.point
-            for name in (each for each in self._links if self._chain.links[each].joints == number):
-                pose = self._chain.links[name].pose
-                link = body.add_body(name=name, pos=np.subtract(pose.position, origin), quat=pose.quaternion)
-                touched = _ARM | _CELL | (0 if number <= lowest or name in standing else _CARRIER)
-                for shape in self._solids[name]:
-                    names[_add(spec, link, shape, _ARM, touched)] = name
-                if name == self._gripper:
-                    self._add_loads(spec, link, names)
+        for number, name, link in add_chain(spec, self._chain, self._postures.frame_T_base):
+            touched = _ARM | _CELL | (0 if number <= lowest or name in standing else _CARRIER)
+            for shape in self._solids.get(name, ()):
+                names[add_shape(spec, link, shape, _ARM, touched)] = name
+            if name == self._gripper:
+                self._add_loads(spec, link, names)
         for one, other in self._joined:
             if other in self._links:
                 spec.add_exclude(bodyname1=one, bodyname2=other)
@@ -200,7 +192,7 @@ class Clearance:
                 size = [disc.radius, kind.height / 2]
                 place = [disc.x, disc.y, kind.top - kind.height / 2]
                 shape = {"type": "cylinder", "size": size, "position": place, "quaternion": [1.0, 0.0, 0.0, 0.0]}
-                names[_add(spec, body, shape, 0, _CELL | _CARRIER | _ARM)] = _LOAD
+                names[add_shape(spec, body, shape, 0, _CELL | _CARRIER | _ARM)] = _LOAD
 
 
 def _in_frame(frame_T_world: Pose, shape: Mapping[str, Any]) -> dict[str, Any]:
@@ -220,7 +212,23 @@ def _standing(
             yield {**_in_frame(postures.frame_T_base @ base_T_link, shape), "body": name}
 
 
-def _add(
+def add_chain(spec: Any, chain: Chain, base: Pose) -> Iterator[tuple[int, str, Any]]:
+    """Add a chain to a model specification; yield each moving link: the number of its last joint, its name and body."""
+    body, origin = spec.worldbody.add_body(pos=base.position, quat=base.quaternion), (0.0, 0.0, 0.0)
+    for number, joint in enumerate(chain.joints, start=1):
+        body = body.add_body(pos=np.subtract(joint.point, origin))
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if joint.is_prismatic else mujoco.mjtJoint.mjJNT_HINGE
+        body.add_joint(type=kind, axis=joint.axis)
+        # the engine takes no moving body without mass; only distances are computed
+        body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
+        origin = joint.point
+        for name, link in chain.links.items():
+            if link.joints == number:
+                place = np.subtract(link.pose.position, origin)
+                yield number, name, body.add_body(name=name, pos=place, quat=link.pose.quaternion)
+
+
+def add_shape(
     spec: Any, body: Any, shape: Mapping[str, Any], contype: int, conaffinity: int, margin: float = PLANNED_CLEARANCE
 ) -> str:
     """Add a shape to a body of a model specification; return its name there."""

@@ -1,18 +1,21 @@
-"""Arms of a cell at work: each builds the kits of the trays that are nearest to it, and only one moves at a time.
+"""Arms of a cell at work: each builds the kits of the trays that are nearest to it, with what it reaches.
 
-The others stand at home meanwhile. So what moves keeps its distance from what stands, and two arms never meet.
+What they agree on is in `agreement`, and how they keep apart in `regions`.
 """
+
+from __future__ import annotations
 
 import copy
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
+from cellwright.clients.agents.kitter.agreement import Share
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.agents.kitter.supply import Supply
-from cellwright.clients.agents.kitter.workplace import BeltPlace, TrayPlace, Workplace
-from cellwright.util.errors import UsageError
+from cellwright.clients.agents.kitter.workplace import Workplace
 from cellwright.util.pose import Pose
 
 _OVER_TRAY = 0.1
@@ -20,48 +23,18 @@ _OVER_TRAY = 0.1
 
 
 class Worker(NamedTuple):
-    """An arm, its hand, its places of the cell, and the parts that it can take."""
+    """An arm, its hand, its places of the cell, the parts that it can take, and its share in the work.
+
+    Attributes:
+        title: name of the arm, for lines about what it does; empty if it is the only one.
+    """
 
     workplace: Workplace
     arm: KitterArm
     hand: Manipulator
     supply: Supply
-
-
-class Crew:
-    """Workers by the stations that they build kits at.
-
-    Args:
-        workers: at least one.
-
-    Raises:
-        UsageError: an arm stands too near to another one.
-    """
-
-    def __init__(self, workers: Sequence[Worker]) -> None:
-        self._workers = workers
-        places = nearest([worker.workplace for worker in workers])
-        self._by_station = {number: workers[index] for number, index in places.items()}
-        for worker in workers if len(workers) > 1 else ():
-            fault = worker.arm.fault_at_home()
-            if fault is not None:
-                raise UsageError(f"at home {fault}; give the arms other homes in the cell's section arms: home")
-
-    def at(self, station: TrayPlace) -> Worker:
-        """Return the worker of a station."""
-        return self._by_station[station.number]
-
-    def call(self, station: TrayPlace) -> Worker:
-        """Return the worker of a station, after the other arms have gone home.
-
-        Raises:
-            UsageError: one of them finds no way home.
-        """
-        called = self.at(station)
-        for worker in self._workers:
-            if worker is not called and not worker.arm.go_home():
-                raise UsageError(f"{worker.arm.name} finds no way home, where it waits while another arm moves")
-        return called
+    share: Share
+    title: str = ""
 
 
 def nearest(workplaces: Sequence[Workplace]) -> dict[int, int]:
@@ -80,15 +53,39 @@ def nearest(workplaces: Sequence[Workplace]) -> dict[int, int]:
     }
 
 
-def overview(workplaces: Sequence[Workplace]) -> Workplace:
-    """Return the places of all arms as one: stations as their arms work them, belts as far as one of them reaches."""
+def share_out(workplaces: Sequence[Workplace]) -> list[Workplace]:
+    """Return the places of each arm as it works them: its own stations, and belts from its stretch on.
+
+    Of arms that reach one belt, that of the foremost stations takes parts where they come first, and the others farther
+    on: so they need not wait for each other.
+    """
     if len(workplaces) == 1:
-        return workplaces[0]
-    whole = copy.copy(workplaces[0])
-    whole.stations = {number: workplaces[index].stations[number] for number, index in nearest(workplaces).items()}
-    belts: dict[str, BeltPlace] = {}
-    for each in (belt for place in workplaces for belt in place.belts):
-        known = belts.get(each.belt.name, each)
-        belts[each.belt.name] = BeltPlace(each.belt, min(known.first, each.first), max(known.last, each.last))
-    whole.belts = tuple(belts.values())
-    return whole
+        return [*workplaces]
+    workers, found = nearest(workplaces), []
+    for index, each in enumerate(workplaces):
+        own = copy.copy(each)
+        own.stations = {number: place for number, place in each.stations.items() if workers[number] == index}
+        own.others = tuple(place for number, place in each.stations.items() if workers[number] != index)
+        found.append(own)
+    for name in sorted({belt.belt.name for each in found for belt in each.belts}):
+        _share_belt(name, [each for each in found if each.stations and each.belt(name) is not None])
+    return found
+
+
+def _share_belt(name: str, workplaces: Sequence[Workplace]) -> None:
+    def station(place: Workplace) -> float:
+        belt = place.belt(name)
+        assert belt is not None
+        return sum(belt.belt.along(each.world_T_tray.position) for each in place.stations.values()) / len(
+            place.stations
+        )
+
+    stretches = [belt for place in workplaces for belt in place.belts if belt.belt.name == name]
+    start = min((each.first for each in stretches), default=0.0)
+    way = max((each.last for each in stretches), default=0.0) - start
+    for index, place in enumerate(sorted(workplaces, key=station)):
+        first = start + way * index / len(workplaces)
+        place.belts = tuple(
+            replace(each, first=min(max(each.first, first), each.last)) if each.belt.name == name else each
+            for each in place.belts
+        )

@@ -8,6 +8,7 @@ from enum import Enum, auto
 from itertools import chain
 from typing import TypeAlias
 
+from cellwright.clients.agents.kitter.agreement import Share
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures, discs_at
 from cellwright.clients.agents.kitter.perception import Sighting
@@ -233,8 +234,9 @@ log = logging.getLogger(__name__)
 class OrderBook:
     """The kits that were ordered since it was made; until it is begun, a kit has the first of the stations."""
 
-    def __init__(self, client: Client, catalogue: Catalogue, stations: Sequence[TrayPlace]) -> None:
+    def __init__(self, client: Client, catalogue: Catalogue, stations: Sequence[TrayPlace], share: Share) -> None:
         self._client = client
+        self._share = share
         self._stations = stations
         self._catalogue = catalogue
         self._known = 0
@@ -242,7 +244,7 @@ class OrderBook:
         """All kits ordered so far, sent ones included."""
 
     def open_kits(self) -> list[KitTask]:
-        """Read new orders, and return the kits that are not yet sent: those of the newest order first."""
+        """Read new orders, and return the kits not yet sent that no other arm builds: the newest order's first."""
         for order in self._client.orders[self._known :]:
             self._known += 1
             for kit in order.kits:
@@ -256,7 +258,8 @@ class OrderBook:
                     if task.type not in self._catalogue:
                         task.given_up = self._catalogue.why_not(task.type)
                         log.info("%.1f s: cannot handle a %s: %s", self._client.time, task.type, task.given_up)
-        return sorted((kit for kit in self.kits if not kit.is_sent), key=lambda kit: -kit.order)
+        mine = (kit for kit in self.kits if not kit.is_sent and self._share.has_kit(kit.kit_type))
+        return sorted(mine, key=lambda kit: -kit.order)
 
     def _task(self, ordered: KitObject) -> Task:
         tray_T_goal = pose_from_message(ordered.pose)

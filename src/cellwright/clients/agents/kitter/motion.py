@@ -73,6 +73,24 @@ def following_path(
         yield time, Pose((x + direction[0] * distance, y + direction[1] * distance, height), start.quaternion)
 
 
+def down_to(start: Pose, height: float) -> tuple[Pose, ...]:
+    """Return tool poses straight down from one to a height [m]."""
+    return tuple(pose for _, pose in straight_path(start, at_height(start, height), 1.0))
+
+
+def poses_at_belt(
+    start: Pose, press: float, rise: float, speed: float, direction: Vector3 = (0.0, -1.0, 0.0)
+) -> tuple[Pose, ...]:
+    """Return the tool's poses with a part of a belt: as in `following_path`, up to a height `rise` [m], and back there.
+
+    It may rise anywhere between.
+    """
+    down = [pose for _, pose in following_path(start, press, press, speed, direction)]
+    up = at_height(down[-1], rise)
+    back = straight_path(up, at_height(start, rise), 1.0)
+    return (*down, *down_to(up, press)[::-1], up, *(pose for _, pose in back))
+
+
 def interpolate(start: Pose, goal: Pose, share: float) -> Pose:
     """Return a tool pose on the straight line between two.
 

@@ -5,9 +5,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from cellwright.clients.agents.kitter.arm import CUP_FACE, KitterArm
-from cellwright.clients.agents.kitter.clearance import Load
-from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, at_height
+from cellwright.clients.agents.kitter.arm import Errand, KitterArm
+from cellwright.clients.agents.kitter.clearance import CUP_FACE, Load
+from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, at_height, down_to, poses_at_belt
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
 from cellwright.clients.agents.kitter.perception import TrackedBeltPart
 from cellwright.clients.agents.kitter.workplace import FOLLOWED, BeltPlace, TrayPlace, Workplace
@@ -25,8 +25,12 @@ PRESS_SPEED = 0.03
 """[m/s]"""
 BELT_HOVER = 0.08
 """Height [m] above its grip at which the cup waits for a part on the belt."""
+BELT_RISE = 0.12
+"""Height [m] above its grip to which a part is lifted off the belt."""
 BELT_TIME_MARGIN = 0.5
 """Time [s] by which the arm is there before the part."""
+BELT_EARLY = 1.0
+"""Time [s] by which one of several arms sets out earlier than that, as others may be in its way."""
 WAITING_PLACE = 0.15
 """Distance [m] along the belt, from where parts are first taken, at which the arm waits for it to bring something."""
 WAITING_DISTANCE = 0.09
@@ -95,7 +99,8 @@ class Manipulator:
         if approach is None:
             return None
         hover, z, posture = approach
-        if not arm.travel(hover, rail, posture):
+        kind = self._catalogue.figures(part_type)
+        if not arm.travel(hover, rail, posture, Errand(down_to(hover, z - PRESS_DEPTH), kind)):
             return None
         arm.grip(True)
         if not arm.line(at_height(hover, z + PICK_APPROACH_HEIGHT), 0.35):
@@ -177,9 +182,9 @@ class Manipulator:
         return along
 
     def await_belt(self, belt: BeltPlace) -> None:
-        """Go to where the arm waits for a belt to bring something, if it reaches that."""
+        """Go to where the arm waits for a belt to bring something, if it reaches that; one of several does not."""
         own = self._workplace.belt(belt.belt.name)
-        if own is None:
+        if own is None or not self._arm.is_alone:
             return
         belt = own
         x, y = belt.point(min(belt.first + WAITING_PLACE, belt.last))
@@ -195,6 +200,12 @@ class Manipulator:
         above = grip_pose(kind, part.pose(part.time_at(along)), 0, self._arm.tool.yaw)
         return at_height(above, above.position[2] + BELT_HOVER)
 
+    def departure(self, part: TrackedBeltPart, along: float) -> float:
+        """Return the time [s] at which the arm has to set out for a part at a place along its belt [m]."""
+        rail = self._workplace.rail_along(part.belt, along)
+        needed = self._arm.travel_time(self.belt_hover(part, along), rail) + BELT_TIME_MARGIN + BELT_EARLY
+        return part.time_at(along) - needed
+
     def from_belt(self, part: TrackedBeltPart, along: float) -> Held | None:
         """Take a part from the running belt about where it passes a place along it [m], and lift it.
 
@@ -203,7 +214,10 @@ class Manipulator:
         client, arm = self._client, self._arm
         hover = self.belt_hover(part, along)
         z = hover.position[2] - BELT_HOVER
-        if not arm.travel(hover, self._workplace.rail_along(part.belt, along)):
+        meet = part.time_at(along)
+        poses = poses_at_belt(hover, z - PRESS_DEPTH, z + BELT_RISE, part.belt.belt.speed, part.belt.belt.direction)
+        errand = Errand(poses, self._catalogue.figures(part.type), meet)
+        if not arm.travel(hover, self._workplace.rail_along(part.belt, along), errand=errand):
             return None
         meet = part.time_at(along)
         if client.time > meet - 0.05:
@@ -216,7 +230,7 @@ class Manipulator:
         held = None
         if arm.is_holding:
             held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.is_turned))
-        arm.rise(z + 0.12)
+        arm.rise(z + BELT_RISE)
         return self._kept(held)
 
     def _loaded(self, held: Held) -> Held:
@@ -243,7 +257,7 @@ class Manipulator:
         z = goal.position[2]
         hover = self._above(goal)
         posture = arm.clear_posture(hover, goal, rail)
-        if posture is None or not arm.travel(hover, rail, posture):
+        if posture is None or not arm.travel(hover, rail, posture, Errand(down_to(hover, z))):
             log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
             self.throw_away(held)
             return False
@@ -288,7 +302,8 @@ class Manipulator:
         client, arm = self._client, self._arm
         at_side = side_grip_pose(self._catalogue.figures(part_type), world_T_part, direction)
         ready = beside(at_side, SIDE_RETREAT)
-        if not arm.turn_sideways(raised(ready, TURNING_HEIGHT), rail) or not arm.line(ready, 0.35):
+        errand = Errand((ready, at_side, raised(at_side, TURNING_HEIGHT)), self._catalogue.figures(part_type))
+        if not arm.turn_sideways(raised(ready, TURNING_HEIGHT), rail, errand) or not arm.line(ready, 0.35):
             return False
         arm.settle(ready)
         arm.grip(True)

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.choice import Choice
-from cellwright.clients.agents.kitter.crew import Crew
+from cellwright.clients.agents.kitter.crew import Worker
 from cellwright.clients.agents.kitter.kits import (
     InspectionResult,
     KitTask,
@@ -32,7 +32,7 @@ from cellwright.clients.agents.kitter.kits import (
 )
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.clients.agents.kitter.perception import Sighting, TrackedBeltPart
-from cellwright.clients.agents.kitter.pick_and_place import Held, Manipulator, pose_on_tray
+from cellwright.clients.agents.kitter.pick_and_place import Held, pose_on_tray
 from cellwright.clients.agents.kitter.supply import ATTEMPTS
 from cellwright.clients.agents.kitter.workplace import TrayPlace
 from cellwright.clients.client import Client
@@ -61,13 +61,15 @@ log = logging.getLogger(__name__)
 class Strategy:
     """Behaviour of the agent in one run."""
 
-    def __init__(self, client: Client, view: CellView, crew: Crew, catalogue: Catalogue) -> None:
+    def __init__(self, client: Client, view: CellView, worker: Worker, catalogue: Catalogue) -> None:
         self._client = client
         self._view = view
-        self._crew = crew
+        self._worker = worker
+        self._hand, self._share = worker.hand, worker.share
         self._catalogue = catalogue
-        self._orders = OrderBook(client, catalogue, tuple(view.workplace.stations.values()))
-        self._choice = Choice(view, self._orders, crew)
+        places = worker.workplace
+        self._orders = OrderBook(client, catalogue, (*places.stations.values(), *places.others), worker.share)
+        self._choice = Choice(view, self._orders, worker)
         self._started = client.time
         self._last_progress = client.time
 
@@ -86,23 +88,23 @@ class Strategy:
             log.warning("%.1f s: not brought for %s: %d %s: %s", self._client.time, kit_type, count, part_type, reason)
 
     def _log(self, text: str, *arguments: Any) -> None:
-        log.info("%.1f s: " + text, self._client.time, *arguments)
+        log.info("%.1f s: %s" + text, self._client.time, self._worker.title, *arguments)
 
     def _set_status(self, text: str, *arguments: Any) -> None:
         """Announce the next action, in the viewer too."""
         self._log(text, *arguments)
-        self._client.set_status(text % arguments)
+        self._client.set_status(self._worker.title + text % arguments)
 
     def await_order(self) -> State | None:
         """Wait until there is a kit to build; None when the competition is over."""
-        self._client.set_status("waiting for an order")
-        self._client.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
+        self._client.set_status(self._worker.title + "waiting for an order")
+        self._worker.arm.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
         self._last_progress = self._client.time
         return self.choose_part if self._orders.open_kits() else None
 
     def await_agv(self) -> State | None:
         """Wait until an AGV or a tray is there; None when the competition is over."""
-        if not self._client.wait_until(self._choice.has_station, 60.0):
+        if not self._worker.arm.wait_until(self._choice.has_station, 60.0):
             self._log("no AGV or tray is there")
             return None if self._is_over() else self.await_agv
         self._last_progress = self._client.time
@@ -120,7 +122,7 @@ class Strategy:
         self._view.watch_stations(True)
         # the tray reports its contents once a second
         self._client.sleep(1.0)
-        self._client.wait_until(lambda: self._view.is_ready(number), 30.0)
+        self._worker.arm.wait_until(lambda: self._view.is_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
         self._set_status("sending %s with %s: %s", kit.station.title, kit.kit_type, types)
         if kit.begun_at < math.inf:
@@ -130,6 +132,7 @@ class Strategy:
         if not kit.is_sent:
             self._log("it does not leave")
             return partial(self.submit, kit)
+        self._share.end_kit(kit.kit_type)
         self._client.sleep(1.0)
         return self.choose_part if self._orders.open_kits() else self.await_order
 
@@ -138,6 +141,8 @@ class Strategy:
 
     def choose_part(self) -> State | None:
         """Choose what to do next, for the kits of the newest order first; a later kit fills the wait for a part."""
+        if self._share.has_news():
+            self._view.note_change()
         kits = self._orders.open_kits()
         if not kits:
             return self.await_order
@@ -155,7 +160,7 @@ class Strategy:
                 kit.begun_at = min(kit.begun_at, self._client.time)
                 return action
         waited = self._client.time - self._last_progress
-        supply = self._crew.at(kits[0].station).supply
+        supply = self._worker.supply
         hopeless = [
             task
             for task in kits[0].open_tasks
@@ -184,13 +189,15 @@ class Strategy:
         watched = next((each for each in self._view.belts if not types.isdisjoint(each.types)), None)
         if watched is not None:
             self._set_status("waiting by the belt for %s", ", ".join(sorted(types)))
-            self._hand(kits[0].station).await_belt(watched.belt)
+            self._hand.await_belt(watched.belt)
             until = self._client.time + 15.0
-            wanted = [(self._crew.at(kit.station).supply, task.type) for kit in kits for task in kit.open_tasks]
-            while self._client.time < until and not any(supply.on_belt(each) for supply, each in wanted):
+            wanted = [task.type for kit in kits for task in kit.open_tasks]
+            while self._client.time < until and not any(map(self._worker.supply.on_belt, wanted)):
                 self._client.sleep(0.1)
+                self._worker.arm.make_way()
         else:
             self._client.sleep(2.0)
+            self._worker.arm.make_way()
         self._see_again(kits[0])
         return self.choose_part
 
@@ -198,17 +205,13 @@ class Strategy:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
         self._set_status("fetching a %s at (%.3f, %.3f)", task.type, *self._view.workplace.in_world(x, y))
-        hand, (workplace, _, _, supply) = self._hand(kit.station), self._crew.at(kit.station)
+        hand, workplace, supply = self._hand, self._worker.workplace, self._worker.supply
         rail = workplace.rail_beside(x, y) if workplace.bin_at(x, y) else kit.station.rail
         attempt = supply.failures(part.world_T_part)
-        held = hand.from_rest(
-            task.type,
-            part.world_T_part,
-            rail,
-            is_turned=part.is_turned,
-            attempt=attempt,
-            neighbours=self._neighbours(kit, part),
-        )
+        self._share.take_part(part)
+        lying, near = part.world_T_part, self._neighbours(kit, part)
+        held = hand.from_rest(task.type, lying, rail, is_turned=part.is_turned, attempt=attempt, neighbours=near)
+        self._share.end_part(is_taken=held is not None)
         self._view.note_change()
         if held is None:
             is_in_reach = hand.is_in_reach(task.type, part.world_T_part, rail)
@@ -227,7 +230,11 @@ class Strategy:
         """Take a part from a belt at a place along it [m]."""
         place = self._view.workplace.in_world(*part.belt.point(along))
         self._set_status("taking a %s off the belt at (%.2f, %.2f), at %.1f s", task.type, *place, part.time_at(along))
-        held = self._hand(kit.station).from_belt(part, along)
+        if not self._worker.arm.can_set_out(self._hand.departure(part, along), lambda: not self._share.is_free(part)):
+            return self.choose_part
+        self._share.take_part(part)
+        held = self._hand.from_belt(part, along)
+        self._share.end_part(is_taken=held is not None)
         self._view.forget(part)
         if held is None:
             self._log("it was missed")
@@ -236,10 +243,7 @@ class Strategy:
 
     def place(self, kit: KitTask, task: Task, held: Held) -> State | None:
         """Put the held part on the tray."""
-        station = kit.station
-        hand = self._hand(station)
-        kind = self._catalogue.figures(task.type)
-
+        station, hand, kind = kit.station, self._hand, self._catalogue.figures(task.type)
         is_reachable = self._reach(held, station)
 
         def can_turn_over(tray_T_part: Pose, direction: float) -> bool:
@@ -276,7 +280,7 @@ class Strategy:
 
     def _reach(self, held: Held, station: TrayPlace) -> Callable[[Pose], bool]:
         """Return a function that tells of a place on the tray whether the held part can be put down there."""
-        hand, kind = self._hand(station), self._catalogue.figures(held.type)
+        hand, kind = self._hand, self._catalogue.figures(held.type)
         return lambda place: hand.can_put_down(held, pose_on_tray(station, kind, place), station.rail)
 
     def check(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
@@ -298,8 +302,8 @@ class Strategy:
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
         if finding.verdict is InspectionResult.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
-            hand, rail = self._hand(kit.station), kit.station.rail
-            held = hand.from_rest(task.type, finding.world_T_part, rail, is_turned=task.is_turned)
+            lying, rail = finding.world_T_part, kit.station.rail
+            held = self._hand.from_rest(task.type, lying, rail, is_turned=task.is_turned)
             if held is not None:
                 task.tray_T_part = None
                 return partial(self.place, kit, task, held)
@@ -314,7 +318,7 @@ class Strategy:
         lying = world_T_part or pose_on_tray(station, kind, place.tray_T_part, drop=0.0)
         task.tray_T_part = None
         direction += station.world_T_tray.yaw
-        if not self._hand(station).turn_over(task.type, lying, direction, station.rail, partial(self._see_again, kit)):
+        if not self._hand.turn_over(task.type, lying, direction, station.rail, partial(self._see_again, kit)):
             self._log("the cup did not hold its side")
             self._note_loss(task)
             return self.choose_part
@@ -325,15 +329,11 @@ class Strategy:
             return partial(self.check, kit, task, after)
         finding = inspect_part(self._view, kit, task, after.tray_T_part, is_turned=task.is_turned)
         lying = finding.world_T_part or pose_on_tray(station, kind, after.tray_T_part, drop=0.0)
-        held = self._hand(station).from_rest(task.type, lying, station.rail, is_turned=task.is_turned)
+        held = self._hand.from_rest(task.type, lying, station.rail, is_turned=task.is_turned)
         if held is None:
             self._note_loss(task)
             return self.choose_part
         return partial(self.place, kit, task, held)
-
-    def _hand(self, station: TrayPlace) -> Manipulator:
-        """Return the hand that works at a station; other arms are at home then."""
-        return self._crew.call(station).hand
 
     def _see_again(self, kit: KitTask) -> None:
         """Begin to look at the bins and the kit's tray, as something was moved."""
@@ -371,8 +371,9 @@ class Strategy:
         """Take a part off a belt, and lay it on another tray."""
         place = self._view.workplace.in_world(*part.belt.point(along))
         self._set_status("taking a %s off the belt at (%.2f, %.2f), to keep it on %s", part.type, *place, station.title)
-        hand = self._hand(station)
-        held = hand.from_belt(part, along)
+        self._share.take_part(part)
+        held = self._hand.from_belt(part, along)
+        self._share.end_part(is_taken=held is not None)
         self._view.forget(part)
         if held is not None:
             kind = self._catalogue.figures(part.type)
@@ -382,19 +383,18 @@ class Strategy:
             others = [disc for name, pose in poses for disc in self._catalogue.figures(name).covers(pose)]
             spot = find_place(kind, Pose(), station.half, others, self._reach(held, station))
             if spot is None:
-                hand.throw_away(held)
-            elif not hand.put_down(held, pose_on_tray(station, kind, spot.tray_T_part), station.rail):
-                hand.let_go()
+                self._hand.throw_away(held)
+            elif not self._hand.put_down(held, pose_on_tray(station, kind, spot.tray_T_part), station.rail):
+                self._hand.let_go()
             self._see_again(kit)
         return partial(self.clean, kit)
 
     def _throw_away(self, kit: KitTask, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
         """Take a part off the tray and drop it on the floor; False if the cup did not hold it."""
-        hand = self._hand(kit.station)
         for attempt in range(first, first + attempts):
-            held = hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
+            held = self._hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
             self._see_again(kit)
             if held is not None:
-                hand.throw_away(held)
+                self._hand.throw_away(held)
                 return True
         return False

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
+from cellwright.clients.agents.kitter.agreement import Share
 from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import KitTask
@@ -24,12 +25,19 @@ class Supply:
     """Available parts, and failed attempts at them."""
 
     def __init__(
-        self, client: Client, view: CellView, arm: KitterArm, hand: Manipulator, belt_types: Iterable[str] = ()
+        self,
+        client: Client,
+        view: CellView,
+        arm: KitterArm,
+        hand: Manipulator,
+        share: Share,
+        belt_types: Iterable[str] = (),
     ) -> None:
         self._client = client
         self._view = view
         self._arm = arm
         self._hand = hand
+        self._share = share
         self._failures: Counter[tuple[int, int]] = Counter()
         self._tried: Counter[str] = Counter()
         self._too_far: Counter[str] = Counter()
@@ -61,7 +69,7 @@ class Supply:
         now = self._client.time
         found = []
         for belt in self._view.belts:
-            for part in belt.coming(part_type, now):
+            for part in filter(self._share.is_free, belt.coming(part_type, now)):
                 along = self._hand.meeting_place(part)
                 if along is not None and part.time_at(along) < now + horizon:
                     found.append((part, along))
@@ -70,7 +78,11 @@ class Supply:
 
     def best(self, part_type: str, lying: Iterable[Sighting], *, is_turned: bool = False) -> Sighting | None:
         """Return the best part of a type: few failed attempts, the right side up, near the rail's place, with room."""
-        candidates = [part for part in lying if part.type == part_type and self.failures(part.world_T_part) < ATTEMPTS]
+        candidates = [
+            part
+            for part in filter(self._share.is_free, lying)
+            if part.type == part_type and self.failures(part.world_T_part) < ATTEMPTS
+        ]
         return min(
             candidates,
             key=lambda part: (

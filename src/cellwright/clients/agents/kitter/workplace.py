@@ -174,6 +174,8 @@ class Workplace:
             each.number: self._tray_place(each, lower, has_quality_sensor=each in local.carriers)
             for each in local.stations
         }
+        self.others: tuple[TrayPlace, ...] = ()
+        """Stations at which other arms work."""
         found = (self._within_reach(each) for each in local.belts)
         self.belts: tuple[BeltPlace, ...] = tuple(each for each in found if each is not None)
         """The belts that the arm reaches."""
@@ -216,7 +218,7 @@ class Workplace:
         corners = [(x + _DROP_MARGIN * i, y + _DROP_MARGIN * j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
         covers = [each.covers for each in self.bins]
         covers += [each.belt.covers for each in self.belts]
-        covers += [each.covers for each in self.stations.values()]
+        covers += [each.covers for each in (*self.stations.values(), *self.others)]
         return any(each(*corner) for each in covers for corner in corners)
 
     def _tray_place(self, station: Station, lower: float, *, has_quality_sensor: bool) -> TrayPlace:

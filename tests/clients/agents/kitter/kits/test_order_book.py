@@ -6,6 +6,7 @@ from typing import cast
 
 import pytest
 
+from cellwright.clients.agents.kitter.agreement import Agreement
 from cellwright.clients.agents.kitter.kits import OrderBook
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.client import Client
@@ -25,7 +26,7 @@ def fake_client(*orders: Order, locations: tuple[str, ...] = ()) -> SimpleNamesp
 
 def test_open_kits_of_newest_order_come_first() -> None:
     client = fake_client(order("order_0", "gear_part"))
-    book = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values()))
+    book = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values()), Agreement().share())
     (first,) = book.open_kits()
     assert [(task.type, task.tray_T_goal.position) for task in first.tasks] == [("gear_part", (0.1, 0.2, 0.0))]
     client.orders.append(order("order_1", "disk_part"))
@@ -39,7 +40,7 @@ def test_part_of_unknown_type_has_no_open_task() -> None:
     client = SimpleNamespace(
         material_locations=lambda _kit: (), orders=[order("order_0", "u_joint_part", "gear_part")], time=0.0
     )
-    (kit,) = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values())).open_kits()
+    (kit,) = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values()), Agreement().share()).open_kits()
     assert [task.type for task in kit.open_tasks] == ["gear_part"]
 
 
@@ -49,7 +50,7 @@ def test_ordered_side_is_that_of_task() -> None:
     client = SimpleNamespace(
         material_locations=lambda _kit: (), orders=[Order("order_0", [Kit("kit", objects)])], time=0.0
     )
-    (kit,) = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values())).open_kits()
+    (kit,) = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values()), Agreement().share()).open_kits()
     pulley, gear = kit.tasks
     assert (pulley.is_turned, gear.is_turned) == (True, False)
     assert pulley.tray_T_goal.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
@@ -62,5 +63,5 @@ def test_ordered_side_is_that_of_task() -> None:
 )
 def test_kit_is_allowed_where_the_cell_says(locations: tuple[str, ...], allowed: set[str]) -> None:
     client = fake_client(order("order_0", "gear_part"), locations=locations)
-    (kit,) = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values())).open_kits()
+    (kit,) = OrderBook(cast("Client", client), Catalogue(), tuple(STATIONS.values()), Agreement().share()).open_kits()
     assert kit.allowed == allowed
