@@ -100,3 +100,11 @@ def test_more_robots_than_the_engine_tells_apart_are_refused(tmp_path: Path) -> 
     robots = [f"r{n}: {{model: tandem, at: [{n}, 0, 0], namespace: r{n}}}" for n in range(MAX_ROBOTS + 1)]
     (found,) = refusals(tmp_path, *robots)
     assert found == f"cell.yaml:{MAX_ROBOTS + 3}: cell.robots.r{MAX_ROBOTS}: a cell has at most 8 robots (got 9)"
+
+
+def test_box_of_a_robot_is_around_its_links_at_the_start(tmp_path: Path) -> None:
+    (robot,) = read(tmp_path, "left: {model: tandem, at: [1, 2, 0.5]}").layout.robots
+    (low, high), tips = robot.box, [corner[2] for corner in robot.corners]
+    assert -0.2 < low[2] < 0.0
+    assert 1.0 < high[2] < 1.5
+    assert (min(tips), max(tips)) == pytest.approx((low[2] + 0.5, high[2] + 0.5))

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cellwright.config.layout.arm_reader import find_model
-from cellwright.config.layout.robots import MAX_ROBOTS, NAMESPACE, CellRobot, Hand
+from cellwright.config.layout.robots import MAX_ROBOTS, NAMESPACE, CellRobot, Hand, robot_links
 from cellwright.config.layout.values import Named, turned
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Problem
 from cellwright.util.errors import DescriptionError, did_you_mean
+from cellwright.util.pose import Vector3
 
 if TYPE_CHECKING:
     from cellwright.config.robot.config import RobotConfig
 
 _REACH = 0.06
 """Default distance [m] from the grasp point of a hand to a part that it can hold."""
+_AROUND = 0.1
+"""Distance [m] that a link reaches beyond its origin, as for a view."""
 _SIDES = ("right", "left")
 _TAKEN = (
     *("ariac", "cellwright", "controller_manager", "gazebo", "clock", "tf", "tf_static"),
@@ -46,7 +50,8 @@ def read_robots(found: Sequence[Named], reader: Reader) -> tuple[tuple[CellRobot
         if config is not None:
             pose = turned(values["at"], values.get("turn", 0.0))
             hands = _hands(each, config, reader) if "hands" in values else ()
-            robots[each.name] = CellRobot(each.name, values["model"], pose, namespace, hands)
+            robot = CellRobot(each.name, values["model"], pose, namespace, hands)
+            robots[each.name] = replace(robot, box=_box(robot, config))
             configs[each.name] = config
     return tuple(robots.values()), configs
 
@@ -63,6 +68,14 @@ def _hands(each: Named, config: RobotConfig, reader: Reader) -> tuple[Hand, ...]
         message = f"{config.name} has no arm with a gripper in its configuration; leave out hands"
         reader.problems.error(each.table.entries["hands"], message)
     return hands
+
+
+def _box(robot: CellRobot, config: RobotConfig) -> tuple[Vector3, Vector3]:
+    """Return the corners of the box around the links of a robot, in the frame of its pose."""
+    here = robot.pose.inverse()
+    places = ((here @ pose).position for pose in robot_links(robot, config).values())
+    (x0, x1), (y0, y1), (z0, z1) = ((min(each) - _AROUND, max(each) + _AROUND) for each in zip(*places, strict=True))
+    return (x0, y0, z0), (x1, y1, z1)
 
 
 def _config(each: Named, reader: Reader) -> RobotConfig | None:

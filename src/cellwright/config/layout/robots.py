@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 
 from cellwright.config.robot.config import RobotConfig, initial_posture
 from cellwright.config.robot.model import link_poses
-from cellwright.util.pose import Pose
+from cellwright.util.pose import Pose, Vector3
 
 MAX_ROBOTS = 8
 """Maximum number of robots in a cell: the engine tells them apart by bits."""
@@ -42,6 +43,7 @@ class CellRobot:
         pose: frame in the world of its root link, or of the link that its configuration fixes.
         namespace: namespace of its topics.
         hands: the hands that hold parts; without any, they only push.
+        box: opposite corners of the space [m] that its links take as a run begins, in the frame of its pose.
     """
 
     name: str
@@ -49,6 +51,7 @@ class CellRobot:
     pose: Pose
     namespace: str = NAMESPACE
     hands: tuple[Hand, ...] = ()
+    box: tuple[Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
     @property
     def prefix(self) -> str:
@@ -68,6 +71,11 @@ class CellRobot:
     def frame_of(self, link: str) -> str:
         """Return the frame of a link, by the link's name in the simulation."""
         return self.frame_prefix + link.removeprefix(self.prefix)
+
+    @property
+    def corners(self) -> tuple[Vector3, ...]:
+        """Corners of its `box` in the world [m]."""
+        return tuple(self.pose.transform((x, y, z)) for x, y, z in product(*zip(*self.box, strict=True)))
 
     def moved(self, by: Pose) -> CellRobot:
         """Return the robot moved by a pose of the world."""

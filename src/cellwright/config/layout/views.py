@@ -58,7 +58,7 @@ class _Computed:
         self._bins = [point for each in layout.bins for point in _over(each.pose, each.size, each.surface)]
         self._trays = {each.name: [*_over(each.tray_surface, each.plate, each.surface)] for each in layout.stations}
         rails = [end for arm in layout.arms for end in arm.mount.ends]
-        robots = [each.pose.position for each in layout.robots]
+        robots = [corner for each in layout.robots for corner in each.corners]
         self._around = [*self._bins, *(point for points in self._trays.values() for point in points), *rails, *robots]
 
     def view(self, name: str) -> View:
