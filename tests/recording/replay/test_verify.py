@@ -10,6 +10,7 @@ import pytest
 
 import cellwright
 from cellwright.cell.cell import Cell
+from cellwright.clients.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.format.commands import Command
@@ -20,7 +21,9 @@ from cellwright.recording.replay.rebuild import Rebuilt, Stamps
 from cellwright.recording.replay.verify import Answer, HashPoint, Step, VerificationResult, recorded_steps, verify
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.safety import SafetySettings
+from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import RecordingError, RejectedCommandError
+from tests.cell.robot_cells import tandem_cell
 from tests.recording.replay.made import record, short_work
 
 TICKS = 500  # a second
@@ -160,3 +163,18 @@ def test_invalid_command_is_reported(taken: list[Step]) -> None:
 
     with pytest.raises(RecordingError, match=r"is invalid|invalid command"):
         again([replace(command, type="osrf_gear/Nonsense")])
+
+
+class Lift:
+    """Program that raises a robot."""
+
+    def run(self, client: Client) -> None:
+        client.publish("/left/joint_cmd", joint_state(["lift"], [0.2], time=0))
+        client.sleep(0.5)
+
+
+def test_commands_to_a_robot_in_a_cell_are_repeated(tmp_path: Path) -> None:
+    run_cell(Cell(tandem_cell()), Lift(), RunOptions(ends_when_done=False), record=tmp_path / "run.mcap")
+    with RecordingFile(tmp_path / "run.mcap") as recording:
+        verdict = verify(Rebuilt(Cell(tandem_cell())), list(recorded_steps(recording)))
+    assert (verdict.answer, verdict.commands) == (Answer.EQUAL, 1)

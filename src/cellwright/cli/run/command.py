@@ -100,7 +100,8 @@ def run(context: typer.Context, given: RunArguments) -> None:
                     cell.bus.topic(name)
         options.averages(given.averages, cell.trial)
         worker = program()
-        if worker is not None and not cell.trial.has_arm:
+        moves = cell.trial.has_arm or (cell.trial.layout.robots and given.agent not in BUNDLED)
+        if worker is not None and not moves:
             _warn_of_missing_arm(cell.trial.name, given.files, given.agent)
         changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if given.cell.vary else [])])
         facts = f"agent {given.agent}, seed {cell.seed}, servo {cell.servo}"
@@ -196,7 +197,7 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
 
 
 def _warn_of_missing_arm(trial: str, files: Sequence[str], agent: str) -> None:
-    """Warn about a trial without an arm. Only a user's own program may have a use for it."""
+    """Warn about a trial without an arm, or a robot of its own. Only a user's own program may have a use for it."""
     joined = joined_name([*files, bundled_sensors()[0]])
     remedy = f"add a file with one, such as: {shlex.join(['cellwright', 'run', joined])}"
     try:
