@@ -18,7 +18,10 @@ from cellwright.cell.controllers import HARDWARE, ControlledArm, ControllerManag
 from cellwright.cell.interface.rows import CONTROLLER_NAMES
 from cellwright.cell.kitting.effects import Effect
 from cellwright.config.layout.arms import Arm
+from cellwright.config.layout.robots import CellRobot
 from cellwright.config.parsing.sources import Sources
+from cellwright.config.robot.model import JointType
+from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.run_log import RunEvents
@@ -282,6 +285,7 @@ class CellTarget(Target):
             "bounds": None if cell.start.bounds is None else asdict(cell.start.bounds),
             "joints": dict(cell.start.joints),
             "arms": {arm.name: {"namespace": arm.namespace, "tool": arm.holder} for arm in cell.trial.arms},
+            "robots": {robot.name: _about(robot, cell.trial) for robot in cell.trial.layout.robots},
             "checkpoints": sorted(nanoseconds(when) for when, _ in self._options.checkpoints),
             **origin.facts(),
         }
@@ -305,6 +309,13 @@ def at(cell: Cell, when: Fraction, action: Callable[[Cell], None], run: ExitStac
 
     watch = cell.simulation.watch("once", when, act)
     run.callback(watch.cancel)
+
+
+def _about(robot: CellRobot, trial: Trial) -> dict[str, Any]:
+    """Return what a recording says of a robot: namespace of its topics, and which of its joints slide."""
+    driven = trial.robot_models[robot.name].robot.driven
+    sliding = [joint.name for joint in driven if joint.type is JointType.PRISMATIC]
+    return {"namespace": robot.namespace, "sliding": sliding}
 
 
 def _count(heard: Counter[str], name: str, _message: object) -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright import Client, run_trial
 from cellwright.cell.cell import Cell
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import Header, JointState, Time
 from cellwright.middleware.messages.std_srvs import SetBoolRequest
@@ -23,6 +24,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.robot_panel import RobotPanel
 from tests.cell.arm_cells import TWO_UR5, ur5_cell
+from tests.cell.robot_cells import tandem_cell
 from tests.clients.operators.nodes import robot
 from tests.support.cells import INITIAL, WHOLE, publish, run, start, way
 
@@ -129,6 +131,28 @@ def test_arms_that_a_header_does_not_name_are_that_of_2017(arms: object, tmp_pat
     recorder.end({})
     (tool,) = loaded(path).tools
     assert tool.name == "vacuum gripper"
+
+
+def test_robot_of_a_cell_has_its_joints(tmp_path: Path) -> None:
+    class Lift:
+        def run(self, client: Client) -> None:
+            client.publish("/left/joint_cmd", joint_state(["lift"], [0.05], time=0))
+            client.sleep(0.5)
+
+    run_trial(tandem_cell(), Lift, record=tmp_path / "lift.mcap")
+    tracks = {track.name: track for track in loaded(tmp_path / "lift.mcap").joints["Tandem"]}
+    assert (tracks["lift"].unit, tracks["right_elbow"].unit) == ("m", "rad")
+    assert tracks["lift"].positions[-1] == pytest.approx(0.05, abs=1e-3)
+    assert tracks["lift"].targets[-1] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("robots", [None, [], {"tandem": None}, {"tandem": {"namespace": "left"}}])
+def test_robots_that_a_header_does_not_describe_have_no_joints(robots: object, tmp_path: Path) -> None:
+    path, served = tmp_path / "cell.mcap", Cell(tandem_cell())
+    recorder = Recorder(served, path, RecordingHeader("cell", "cell", {"robots": robots}))
+    run(served, 0.1)
+    recorder.end({})
+    assert "Tandem" not in loaded(path).joints
 
 
 def test_recording_of_robot_gives_plot_data(wave: Path) -> None:

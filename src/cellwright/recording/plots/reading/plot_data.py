@@ -6,6 +6,7 @@ from itertools import islice
 from typing import Any
 
 from cellwright.config.layout.arms import MAX_ARMS
+from cellwright.config.layout.robots import MAX_ROBOTS
 from cellwright.config.ur10 import GRIPPER
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.plots.reading.cell import ArmStateReader, BodyPath, CompetitionReader, Trays
@@ -39,15 +40,41 @@ class _Arm:
         return self.path.track(shown or self.name, on, attached, self.name)
 
 
+class _Robot:
+    """Readers of the joints of one robot of a cell.
+
+    Args:
+        namespace: namespace of its topics.
+        sliding: names of its joints with positions in metres.
+    """
+
+    def __init__(self, namespace: str, sliding: Sequence[str]) -> None:
+        self.measured, self.applied = (
+            JointStateReader(f"/{namespace}/{topic}") for topic in ("joint_states", "applied_joint_cmd")
+        )
+        self._sliding = sliding
+
+    def tracks(self) -> list[JointTrack]:
+        """Return its joints."""
+        targets = self.applied.curves()
+        return [
+            JointTrack(name, "m" if name in self._sliding else "rad", *curve, *targets.get(name, ()))
+            for name, curve in self.measured.curves().items()
+        ]
+
+
 def _cell(recording: RecordingFile) -> PlotData:
+    robots = _robots(recording)
+    of_robots = [reader for robot in robots.values() for reader in (robot.measured, robot.applied)]
     arms = {name: _Arm(name, base, BodyPath(recording.scene, link)) for name, (base, link) in _arms(recording).items()}
     trays, competition, commands = Trays(), CompetitionReader(), CommandReader()
     of_arms = [reader for arm in arms.values() for reader in (arm.state, arm.gripper, arm.path)]
-    warning = _read(recording, (*of_arms, trays, competition, commands))
+    warning = _read(recording, (*of_arms, *of_robots, trays, competition, commands))
     end = recording.end_time / SECOND
     alone = "vacuum gripper" if len(arms) == 1 else ""
     tools = [arm.tool(end, alone) for arm in arms.values()]
     joints = {name[:1].upper() + name[1:]: arm.state.tracks() for name, arm in arms.items()}
+    joints |= {name[:1].upper() + name[1:]: robot.tracks() for name, robot in robots.items()}
     states = competition.states.until(end)
     return PlotData(
         title=recording.header.name,
@@ -77,6 +104,18 @@ def _arms(recording: RecordingFile) -> dict[str, tuple[str, str]]:
     except (AttributeError, KeyError, TypeError):
         return {"arm": ("/ariac", GRIPPER)}
     return dict(islice(found.items(), MAX_ARMS))
+
+
+def _robots(recording: RecordingFile) -> dict[str, _Robot]:
+    """Return the readers of the robots of a cell, by their names."""
+    try:
+        found = {
+            str(name): _Robot(str(each["namespace"]), [str(joint) for joint in each["sliding"]])
+            for name, each in recording.header.facts["robots"].items()
+        }
+    except (AttributeError, KeyError, TypeError):
+        return {}
+    return dict(islice(found.items(), MAX_ROBOTS))
 
 
 def _robot(recording: RecordingFile) -> PlotData:
