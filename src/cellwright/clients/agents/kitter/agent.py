@@ -1,6 +1,7 @@
 """Kitter agent: builds the ordered kits of a trial, and sends them."""
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -8,7 +9,7 @@ from functools import partial
 from cellwright.clients.agents.kitter.agreement import Agreement
 from cellwright.clients.agents.kitter.arm import JOINT_STATES_TIMEOUT, KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.clearance import ARMS_APART, Clearance
+from cellwright.clients.agents.kitter.clearance import ARMS_APART, Clearance, below_cup
 from cellwright.clients.agents.kitter.crew import Worker, share_out
 from cellwright.clients.agents.kitter.crew_arm import CrewArm
 from cellwright.clients.agents.kitter.described_arm import DescribedArm
@@ -26,6 +27,9 @@ from cellwright.clients.client.arm import ClientArm
 from cellwright.config.layout.arms import Arm
 from cellwright.config.layout.layout import Layout
 from cellwright.util.errors import UsageError
+
+LEVEL_HAND = 0.003
+"""Distance [m] by which something of the hand may reach below the cup: the cup is pressed deeper into a part."""
 
 log = logging.getLogger(__name__)
 
@@ -135,17 +139,28 @@ def _postures(client: Client, layout: Layout) -> list[Postures]:
     if first.is_original and not others:
         return [Ur10OnRail(first)]
     surfaces = [each.surface for each in (*layout.bins, *layout.belts, *layout.stations)]
-    chains, made = client.chains(), []
+    chains, solids, made = client.chains(), client.solids(), []
     for arm in layout.arms:
         device = _device(client, arm)
         device.joint_states.wait_for_next(JOINT_STATES_TIMEOUT)
         home = [device.joint_positions[joint.name] for joint in chains[arm.name].joints]
         made.append(DescribedArm(chains[arm.name], arm, home, max(surfaces, default=0.0)))
+        _check_hand(arm, *below_cup(solids, chains[arm.name], made[-1].figures.gripper))
     for each, arm in zip(made, layout.arms, strict=True):
         # arms on one rail have beams in one place
         same = (other for other, its in zip(made, layout.arms, strict=True) if its.pose == arm.pose)
         each.figures = replace(each.figures, carriers=frozenset().union(*(other.figures.carriers for other in same)))
     return [*made]
+
+
+def _check_hand(arm: Arm, depth: float, link: str) -> None:
+    """Refuse an arm with something of the hand below its cup: it would touch what lies around a part."""
+    if depth > LEVEL_HAND:
+        least = math.ceil((arm.tool.length + depth) * 1e3) / 1e3
+        raise UsageError(
+            f"{arm.name}: {link} reaches {depth * 1e3:.0f} mm below the suction cup, and would touch what it is to "
+            f"grip; put the cup below by tool: {{kind: vacuum, length: {least:g}}}, or take the link out of the model"
+        )
 
 
 def _device(client: Client, arm: Arm) -> ClientArm:

@@ -195,6 +195,40 @@ class Clearance:
                 names[add_shape(spec, body, shape, 0, _CELL | _CARRIER | _ARM)] = _LOAD
 
 
+def below_cup(solids: Mapping[str, Sequence[Mapping[str, Any]]], chain: Chain, gripper: str) -> tuple[float, str]:
+    """Return by how much another link of the hand reaches below the cup's face, at most [m], and its name."""
+    links = {name: link for name, link in chain.links.items() if link.joints == len(chain.joints)}
+    gripper_T_hand = links[gripper].pose.inverse()
+    found = [
+        (-_lowest(_in_frame(gripper_T_hand @ link.pose, shape)) - CUP_FACE, name)
+        for name, link in links.items()
+        if name != gripper
+        for shape in solids.get(name, ())
+    ]
+    return max(found, default=(-math.inf, gripper))
+
+
+def _lowest(shape: Mapping[str, Any]) -> float:
+    """Return the height [m] of the lowest point of a shape in its frame."""
+    pose, size = Pose(shape["position"], shape["quaternion"]), shape["size"]
+    # directions of the shape's axes along the vertical one of the frame
+    x, y, z = pose.inverse().rotate((0.0, 0.0, 1.0))
+    match shape["type"]:
+        case "mesh":
+            return min(pose.transform(vertex)[2] for vertex in shape["vertices"])
+        case "box":
+            reach = abs(x) * size[0] + abs(y) * size[1] + abs(z) * size[2]
+        case "ellipsoid":
+            reach = math.hypot(x * size[0], y * size[1], z * size[2])
+        case "sphere":
+            reach = size[0]
+        case "capsule":
+            reach = size[0] + abs(z) * size[1]
+        case _:  # a cylinder
+            reach = math.hypot(x, y) * size[0] + abs(z) * size[1]
+    return float(pose.position[2] - reach)
+
+
 def _in_frame(frame_T_world: Pose, shape: Mapping[str, Any]) -> dict[str, Any]:
     """Return a shape of the world in another frame."""
     px, py, pz = shape["position"]
