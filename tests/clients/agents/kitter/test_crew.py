@@ -17,6 +17,44 @@ from tests.clients.agents.kitter.facing import described, facing
 
 TWO_ARMS = Path(__file__).parents[4] / "examples" / "cells" / "two_arms.yaml"
 
+ONE_RAIL = """
+cell:
+  arms:
+    arm1:
+      mount: {kind: rail, at: [0.3, 0, 0.9]}
+      home: &home
+        linear_arm_actuator_joint: -1.2
+        shoulder_pan_joint: 3.14
+        shoulder_lift_joint: -1.1
+        elbow_joint: 1.5
+        wrist_1_joint: 3.7
+        wrist_2_joint: -1.57
+    arm2:
+      mount: {kind: rail, at: [0.3, 0, 0.9]}
+      home: {<<: *home, linear_arm_actuator_joint: 1.2}
+  bins: {bin1: {at: [-0.3, -1.0], size: [0.6, 0.6]}, bin2: {at: [-0.3, 1.0], size: [0.6, 0.6]}}
+  trays: {table1: {at: [1.2, -1.0]}, table2: {at: [1.2, 1.0]}}
+  sensors:
+    logical_camera_bin1: {type: logical_camera, over: bin1, height: 0.65}
+    logical_camera_bin2: {type: logical_camera, over: bin2, height: 0.65}
+    logical_camera_tray1: {type: logical_camera, over: table1, height: 0.7}
+    logical_camera_tray2: {type: logical_camera, over: table2, height: 0.7}
+parts: [{type: gear_part, in: bin1, grid: [2, 2]}, {type: gear_part, in: bin2, grid: [2, 2]}]
+orders:
+  order_0:
+    kits:
+      - {tray: table1, parts: [{type: gear_part, xy: [0, 0]}]}
+      - {tray: table2, parts: [{type: gear_part, xy: [0, 0]}]}
+"""
+
+
+@pytest.mark.slow
+def test_two_arms_on_one_rail_carry_parts_over_it_at_once() -> None:
+    result = run_cell(Cell(load_trial(text=ONE_RAIL).trial), find_agent("kitter")(), RunOptions(until=40.0))
+    assert (result.error, result.outcome, result.score.total) == ("", Outcome.DONE, 6.0)
+    # a kit takes 12 s
+    assert result.simulated < 20.0
+
 
 @pytest.mark.slow
 def test_two_arms_work_at_once_stay_apart_and_end_in_same_state_twice() -> None:

@@ -49,6 +49,9 @@ SAFE_DISTANCE = 0.19
 MAX_HEIGHT_2017 = 0.0724
 """Distance [m] that the tallest part of 2017 hangs below the cup; a taller one raises the arm by the difference."""
 
+SAME_POSTURE = 1e-6
+"""Distance [rad; m] up to which two postures are the same."""
+
 RISING = 0.5
 """Rising speed of the tool [m/s]."""
 
@@ -193,14 +196,25 @@ class KitterArm:
         def ways() -> Iterator[Sequence[Vector]]:
             if self.tool.position[2] < self.safe - 0.05:
                 self._rise_first(self.safe)
-            postures = self.postures.usual(goal, rail, self._commanded)
-            if start is not None:
-                posture = self.postures.again(goal, start, self._commanded)
-                postures = iter(() if posture is None else (posture,))
-            for each in postures:
+            for each in self._usual(goal, rail) if start is None else self._as_chosen(goal, start, errand):
                 yield from self.postures.ways(self._commanded, each, self._extra)
 
         return self._go(ways, errand) and self.settle(goal)
+
+    def _usual(self, goal: Pose, rail: float) -> Iterator[Vector]:
+        return self.postures.usual(goal, rail, self._commanded)
+
+    def _as_chosen(self, goal: Pose, start: Vector, errand: Errand) -> Iterator[Vector]:
+        """Yield the posture that was chosen for a pose, then others there that are as clear: they may have a way."""
+        chosen = self.postures.again(goal, start, self._commanded)
+        if chosen is None:
+            return
+        yield chosen
+        for each in self._usual(goal, start[0]):
+            if math.dist(each, chosen) > SAME_POSTURE:
+                path = [each, *self._joints_along(errand.poses, each)]
+                if len(path) > len(errand.poses) and not self._obstacle(path, touches=True, least=PLANNED_CLEARANCE):
+                    yield each
 
     def travel_time(self, goal: Pose, rail: float) -> float:
         """Return the approximate duration [s] of `travel`; infinite if the pose is out of reach."""
