@@ -174,9 +174,7 @@ class ClientArm:
             RejectedCommandError: a number is out of range, and the fingers go on as they did.
             UnknownNameError: the arm has no parallel gripper.
 
-        Example:
-            >>> client.move_gripper(0.06)  # doctest: +SKIP
-            True
+        Example: `is_held = not client.move_gripper(0.02, effort=15.0)` closes on a part that is wider than 20 mm.
         """
         self._node.publish(f"{self._space}/gripper/command", GripperCommand(float(width), float(effort)))
         before, since = self.gripper_width, self._node.time
