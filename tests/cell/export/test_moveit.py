@@ -25,7 +25,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import INITIAL_POSITIONS, UR10
 from cellwright.mechanism.link_collisions import CLEARANCE, Reason, geoms_of, touched_model
 from cellwright.middleware.ros2.packages.contents import MOVEIT
-from cellwright.middleware.ros2.packages.moveit import PlannedCell, srdf
+from cellwright.middleware.ros2.packages.moveit import SIMPLE_MANAGER, PlannedCell, controllers, joint_limits, srdf
 from cellwright.util.errors import DescriptionError
 from tests.cell.arm_cells import PEDESTAL, TWO_UR5, carried_cell, ur5_cell
 from tests.cell.robot_cells import arm_on_robot
@@ -192,13 +192,36 @@ def test_arm_without_tool_has_no_end_effector() -> None:
     assert [group.attrib["name"] for group in semantic.findall("group")] == ["arm"]
 
 
-def test_fingers_are_links_of_the_tool_that_no_controller_of_the_arm_moves() -> None:
+def test_fingers_open_and_close_by_the_action_of_the_gripper() -> None:
     trial = ur5_cell(PEDESTAL.replace("tip: tool0", "tip: tool0\n      tool: {{kind: parallel}}"))
     cell = planned_cell(trial, cell_description(trial, build_world(trial), MOVEIT))
     semantic = check_srdf(srdf(cell), cell.urdf)
     group = next(each for each in semantic.findall("group") if each.get("name") == "tool")
     assert [link.attrib["name"] for link in group] == ["gripper_palm", "left_finger", "right_finger"]
-    assert cell.passive_joints == ["left_finger_joint", "right_finger_joint"]
+    assert cell.passive_joints == []
+    joints = ["left_finger_joint", "right_finger_joint"]
+    states = {
+        each.attrib["name"]: [(joint.get("name"), joint.get("value")) for joint in each]
+        for each in semantic.findall("group_state")
+        if each.get("group") == "tool"
+    }
+    assert states == {
+        "open": [(joint, "0.05") for joint in joints],
+        "closed": [(joint, "0.0") for joint in joints],
+    }
+    found = controllers(cell)
+    assert found["moveit_controller_manager"] == SIMPLE_MANAGER
+    simple = found["moveit_simple_controller_manager"]
+    assert simple["controller_names"] == ["arm_controller", "gripper_controller"]
+    assert simple["gripper_controller"] == {
+        "type": "GripperCommand",
+        "action_ns": "gripper_cmd",
+        "default": True,
+        "parallel": True,
+        "joints": joints,
+    }
+    limits = joint_limits(cell)["joint_limits"]
+    assert [limits[joint]["max_velocity"] for joint in joints] == [0.05, 0.05]  # half of the gripper's 0.1 m/s
     (effector,) = semantic.findall("end_effector")
     assert effector.attrib["parent_link"] == "tool0"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from cellwright.cell.export.description import CellDescription, cell_description
-from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, FOLLOW_OF_ARM
+from cellwright.cell.interface.rows import CONTROLLER_NAMES, FOLLOW, FOLLOW_OF_ARM, GRIP, in_namespace
 from cellwright.cell.model.build import build_world
 from cellwright.config.gripper_links import GripperNames
 from cellwright.config.layout.arm_models import home_of, joints_of, laden
@@ -19,7 +19,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.mechanism.drives import stiff_drives
 from cellwright.mechanism.link_collisions import Progress, unchecked_pairs
 from cellwright.middleware.ros2.packages.contents import MOVEIT
-from cellwright.middleware.ros2.packages.moveit import PlannedArm, PlannedCell, moveit_files
+from cellwright.middleware.ros2.packages.moveit import PlannedArm, PlannedCell, PlannedFingers, moveit_files
 from cellwright.motion.joints import DEFAULT_LIMITS
 from cellwright.util.errors import DescriptionError
 
@@ -94,6 +94,21 @@ def _planned_arm(trial: Trial, arm: Arm) -> PlannedArm:
         max_velocity=named[1],
         max_acceleration=named[2],
         action=CONTROLLER_NAMES[FOLLOW_OF_ARM if arm.namespace else FOLLOW].format(arm=arm.namespace),
+        fingers=_planned_fingers(arm),
+    )
+
+
+def _planned_fingers(arm: Arm) -> PlannedFingers | None:
+    """Return the fingers of an arm's tool, each with half of the gripper's figures; None for another tool."""
+    settings = arm.tool.fingers
+    if settings is None:
+        return None
+    return PlannedFingers(
+        joints=GripperNames(arm.frame_prefix).joints,
+        opening=settings.opening / 2,
+        max_velocity=settings.speed / 2,
+        max_acceleration=settings.speed / 2 / _RISE,
+        action=CONTROLLER_NAMES[in_namespace(GRIP, "{arm}" if arm.namespace else None)].format(arm=arm.namespace),
     )
 
 

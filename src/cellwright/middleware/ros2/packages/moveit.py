@@ -21,11 +21,36 @@ TOOL = "tool"
 HOME = "home"
 """Named state in which a run begins."""
 
+OPEN, CLOSED = "open", "closed"
+"""Named states of fingers."""
+
+CONTROL_MANAGER = "moveit_ros_control_interface/Ros2ControlManager"
+SIMPLE_MANAGER = "moveit_simple_controller_manager/MoveItSimpleControllerManager"
+
 _SOLVER = {
     "kinematics_solver": "kdl_kinematics_plugin/KDLKinematicsPlugin",
     "kinematics_solver_search_resolution": 0.005,
     "kinematics_solver_timeout": 0.05,
 }
+
+
+@dataclass(frozen=True)
+class PlannedFingers:
+    """Fingers of a parallel gripper, which MoveIt opens and closes.
+
+    Attributes:
+        joints: joint of each finger; both have the same position, half of the distance between the pads.
+        opening: position of each when open [m].
+        max_velocity: maximum velocity of each [m/s].
+        max_acceleration: maximum acceleration of each [m/s^2].
+        action: name of the action `GripperCommand`: `/CONTROLLER/NAME`.
+    """
+
+    joints: tuple[str, str]
+    opening: float
+    max_velocity: float
+    max_acceleration: float
+    action: str
 
 
 @dataclass(frozen=True)
@@ -41,6 +66,7 @@ class PlannedArm:
         max_velocity: maximum velocity of each joint [rad/s; m/s].
         max_acceleration: maximum acceleration of each joint [rad/s^2; m/s^2].
         action: name of the action that follows trajectories: `/CONTROLLER/NAME`.
+        fingers: fingers of its tool; None for another tool.
     """
 
     name: str
@@ -51,6 +77,7 @@ class PlannedArm:
     max_velocity: Mapping[str, float]
     max_acceleration: Mapping[str, float]
     action: str
+    fingers: PlannedFingers | None = None
 
 
 @dataclass(frozen=True)
@@ -108,9 +135,15 @@ class PlannedCell:
 
     @property
     def passive_joints(self) -> list[str]:
-        """Joints that move in the description, but that no controller of an arm moves."""
+        """Joints that move in the description, but that no controller moves."""
         driven = {name for arm in self.arms for name in arm.joints}
+        driven |= {name for fingers in self.fingers for name in fingers.joints}
         return [name for name, each in self._joints.items() if each.get("type") != "fixed" and name not in driven]
+
+    @property
+    def fingers(self) -> list[PlannedFingers]:
+        """The fingers of all arms."""
+        return [arm.fingers for arm in self.arms if arm.fingers is not None]
 
     @cached_property
     def root(self) -> str:
@@ -161,7 +194,7 @@ def srdf(cell: PlannedCell) -> str:
         whole = SubElement(robot, "group", name=common)
         for arm in cell.arms:
             SubElement(whole, "group", name=cell.whole_group(arm))
-        _add_home(robot, common, {name: arm.home[name] for arm in cell.arms for name in arm.joints})
+        _add_state(robot, common, HOME, {name: arm.home[name] for arm in cell.arms for name in arm.joints})
     for joint in cell.passive_joints:
         SubElement(robot, "passive_joint", name=joint)
     for (one, other), reason in cell.unchecked.items():
@@ -176,43 +209,51 @@ def _add_arm(robot: Element, cell: PlannedCell, arm: PlannedArm) -> None:
         joints = cell.groups[group]
         chain = {"base_link": cell.parent_of(joints[0]), "tip_link": arm.flange}
         SubElement(SubElement(robot, "group", name=group), "chain", chain)
-        _add_home(robot, group, {joint: arm.home[joint] for joint in joints})
+        _add_state(robot, group, HOME, {joint: arm.home[joint] for joint in joints})
     if arm.tool:
         group = cell.tool_group(arm)
         tool = SubElement(robot, "group", name=group)
-        for link in arm.tool:
+        for link in arm.tool:  # with the joint that moves it
             SubElement(tool, "link", name=link)
+        if arm.fingers is not None:
+            _add_state(robot, group, OPEN, dict.fromkeys(arm.fingers.joints, arm.fingers.opening))
+            _add_state(robot, group, CLOSED, dict.fromkeys(arm.fingers.joints, 0.0))
         places = {"parent_link": cell.carrier_of(arm.tool[0]), "parent_group": cell.whole_group(arm)}
         SubElement(robot, "end_effector", {"name": group, "group": group, **places})
 
 
-def _add_home(robot: Element, group: str, home: Mapping[str, float]) -> None:
-    state = SubElement(robot, "group_state", name=HOME, group=group)
-    for joint, position in home.items():
+def _add_state(robot: Element, group: str, name: str, positions: Mapping[str, float]) -> None:
+    state = SubElement(robot, "group_state", name=name, group=group)
+    for joint, position in positions.items():
         SubElement(state, "joint", name=joint, value=repr(float(position)))
 
 
 def joint_limits(cell: PlannedCell) -> dict[str, Any]:
     """Return limits of velocity and acceleration; those of position are in the URDF."""
-    limits = {
-        joint: {
-            "has_velocity_limits": True,
-            "max_velocity": float(arm.max_velocity[joint]),
-            "has_acceleration_limits": True,
-            "max_acceleration": float(arm.max_acceleration[joint]),
-        }
-        for arm in cell.arms
-        for joint in arm.joints
-    }
+    limits = {}
+    for arm in cell.arms:
+        limits |= {name: _limits(arm.max_velocity[name], arm.max_acceleration[name]) for name in arm.joints}
+        if (fingers := arm.fingers) is not None:
+            limits |= {name: _limits(fingers.max_velocity, fingers.max_acceleration) for name in fingers.joints}
     return {"default_velocity_scaling_factor": 1.0, "default_acceleration_scaling_factor": 1.0, "joint_limits": limits}
+
+
+def _limits(velocity: float, acceleration: float) -> dict[str, Any]:
+    return {
+        "has_velocity_limits": True,
+        "max_velocity": float(velocity),
+        "has_acceleration_limits": True,
+        "max_acceleration": float(acceleration),
+    }
 
 
 def controllers(cell: PlannedCell) -> dict[str, Any]:
     """Return the controllers that MoveIt executes with: those that the controller manager lists.
 
-    The entries of the simple manager are for programs that use it instead, and for MoveIt's launch files.
+    The entries of the simple manager are for programs that use it instead, and for MoveIt's launch files. For fingers
+    it is the only one: the other knows no joints of theirs, and commands the position of one.
     """
-    described = {}
+    described: dict[str, dict[str, Any]] = {}
     for arm in cell.arms:
         controller, _, action = arm.action.strip("/").partition("/")
         joints = list(arm.joints)
@@ -222,8 +263,17 @@ def controllers(cell: PlannedCell) -> dict[str, Any]:
             "default": True,
             "joints": joints,
         }
+        if arm.fingers is not None:
+            controller, _, action = arm.fingers.action.strip("/").partition("/")
+            described[controller] = {
+                "type": "GripperCommand",
+                "action_ns": action,
+                "default": True,
+                "parallel": True,  # the distance between the pads is the sum of both
+                "joints": list(arm.fingers.joints),
+            }
     return {
-        "moveit_controller_manager": "moveit_ros_control_interface/Ros2ControlManager",
+        "moveit_controller_manager": SIMPLE_MANAGER if cell.fingers else CONTROL_MANAGER,
         "moveit_simple_controller_manager": {"controller_names": [*described], **described},
     }
 
