@@ -205,10 +205,7 @@ def test_fingers_open_and_close_by_the_action_of_the_gripper() -> None:
         for each in semantic.findall("group_state")
         if each.get("group") == "tool"
     }
-    assert states == {
-        "open": [(joint, "0.05") for joint in joints],
-        "closed": [(joint, "0.0") for joint in joints],
-    }
+    assert states == {"open": [(joint, "0.05") for joint in joints], "closed": [(joint, "0.0") for joint in joints]}
     found = controllers(cell)
     assert found["moveit_controller_manager"] == SIMPLE_MANAGER
     simple = found["moveit_simple_controller_manager"]

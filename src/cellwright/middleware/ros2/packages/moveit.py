@@ -36,7 +36,7 @@ _SOLVER = {
 
 @dataclass(frozen=True)
 class PlannedFingers:
-    """Fingers of a parallel gripper, which MoveIt opens and closes.
+    """Fingers of a tool, which MoveIt opens and closes.
 
     Attributes:
         joints: joint of each finger; both have the same position, half of the distance between the pads.
@@ -230,7 +230,7 @@ def _add_state(robot: Element, group: str, name: str, positions: Mapping[str, fl
 
 def joint_limits(cell: PlannedCell) -> dict[str, Any]:
     """Return limits of velocity and acceleration; those of position are in the URDF."""
-    limits = {}
+    limits: dict[str, dict[str, Any]] = {}
     for arm in cell.arms:
         limits |= {name: _limits(arm.max_velocity[name], arm.max_acceleration[name]) for name in arm.joints}
         if (fingers := arm.fingers) is not None:
