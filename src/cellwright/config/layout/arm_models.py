@@ -172,8 +172,12 @@ def moving_links(arm: Arm, models: Mapping[str, ArmModel]) -> list[str]:
 
 def joints_of(arm: Arm, models: Mapping[str, ArmModel]) -> dict[str, Limits]:
     """Return the joints that an arm's controller moves with their limits, by their own names, base first."""
-    robot = UR10 if arm.is_original else bare_arm(arm, models[arm.name], "")
-    return {joint.name: joint.limits for joint in robot.driven}
+    return {joint.name: joint.limits for joint in driven_joints(arm, models)}
+
+
+def driven_joints(arm: Arm, models: Mapping[str, ArmModel]) -> tuple[Joint, ...]:
+    """Return the joints that an arm's controller moves, by their own names, base first."""
+    return (UR10 if arm.is_original else bare_arm(arm, models[arm.name], "")).driven
 
 
 def home_of(arm: Arm, joints: Mapping[str, Limits]) -> Mapping[str, float]:
