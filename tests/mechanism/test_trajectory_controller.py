@@ -98,6 +98,16 @@ def test_new_command_takes_over_without_jump(
     assert arm.end == now + delay + 9 * SECOND
 
 
+@given(commands(), st.integers(0, 6 * SECOND), st.lists(st.floats(-7.0, 7.0), min_size=7, max_size=7))
+def test_steering_is_the_command_of_one_point(before: JointTrajectory, now: int, target: list[float]) -> None:
+    one, other = controller(), controller()
+    for arm in (one, other):
+        arm.command(before, 0)
+    one.steer(target, SECOND // 20, now)
+    other.command(JointTrajectory(JOINTS, [TrajectoryPoint(target, (), (), SECOND // 20)]), now)
+    assert one.get_state() == other.get_state()
+
+
 def test_repeated_command_starts_from_desired_position() -> None:
     arm = controller()
     arm.command(to(TARGET), 0)

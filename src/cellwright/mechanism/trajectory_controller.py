@@ -238,6 +238,18 @@ class JointTrajectoryController:
             self._stop(now)
         self._preempt("a command on the topic took its place")
 
+    def steer(self, positions: Sequence[float], duration: int, now: int) -> None:
+        """Move all joints along straight lines to `positions` [rad or m], from now [ns] on, in `duration` [ns].
+
+        It is the motion of a `command` with this point alone, bit for bit, in a third of the time: nothing is checked.
+        Positions are finite, one for each joint, and the duration is above 0.
+        """
+        current, end = self.trajectory, now + duration
+        places = zip(current.positions(now), positions, strict=True)
+        added = [join_segment(now, Knot(start), end, Knot(position)) for start, position in places]
+        self._follow(Trajectory((*current.between(joint, now, now), line) for joint, line in enumerate(added)))
+        self._preempt("a command took its place")
+
     def accept(self, request: GoalRequest, now: int) -> TrajectoryGoal:
         """Follow the trajectory of a goal; one without points brings the joints to rest.
 

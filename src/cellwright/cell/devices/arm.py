@@ -93,6 +93,10 @@ class Arm(Device):
         """Follow a trajectory from the command topic; see `JointTrajectoryController.command`."""
         self._with_goal(lambda: self.controller.command(trajectory, self.simulation.now))
 
+    def steer(self, positions: Sequence[float], duration: int) -> None:
+        """Move all joints to positions [rad; m] in `duration` [ns]; see `JointTrajectoryController.steer`."""
+        self._with_goal(lambda: self.controller.steer(positions, duration, self.simulation.now))
+
     def accept(self, request: GoalRequest) -> TrajectoryGoal:
         """Follow the trajectory of an action goal; see `JointTrajectoryController.accept`."""
         return self._with_goal(lambda: self.controller.accept(request, self.simulation.now))

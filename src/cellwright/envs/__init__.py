@@ -1,0 +1,1 @@
+"""Environments for learning: cells with a task, under the interface of Gymnasium."""
