@@ -1,0 +1,1 @@
+"""Policies: servers and programs that answer observations with actions, and the agent that lets one work a cell."""
