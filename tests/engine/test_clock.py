@@ -25,6 +25,12 @@ def test_clock_advance_equals_set_tick(timestep: Fraction) -> None:
         assert walked.advance() == set_.now == walked.now
 
 
+@given(timesteps, st.integers(0, 10**9), st.integers(0, 40), st.integers(-(10**18), 10**18))
+def test_times_are_times_of_ticks(timestep: Fraction, tick: int, count: int, ahead: int) -> None:
+    clock = Clock(timestep)
+    assert clock.times(tick, count, ahead) == [clock.time_of(each) + ahead for each in range(tick, tick + count)]
+
+
 @given(timesteps, st.integers(0, 10**12))
 def test_first_tick_at_is_first_tick_not_before_time(timestep: Fraction, time: int) -> None:
     clock = Clock(timestep)

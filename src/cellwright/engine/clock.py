@@ -107,6 +107,14 @@ class Clock:
         self.now = now = (tick * numerator + half) // denominator
         return now
 
+    def times(self, tick: int, count: int, ahead: int = 0) -> list[int]:
+        """Return the times of `count` ticks [ns] from `tick` on, each `ahead` [ns] of the time of the run."""
+        numerator, half, denominator = self._ratio
+        length, rest = divmod(numerator, denominator)
+        if not rest:  # whole nanoseconds, as nearly always
+            return list(range(tick * length + ahead, (tick + count) * length + ahead, length))
+        return [(each * numerator + half) // denominator + ahead for each in range(tick, tick + count)]
+
     def set_tick(self, tick: int) -> None:
         """Set the tick, as after a restore."""
         self.tick = tick
@@ -120,22 +128,23 @@ class Inbox:
     """
 
     def __init__(self) -> None:
-        self._waiting: deque[Callable[[], None]] = deque()  # append and popleft are atomic
+        self.waiting: deque[Callable[[], None]] = deque()  # append and popleft are atomic
+        """Commands to execute, the oldest first; an attribute, because every tick looks whether there are any."""
 
     def __len__(self) -> int:
-        return len(self._waiting)
+        return len(self.waiting)
 
     def put(self, command: Callable[[], None]) -> None:
         """Add a command, from any thread."""
-        self._waiting.append(command)
+        self.waiting.append(command)
 
     def empty(self) -> None:
         """Execute the commands that were waiting at the start of the call.
 
         Later ones wait for the next tick, so that a flood of commands cannot stop time.
         """
-        for _ in range(len(self._waiting)):
-            self._waiting.popleft()()
+        for _ in range(len(self.waiting)):
+            self.waiting.popleft()()
 
 
 class Event(NamedTuple):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias
 
+import mujoco
+
 from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
@@ -144,7 +146,21 @@ class StepHooks:
         self.drive = [d.drive for d in driving]
         integrating = [d for d in stepping if type(d).integrate is not base.integrate]
         self.integrate = integrating[0].integrate if integrating and driving == integrating else None
+        self.is_plain = not driving and self.integrate is None
+        """True if the engine makes the whole step."""
         self.after = [d.after_step for d in stepping if type(d).after_step is not base.after_step]
+
+    def step(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Make a step of the engine in which devices take part."""
+        if self.integrate is not None and self.integrate():
+            return
+        if not self.drive:
+            mujoco.mj_step(model, data)
+            return
+        mujoco.mj_step1(model, data)
+        for hook in self.drive:
+            hook()
+        mujoco.mj_step2(model, data)
 
 
 class Follower(Protocol):

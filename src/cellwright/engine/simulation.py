@@ -198,7 +198,7 @@ class Simulation:
             SimulationError: the state has become unstable, or the engine has no room for all contacts; the rest of the
                 run is worthless.
         """
-        if self.inbox:
+        if self.inbox.waiting:
             self.inbox.empty()
         self._is_in_tick = True
         try:
@@ -207,15 +207,10 @@ class Simulation:
             # the others are those of now: a device may have been switched off by the hooks before
             hooks = self._hooks
             try:
-                if hooks.integrate is not None and hooks.integrate():
-                    pass
-                elif hooks.drive:
-                    mujoco.mj_step1(self.model, self.data)
-                    for hook in hooks.drive:
-                        hook()
-                    mujoco.mj_step2(self.model, self.data)
-                else:
+                if hooks.is_plain:
                     mujoco.mj_step(self.model, self.data)
+                else:
+                    hooks.step(self.model, self.data)
             except mujoco.FatalError as error:
                 raise self._engine_error(error) from None
             now = self.clock.advance()

@@ -9,7 +9,7 @@ Everything is computed in double precision with a fixed order of operations, so 
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
@@ -23,9 +23,6 @@ Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
 
 ALWAYS = -NEVER
 """Time [ns] before every run."""
-
-_FEW = 8
-"""Number of times below which evaluating them one by one is faster than all at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +56,10 @@ class Knot(NamedTuple):
     acceleration: float | None = None
 
 
+KnotValues: TypeAlias = tuple[float, float | None, float | None]
+"""Values of a `Knot`: as a plain tuple they are made ten times as fast."""
+
+
 class Segment(NamedTuple):
     """Motion of one joint from `start` to `end` [ns]: a polynomial of the seconds since `start`, lowest power first.
 
@@ -85,7 +86,7 @@ def rest_segment(time: int, position: float) -> Segment:
     return Segment(time, time, (position, 0.0, 0.0, 0.0, 0.0, 0.0), position)
 
 
-def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
+def join_segment(start: int, a: KnotValues, end: int, b: KnotValues) -> Segment:
     """Return the segment from knot `a` at time `start` [ns] to knot `b` at time `end` [ns].
 
     It is a straight line unless both knots have velocities, then a cubic unless both have accelerations too, then a
@@ -94,7 +95,7 @@ def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
     """
     t = (end - start) / NANOSECONDS
     if t <= 0.0:
-        return rest_segment(start, b.position)
+        return rest_segment(start, b[0])
     p0, v0, a0 = a
     p1, v1, a1 = b
     d = p1 - p0
@@ -128,6 +129,10 @@ def stop_segment(start: int, position: float, velocity: float, duration: int) ->
     return Segment(start, start + duration, coefficients, position + 0.625 * velocity * t)
 
 
+def _at_rest(position: float) -> Coefficients:
+    return position, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
 class Trajectory:
     """Desired motion of several joints, from the first of their segments on.
 
@@ -136,12 +141,12 @@ class Trajectory:
     """
 
     def __init__(self, joints: Iterable[Iterable[Segment]]) -> None:
-        self.joints = tuple(tuple(segments) for segments in joints)
-        self.start = max(segments[0].start for segments in self.joints)
+        self.joints = tuple(map(tuple, joints))
+        self.start = max([segments[0].start for segments in self.joints])
         """Start of the known motion [ns]."""
-        self.end = max(segments[-1].end for segments in self.joints)
+        self.end = max([segments[-1].end for segments in self.joints])
         """Time [ns] from which on the joints rest."""
-        self._starts = [[segment.start for segment in segments] for segments in self.joints]
+        self._starts = [[segment[0] for segment in segments] for segments in self.joints]
         # The polynomials in force from `_since` until `_until`; a cache of what the trajectory itself says.
         self._since, self._until = 0, 0
         self._rows: list[tuple[int, float, float, float, float, float, float]] = []
@@ -191,41 +196,62 @@ class Trajectory:
     def sample(self, times: Sequence[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return positions and velocities at ascending `times` [ns], each of shape (times, joints).
 
-        They are equal to those of `positions` and `velocities` at each time, to the last bit.
+        They are equal to those of `positions` and `velocities` at each time: to a power that a polynomial lacks belongs
+        a coefficient of 0, which changes no value.
         """
-        positions, velocities = np.empty((2, len(times), len(self.joints)))
-        begin = 0
-        while begin < len(times):
-            if not self._since <= times[begin] < self._until:
-                self._enter(times[begin])
-            end = bisect_left(times, self._until, begin)
-            if end - begin < _FEW:
-                positions[begin:end] = [self.positions(time) for time in times[begin:end]]
-                velocities[begin:end] = [self.velocities(time) for time in times[begin:end]]
-            else:
-                self._evaluate(times[begin:end], positions[begin:end], velocities[begin:end])
-            begin = end
-        return positions, velocities
-
-    def _evaluate(self, times: Sequence[int], positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> None:
-        """Write the values of the polynomials in force, with the operations of `positions` and `velocities`."""
-        starts = np.array([row[0] for row in self._rows], dtype=np.int64)
-        a, b, c, d, e, f = np.array([row[1:] for row in self._rows]).T
-        if self._degree <= 1:
-            velocities[:] = b
-        if self._degree == 0:
-            positions[:] = a
-            return
-        t = (np.array(times, dtype=np.int64)[:, None] - starts) / 1e9
+        table = self._table(times[0], times[-1])
+        if table is None:
+            states = [(self.positions(time), self.velocities(time)) for time in times]
+            positions, velocities = zip(*states, strict=True)
+            return np.array(positions), np.array(velocities)
+        begins, rows = table
+        coefficients = np.array(rows).transpose(2, 0, 1)
+        starts, at = np.array(begins), np.array(times)
+        row = starts.searchsorted(at, "right") - 1
+        t = ((at - starts[row]) / 1e9)[:, None]
+        highest = max([1, *np.flatnonzero(coefficients.any(axis=(1, 2))).tolist()])
         with np.errstate(all="ignore"):  # plain floats overflow silently, too
-            if self._degree == 1:
-                positions[:] = t * b + a
-            elif self._degree == 3:
-                positions[:] = ((t * d + c) * t + b) * t + a
-                velocities[:] = (t * 3.0 * d + 2.0 * c) * t + b
-            else:
-                positions[:] = ((((t * f + e) * t + d) * t + c) * t + b) * t + a
-                velocities[:] = (((t * 5.0 * f + 4.0 * e) * t + 3.0 * d) * t + 2.0 * c) * t + b
+            if highest == 1:
+                a, b = coefficients[:2, row]
+                return t * b + a, b
+            if highest <= 3:
+                a, b, c, d = coefficients[:4, row]
+                return ((t * d + c) * t + b) * t + a, (t * 3.0 * d + 2.0 * c) * t + b
+            a, b, c, d, e, f = coefficients[:, row]
+            return (
+                ((((t * f + e) * t + d) * t + c) * t + b) * t + a,
+                (((t * 5.0 * f + 4.0 * e) * t + 3.0 * d) * t + 2.0 * c) * t + b,
+            )
+
+    def _table(self, first: int, last: int) -> tuple[list[int], list[list[Coefficients]]] | None:
+        """Return the polynomials in force from `first` to `last` [ns], if all joints change theirs together.
+
+        Returns:
+            Times from which on they are in force, and from which they count their seconds; the polynomials of the
+            joints from each of these on. None if they do not change together, as after a command for some joints.
+        """
+        starts = self._starts[0]
+        if any(each != starts for each in self._starts):
+            return None
+        low = max(0, bisect_right(starts, first) - 1)
+        begins: list[int] = []
+        rows: list[list[Coefficients]] = []
+        if first < starts[0]:
+            begins.append(first)
+            rows.append([_at_rest(segments[0].coefficients[0]) for segments in self.joints])
+        for index in range(low, bisect_right(starts, last)):
+            segments = [each[index] for each in self.joints]
+            start, end, *_ = segments[0]
+            if any(each.end != end for each in segments):
+                return None
+            following = starts[index + 1] if index + 1 < len(starts) else NEVER
+            if start < min(end, following):
+                begins.append(start)
+                rows.append([each.coefficients for each in segments])
+            if end < following and end <= last:
+                begins.append(end)
+                rows.append([_at_rest(each.final) for each in segments])
+        return begins, rows
 
     def between(self, joint: int, now: int, until: int) -> tuple[Segment, ...]:
         """Return the segments of one joint that are in force at some time from `now` until `until` [ns]."""
@@ -244,19 +270,27 @@ class Trajectory:
 
     def _enter(self, time: int) -> None:
         """Look up the polynomials in force at `time`, and the interval in which they are."""
+        if time >= self.end:
+            finals = [segments[-1][3] for segments in self.joints]
+            self._rows = [(time, final, 0.0, 0.0, 0.0, 0.0, 0.0) for final in finals]
+            self._since, self._until, self._degree = self.end, NEVER, 0
+            return
         since, until, degree = ALWAYS, NEVER, 0
         rows = []
         for segments, starts in zip(self.joints, self._starts, strict=True):
             index = bisect_right(starts, time) - 1
-            segment = segments[max(index, 0)]
-            following = starts[index + 1] if index + 1 < len(starts) else NEVER
-            if index >= 0 and time < segment.end:
-                since, until = max(since, segment.start), min(until, segment.end, following)
-                c = segment.coefficients
+            start, end, c, final = segments[index if index > 0 else 0]
+            if index + 1 < len(starts) and starts[index + 1] < until:
+                until = starts[index + 1]
+            if index >= 0 and time < end:
+                if start > since:
+                    since = start
+                if end < until:
+                    until = end
                 degree = max(degree, 5 if c[4] or c[5] else 3 if c[2] or c[3] else 1)
-                rows.append((segment.start, *c))
+                rows.append((start, *c))
             else:  # at rest: before the first segment, or after the end of one
-                since, until = max(since, segment.end if index >= 0 else ALWAYS), min(until, following)
-                position = segment.final if index >= 0 else segment.coefficients[0]
-                rows.append((time, position, 0.0, 0.0, 0.0, 0.0, 0.0))
+                if index >= 0 and end > since:
+                    since = end
+                rows.append((time, final if index >= 0 else c[0], 0.0, 0.0, 0.0, 0.0, 0.0))
         self._rows, self._since, self._until, self._degree = rows, since, until, degree

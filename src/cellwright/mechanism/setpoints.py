@@ -19,7 +19,7 @@ The engine takes much larger setpoints as a sign of divergence and zeroes all of
 MAX_BATCH: Final = 128
 """Maximum number of ticks that are evaluated at once."""
 
-_FIRST_BATCH = 2
+_FIRST_BATCH = 32  # a whole control period of a program; fewer ticks would cost nearly as much
 _BYTES = 8  # of a number
 
 
@@ -67,7 +67,7 @@ class Setpoints:
             self._evaluate(_FIRST_BATCH)
             index = 0
         elif not 0 <= index < self._count:
-            self._evaluate(min(2 * self._count, MAX_BATCH) if index == self._count else _FIRST_BATCH)
+            self._evaluate(MAX_BATCH if index == self._count else _FIRST_BATCH)
             index = 0
         place = index * self._size
         self._inputs[:] = self._batch[place : place + self._size]
@@ -84,13 +84,14 @@ class Setpoints:
     def _evaluate(self, count: int) -> None:
         """Evaluate the setpoints of the next `count` ticks."""
         assert self._trajectory is not None
-        tick, time_of = self._clock.tick, self._clock.time_of
-        times = [time_of(each) - self._departure for each in range(tick, tick + count + 1)]
+        tick = self._clock.tick
+        times = self._clock.times(tick, count + 1, -self._departure)
         positions, velocities = self._trajectory.sample(times)
         if self._origin is not None:
             positions -= self._origin
         inputs = np.empty((count, positions.shape[1], 2))
         inputs[:, :, 0], inputs[:, :, 1] = positions[:-1], velocities[1:]
         # not `clip`, which keeps NaN
-        self._batch = np.fmin(np.fmax(inputs, -MAX_SETPOINT), MAX_SETPOINT).tobytes()
+        np.fmax(inputs, -MAX_SETPOINT, out=inputs)
+        self._batch = np.fmin(inputs, MAX_SETPOINT, out=inputs).tobytes()
         self._begin, self._count = tick, count

@@ -8,9 +8,9 @@ It is sampled with `positions(time)` and `velocities(time)`, lists in the order 
 joints. From `end` on they stay constant until the next command.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, repeat
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.mechanism.joint_trajectory import (
     JointsState,
     JointTrajectory,
-    Knot,
+    KnotValues,
     Trajectory,
     TrajectoryPoint,
     join_segment,
@@ -136,7 +136,7 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
         RejectedTrajectoryError: the numbers are too large to compute with, or too much is left to do before it starts.
     """
     splice_at = max(now, checked.start)
-    state = current.state(splice_at)
+    state: list[KnotValues] = [*zip(*current.state(splice_at), strict=True)]
     joints = [
         current.between(joint, now, splice_at if joint in checked.joints else current.end)
         for joint in range(len(current.joints))
@@ -146,14 +146,16 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
             f"more than {MAX_KEPT_SEGMENTS} segments are queued before the trajectory starts; start it earlier"
         )
     times = [checked.start + point.time_from_start_ns for point in checked.points]
-    for column, joint in enumerate(checked.joints):
-        knots = [_knot(point, column) for point in checked.points]
-        first = Knot(state.positions[joint], state.velocities[joint], state.accelerations[joint])
-        added = [join_segment(splice_at, first, times[0], knots[0])]
-        added += [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(knots), strict=True)]
-        if not all(isfinite(value) for segment in added for value in segment.coefficients):
-            raise _invalid_goal("positions, velocities or times are too large or too close to interpolate")
-        joints[joint] = (*joints[joint], *added)
+    for joint, *knots in zip(checked.joints, *map(_knots, checked.points), strict=False):
+        segments, start, knot = [*joints[joint]], splice_at, state[joint]
+        for end, following in zip(times, knots, strict=True):
+            segment = join_segment(start, knot, end, following)
+            # a sum is finite only if all are, and mostly if they are
+            if not isfinite(sum(segment.coefficients)) and not all(map(isfinite, segment.coefficients)):
+                raise _invalid_goal("positions, velocities or times are too large or too close to interpolate")
+            segments.append(segment)
+            start, knot = end, following
+        joints[joint] = tuple(segments)
     return Trajectory(joints)
 
 
@@ -175,10 +177,10 @@ def _check_point(index: int, point: TrajectoryPoint, names: Sequence[str]) -> No
                 raise _invalid_goal(f"point {index}: {kind} of {name} must be finite (got {value})")
 
 
-def _knot(point: TrajectoryPoint, column: int) -> Knot:
-    velocity = float(point.velocities[column]) if len(point.velocities) else None
-    acceleration = float(point.accelerations[column]) if len(point.accelerations) else None
-    return Knot(float(point.positions[column]), velocity, acceleration)
+def _knots(point: TrajectoryPoint) -> Iterable[KnotValues]:
+    """Return the knots of the joints at a point."""
+    kinds = (point.positions, point.velocities, point.accelerations)
+    return zip(*(map(float, values) if len(values) else repeat(None) for values in kinds), strict=False)
 
 
 def _invalid_goal(reason: str) -> RejectedTrajectoryError:
@@ -241,12 +243,12 @@ class JointTrajectoryController:
     def steer(self, positions: Sequence[float], duration: int, now: int) -> None:
         """Move all joints along straight lines to `positions` [rad or m], from now [ns] on, in `duration` [ns].
 
-        It is the motion of a `command` with this point alone, bit for bit, in a third of the time: nothing is checked.
+        It is the motion of a `command` with this point alone, bit for bit, in half the time: nothing is checked.
         Positions are finite, one for each joint, and the duration is above 0.
         """
         current, end = self.trajectory, now + duration
         places = zip(current.positions(now), positions, strict=True)
-        added = [join_segment(now, Knot(start), end, Knot(position)) for start, position in places]
+        added = [join_segment(now, (start, None, None), end, (place, None, None)) for start, place in places]
         self._follow(Trajectory((*current.between(joint, now, now), line) for joint, line in enumerate(added)))
         self._preempt("a command took its place")
 

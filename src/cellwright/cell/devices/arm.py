@@ -71,6 +71,7 @@ class Arm(Device):
     def attach(self, simulation: Simulation) -> None:
         """Look up the joints and their servos."""
         super().attach(simulation)
+        self._clock = simulation.clock
         self._setpoints = Setpoints(simulation, self._names)
         self._find_joints()
         simulation.on_model.append(self._find_joints)
@@ -123,13 +124,13 @@ class Arm(Device):
         controller = self.controller
         trajectory, goal = controller.trajectory, controller.goal
         self._setpoints.write(trajectory)
-        if self.simulation.clock.now >= trajectory.end and (goal is None or not goal.active):
+        if self._clock.now >= trajectory.end and (goal is None or not goal.active):
             self.set_stepping(False)
 
     def after_step(self) -> None:
         """Check the active goal."""
         goal = self.controller.goal
-        if goal is not None and goal.active and goal.is_checked_at(now := self.simulation.clock.now):
+        if goal is not None and goal.active and goal.is_checked_at(now := self._clock.now):
             self.controller.update(now, self._positions.tolist(), self._velocities.tolist())
             if goal.result is not None:
                 self._report_ended(goal)
